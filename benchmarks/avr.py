@@ -16,9 +16,9 @@ from typing import NamedTuple
 from avr_car import car_lines
 from rich.console import Console
 from rich.table import Table
+from scripts.exports.brain_c import brain_c
 
 from motorcade.car import brain
-from motorcade.export.brain_c import brain_c
 from motorcade.words import receiver
 from support.arduino_build import CORE
 

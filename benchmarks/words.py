@@ -1,16 +1,14 @@
-"""Compare Motorcade's words with other libraries: one word at a time, and in bulk. Run ``python benchmarks/words.py``.
+"""Compare Motorcade's words with other libraries, one word at a time. Run ``python benchmarks/words.py``.
 
 Each library gets the input that it takes (an integer, or its four bytes) and a format built from Motorcade's table of
 fields. Contestants take turns, so that a machine that is slow for a while is slow for all of them. Figures are
-medians: of processor time for single words, of real time in bulk, where several cores work.
+medians of processor time.
 """
 
 import gc
-import os
 from collections.abc import Callable, Iterable
-from functools import partial
 from statistics import median
-from time import perf_counter_ns, thread_time_ns
+from time import thread_time_ns
 from typing import Any
 
 import bitstruct.c
@@ -21,17 +19,12 @@ from cantools.database.can import Signal
 from rich.console import Console
 from rich.table import Table
 
-from motorcade.words.bulk import decode_columns, encode_columns
 from motorcade.words.formats import CONTROL
 
 TURNS = 31
 SCALAR_WORDS = 4_000
-BULK_WORDS = (1 << 20, 1 << 24)
 DECODE_GOAL = 1.2
 ENCODE_GOAL = 3.0
-BULK_GOAL_PER_US = 100
-BULK_GOAL_OVER_NAIVE = 4.0
-NUMBA_GOAL_OVER_NUMPY = 3.0
 
 NAMES = [field.name for field in CONTROL.fields]
 KEYWORDS = ", ".join(f"{name}={name}" for name in NAMES)
@@ -43,17 +36,17 @@ CHECKED = " or ".join(f"not 0 <= {field.name} <= {field.raw_mask}" for field in 
 Contestants = dict[str, Callable[[], object]]
 
 
-def medians_ns(contestants: Contestants, words: int, now_ns: Callable[[], int]) -> dict[str, float]:
-    """Median time of each contestant in ns a word, by the clock ``now_ns``."""
+def medians_ns(contestants: Contestants, words: int) -> dict[str, float]:
+    """Median processor time of each contestant in ns a word."""
     times_ns: dict[str, list[int]] = {name: [] for name in contestants}
     for run in contestants.values():
         run()
     gc.disable()
     for _ in range(TURNS):
         for name, run in contestants.items():
-            begin_ns = now_ns()
+            begin_ns = thread_time_ns()
             made = run()
-            times_ns[name].append(now_ns() - begin_ns)
+            times_ns[name].append(thread_time_ns() - begin_ns)
             # Free the result outside the measured time, and before the next contestant makes its own.
             del made
     gc.enable()
@@ -123,20 +116,6 @@ def scalar_encoders(words: list[int]) -> Contestants:
     }
 
 
-def naive_decode(words: Any) -> dict[str, Any]:
-    return {
-        field.name: (words >> field.low & field.raw_mask).astype(np.min_scalar_type(field.raw_mask))
-        for field in CONTROL.fields
-    }
-
-
-def naive_encode(columns: dict[str, Any]) -> Any:
-    words = np.zeros(len(columns[NAMES[0]]), np.uint32)
-    for field in CONTROL.fields:
-        words |= columns[field.name].astype(np.uint32) << field.low
-    return words
-
-
 def result(met: bool) -> str:
     return "[green]met[/]" if met else "[red]missed[/]"
 
@@ -144,7 +123,7 @@ def result(met: bool) -> str:
 def add_scalar_rows(
     table: Table, task: str, contestants: Contestants, pairs: Iterable[tuple[str, str, float | None]]
 ) -> None:
-    times_ns = medians_ns(contestants, SCALAR_WORDS, thread_time_ns)
+    times_ns = medians_ns(contestants, SCALAR_WORDS)
     for ours, peer, goal in pairs:
         ratio = times_ns[ours] / times_ns[peer]
         marks = (f"≤ {goal:g}", result(ratio <= goal)) if goal else ("", "")
@@ -165,42 +144,10 @@ def scalar_table(words: list[int]) -> Table:
     return table
 
 
-def add_bulk_rows(table: Table, task: str, count: int, contestants: Contestants) -> None:
-    naive_ns, numpy_ns, numba_ns = medians_ns(contestants, count, perf_counter_ns).values()
-    fast = 1e3 / numpy_ns >= BULK_GOAL_PER_US or naive_ns / numpy_ns >= BULK_GOAL_OVER_NAIVE
-    goal = f"≥ {BULK_GOAL_PER_US} M/s or ≥ {BULK_GOAL_OVER_NAIVE:g} × naive"
-    numba_fast = numpy_ns / numba_ns >= NUMBA_GOAL_OVER_NUMPY
-    numba_goal = f"≥ {NUMBA_GOAL_OVER_NUMPY:g} × NumPy"
-    ratio = f"{naive_ns / numpy_ns:.1f} × naive"
-    numba_ratio = f"{naive_ns / numba_ns:.1f} × naive, {numpy_ns / numba_ns:.1f} × NumPy"
-    head = (task, f"{count:,}")
-    table.add_row(*head, "naive NumPy, unchecked", f"{1e3 / naive_ns:.0f}")
-    table.add_row(*head, "Motorcade, NumPy", f"{1e3 / numpy_ns:.0f}", ratio, goal, result(fast))
-    table.add_row(*head, "Motorcade, Numba", f"{1e3 / numba_ns:.0f}", numba_ratio, numba_goal, result(numba_fast))
-    table.add_section()
-
-
-def bulk_table(random: np.random.Generator) -> Table:
-    title = f"Control words in bulk, {os.cpu_count()} cores"
-    table = Table("task", "words", "with", "M words/s", "speed", "goal", "result", title=title)
-    for count in BULK_WORDS:
-        words = random.integers(0, 1 << 32, count, dtype=np.uint32)
-        columns = naive_decode(words)
-        decoders: Contestants = {"naive": partial(naive_decode, words)}
-        encoders: Contestants = {"naive": partial(naive_encode, columns)}
-        for kernel in ("numpy", "numba"):
-            decoders[kernel] = partial(decode_columns, CONTROL, words, kernel=kernel)
-            encoders[kernel] = partial(encode_columns, CONTROL, columns, kernel=kernel)
-        add_bulk_rows(table, "decode", count, decoders)
-        add_bulk_rows(table, "encode", count, encoders)
-    return table
-
-
 def main() -> None:
     random = np.random.default_rng(1)
     console = Console(width=130)
     console.print(scalar_table(random.integers(0, 1 << 32, SCALAR_WORDS, dtype=np.uint32).tolist()))
-    console.print(bulk_table(random))
 
 
 if __name__ == "__main__":

@@ -12,14 +12,13 @@ from arduino_files import arduino_files
 from clips import block_clips, example_clips
 from commands_page import commands_page
 from engine_module import engine_module, obstacle
+from exports import exported_files, markdown
 from goal_kinds import goal_kinds
 from message_types import class_types, message_types, remote_types
 from step_files import step_types, with_step_names, with_steps_table
 from wiring_pages import wiring_files
 
 from motorcade.config.check import published
-from motorcade.config.vocabulary import MOTORCADE
-from motorcade.export import TARGETS, export
 from motorcade.mats.schema import mat_schema
 from motorcade.missions.schema import mission_schema
 from motorcade.program.model import program_schema
@@ -29,18 +28,11 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def _exports() -> dict[str, Callable[[], str]]:
     """Return what makes each file of `motorcade export`, by its path in the repository."""
-    # The second copy of the brain is a part of the Arduino library, whose sources must be in one folder.
-    folders = {
-        "c": ("firmware/generated/",),
-        "brain-c": ("firmware/generated/", "firmware/arduino/src/"),
-        "markdown": ("docs/",),
-    }
     made = {}
-    for target in TARGETS:
-        for name, text in export(target, MOTORCADE).items():
-            place = name.removeprefix("motorcade_") if target == "markdown" else name
-            for folder in folders.get(target, ("export/",)):
-                made[folder + place] = partial(str, text)
+    for name, text in exported_files().items():
+        # The second copy of the brain is a part of the Arduino library, whose sources must be in one folder.
+        folders = ("src/motorcade/export/", *(("firmware/arduino/src/",) if "brain" in name else ()))
+        made |= {folder + name: partial(str, text) for folder in folders}
     return made
 
 
@@ -56,6 +48,8 @@ GENERATED = {
     "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
+    "docs/words.md": lambda: markdown("en"),
+    "docs/words.zh.md": lambda: markdown("zh"),
     "web/src/generated/classroom.ts": class_types,
     "web/src/generated/blockClips.json": block_clips,
     "web/src/generated/clips.json": example_clips,

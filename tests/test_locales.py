@@ -9,18 +9,18 @@ from string import Formatter
 
 import pytest
 import typer
+from scripts.exports import markdown
 
 from motorcade import locales
 from motorcade.cli import app
-from motorcade.config.vocabulary import MOTORCADE
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.export import export
 from motorcade.outcomes import OUTCOMES, exit_code_of, http_status_of
 from motorcade.words.formats import FORMATS
 from support.command_line import PARADE, run
 
 SOURCE = Path(locales.FOLDER).parent
-FILES = sorted(SOURCE.rglob("*.py"))
+# Those of scripts/exports write documentation and other tools' files in sentences of the catalogue.
+FILES = sorted([*SOURCE.rglob("*.py"), *(SOURCE.parents[1] / "scripts" / "exports").glob("*.py")])
 LANGUAGES = sorted(file.stem for file in locales.FOLDER.glob("*.json"))
 # What makes a diagnostic of a program.
 DIAGNOSTICS = {"error", "warning"}
@@ -111,7 +111,7 @@ def calls():
         for part, call in calls_in(tree):
             names = {keyword.arg for keyword in call.keywords}
             for key in constants_in(call.args[0]):
-                place = f"{file.relative_to(SOURCE)}:{call.lineno}"
+                place = f"{file.relative_to(SOURCE.parents[1])}:{call.lineno}"
                 found.add((place, part, key, None if None in names else frozenset(names)))
     return sorted(found, key=lambda call: call[:3])
 
@@ -269,7 +269,7 @@ def test_one_file_more_adds_a_language(third_language):
     error = MotorcadeError("not-a-program", place="here", reason=Phrase("image-is-empty"))
     assert error.sentence("la") == "⟦here is no program: ⟦the image is empty: not even a header word is here⟧⟧"
     assert set(error.to_dict()["sentence"]) == {"en", "la", "zh"}
-    page = export("markdown", MOTORCADE)["motorcade_words.la.md"]
+    page = markdown("la")
     assert page.splitlines()[2] == "# ⟦Words, bit by bit⟧"
     assert "⟦the wheels are driven⟧" in page
 

@@ -53,12 +53,6 @@ def tshark(program: Finder) -> Path:
 
 
 @pytest.fixture(scope="session")
-def kaitai_installed(install_lock: FileLock) -> None:
-    with install_lock:
-        npm_packages.install(HERE, "Kaitai Struct's compiler")
-
-
-@pytest.fixture(scope="session")
 def avr8js_installed(install_lock: FileLock) -> None:
     with install_lock:
         npm_packages.install(HERE, "avr8js")

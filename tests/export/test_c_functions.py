@@ -3,10 +3,10 @@
 import subprocess
 
 import pytest
+from scripts.exports.c_functions import Program
+from scripts.exports.c_source import Source
 
 from motorcade.errors import MotorcadeError
-from motorcade.export.c_functions import Program
-from motorcade.export.c_source import Source
 
 HELPERS = """
 LIMIT = 1 << 20

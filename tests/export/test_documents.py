@@ -7,25 +7,19 @@ import jsonschema_rs
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scripts.exports import exported_files, markdown
+from scripts.exports.fields import fingerprint_text
+from scripts.exports.markdown import bit_diagram
+from scripts.exports.schemas import json_schema
+from scripts.exports.vectors import errata, vectors
 
-from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
-from motorcade.export import TARGETS, export
-from motorcade.export.markdown import bit_diagram
-from motorcade.export.vectors import errata
-from motorcade.words.bulk import decode_columns, encode_columns
+from motorcade.locales import catalogue
 from motorcade.words.field import WordError
-from motorcade.words.formats import DRIVE, FRAME, format_named
+from motorcade.words.formats import DRIVE, FORMATS, FRAME, format_named
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import parity_is_even
-from support.vocabularies import FORMATS, VOCABULARIES
 
-every_vocabulary = pytest.mark.parametrize("vocabulary", VOCABULARIES, ids=lambda each: each.name)
 every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
-
-
-def only_text(target, vocabulary=MOTORCADE):
-    ((_, text),) = export(target, vocabulary).items()
-    return text
 
 
 def encodes(word_format, values):
@@ -35,33 +29,28 @@ def encodes(word_format, values):
         return None
 
 
-# All targets
+# All files
 
 
-@every_vocabulary
-@pytest.mark.parametrize("target", [target for target in TARGETS if target != "brain-c"])
-def test_an_export_is_text_that_names_the_fingerprints(vocabulary, target):
-    for name, text in export(target, vocabulary).items():
-        assert name.startswith(f"motorcade_{vocabulary.name}")
-        assert text.endswith("\n")
-        assert not text.endswith("\n\n")
-        assert "\r" not in text
-        for word_format in vocabulary.formats:
-            assert fingerprint_text(word_format).lower() in text.lower()
-        assert export(target, vocabulary)[name] == text
+@pytest.mark.parametrize("name", [name for name in exported_files() if "words" in name])
+def test_an_exported_file_is_text_that_names_the_fingerprints(name):
+    text = exported_files()[name]
+    assert text.endswith("\n")
+    assert not text.endswith("\n\n")
+    assert "\r" not in text
+    for word_format in FORMATS:
+        assert fingerprint_text(word_format).lower() in text.lower()
 
 
 # JSON Schema
 
 
-def schema_of(word_format):
-    vocabulary = next(each for each in VOCABULARIES if word_format in each.formats)
-    schema = json.loads(only_text("json-schema", vocabulary))
-    jsonschema_rs.meta.validate(schema)
-    return schema["$defs"][word_format.name] if len(vocabulary.formats) > 1 else schema
+SCHEMA = json.loads(json_schema())
+SCHEMAS = {each.name: jsonschema_rs.validator_for(SCHEMA["$defs"][each.name]) for each in FORMATS}
 
 
-SCHEMAS = {word_format.name: jsonschema_rs.validator_for(schema_of(word_format)) for word_format in FORMATS}
+def test_the_schema_is_one():
+    jsonschema_rs.meta.validate(SCHEMA)
 
 
 @every_format
@@ -77,7 +66,7 @@ def test_the_schema_accepts_just_what_can_be_encoded(word_format, data):
 
 def test_the_schema_refuses_what_is_missing_misspelt_or_no_whole_number():
     values = DRIVE.decode(DRIVE.encode())._asdict()
-    whole = jsonschema_rs.validator_for(json.loads(only_text("json-schema")))
+    whole = jsonschema_rs.validator_for(SCHEMA)
     assert whole.is_valid(values)
     for wrong in ({"angle": 90}, {**values, "sped": 1}, {**values, "speed": 1.5}, {**values, "speed": "1"}, [], 1):
         assert not SCHEMAS["drive"].is_valid(wrong)
@@ -87,10 +76,9 @@ def test_the_schema_refuses_what_is_missing_misspelt_or_no_whole_number():
 # Golden vectors
 
 
-@every_vocabulary
-def test_the_vectors_hold(vocabulary):
-    document = json.loads(only_text("vectors", vocabulary))
-    formats = {word_format.name: word_format for word_format in vocabulary.formats}
+def test_the_vectors_hold():
+    document = json.loads(vectors())
+    formats = {word_format.name: word_format for word_format in FORMATS}
     words = [*document["words"], *(word for each in document.get("errata", ()) for word in each["words"])]
     for each in words:
         word_format = formats[each["format"]]
@@ -113,8 +101,7 @@ def test_the_vectors_hold(vocabulary):
 
 @every_format
 def test_the_vectors_meet_every_field_at_its_limits_and_every_bit(word_format):
-    vocabulary = next(each for each in VOCABULARIES if word_format in each.formats)
-    document = json.loads(only_text("vectors", vocabulary))
+    document = json.loads(vectors())
     words = [each for each in document["words"] if each["format"] == word_format.name]
     for field in word_format.fields:
         seen = {each["fields"][field.name] for each in words}
@@ -131,7 +118,7 @@ def test_the_vectors_meet_every_field_at_its_limits_and_every_bit(word_format):
 
 
 def test_the_vectors_hold_images_and_frames():
-    document = json.loads(only_text("vectors"))
+    document = json.loads(vectors())
     for each in document["images"]:
         leader, followers, dwell_level, tagged = parse_image_bytes(bytes.fromhex(each["bytes"]))
         assert [f"0x{word:08X}" for word in leader] == each["leader"]
@@ -157,21 +144,15 @@ def codes_of_computed(vector):
 
 
 def test_the_vectors_hold_right_frames_and_wrong_ones_of_every_kind():
-    frames = [each for each in json.loads(only_text("vectors"))["words"] if each["format"] == "frame"]
+    frames = [each for each in json.loads(vectors())["words"] if each["format"] == "frame"]
     tagged = [each for each in frames if each["fields"]["tag"]]
     for wrong in ([], ["bad-check"], ["bad-parity"], ["bad-check", "bad-parity"]):
         assert len([each for each in tagged if codes_of_computed(each) == wrong]) >= 10
     assert len([each for each in frames if codes_of_computed(each) == ["bad-reserved"]]) >= 10
-    columns = decode_columns(FRAME, [each["word"] for each in frames])
-    for name, column in columns.items():
-        assert column.tolist() == [each["fields"][name] for each in frames]
-    complete = [FRAME.decode(each["complete"])._asdict() for each in frames]
-    by_name = {name: [values[name] for values in complete] for name in columns}
-    assert encode_columns(FRAME, by_name).tolist() == [each["complete"] for each in frames]
 
 
 def test_the_errata_of_both_seeds_stand_in_the_vectors_with_their_words():
-    document = json.loads(only_text("vectors"))
+    document = json.loads(vectors())
     assert [each["where"] for each in document["errata"]] == [erratum["where"] for erratum in errata()]
     drive = {word["word"]: word["fields"] for each in document["errata"] for word in each["words"]}
     assert (drive[311209984]["angle"], drive[311209984]["speed"]) == (40, 150)
@@ -197,37 +178,27 @@ def test_a_diagram_shows_each_field_at_its_bits():
         assert 2 * (31 - field.high) < boxes.index(letter) < 2 * (32 - field.low)
 
 
-def test_32_single_bits_have_letters_of_their_own():
-    bits = next(word_format for word_format in FORMATS if word_format.name == "bits")
-    letters = bit_diagram(bits).splitlines()[3].split("|")[1:-1]
-    assert len(set(letters)) == 32
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_a_page_has_a_row_for_each_field(language):
+    rows = [line for line in markdown(language).splitlines() if re.match(r"\| [A-Za-f] \|", line)]
+    fields = [(word_format, field) for word_format in FORMATS for field in word_format.fields]
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {9}
+    for row, (word_format, field) in zip(rows, fields, strict=True):
+        assert f"`{field.name}`" in row
+        assert catalogue(language)["meanings"][f"{word_format.name}.{field.name}"] in row
 
 
-@every_vocabulary
-def test_both_pages_have_a_row_for_each_field(vocabulary):
-    for language, text in zip(("en", "zh"), export("markdown", vocabulary).values(), strict=True):
-        rows = [line for line in text.splitlines() if re.match(r"\| [A-Za-f] \|", line)]
-        fields = [(word_format, field) for word_format in vocabulary.formats for field in word_format.fields]
-        assert len(rows) == len(fields)
-        columns = {len(re.findall(r"(?<!\\)\|", row)) for row in rows}
-        assert columns == {9}
-        for row, (word_format, field) in zip(rows, fields, strict=True):
-            assert f"`{field.name}`" in row
-            if "<" not in field.meaning and "|" not in field.meaning:
-                assert vocabulary.meaning(word_format, field, language) in row
-
-
-def test_every_field_of_motorcades_has_a_chinese_meaning():
-    for word_format in MOTORCADE.formats:
+def test_every_field_has_a_chinese_meaning():
+    meanings = catalogue("zh")["meanings"]
+    for word_format in FORMATS:
         for field in word_format.fields:
-            assert re.search("[\u4e00-\u9fff]|LED", MOTORCADE.meaning(word_format, field, "zh"))
-    page = export("markdown", MOTORCADE)["motorcade_words.zh.md"]
-    assert "奇偶校验" in page
-    assert "set on the air" not in page
+            assert re.search("[\u4e00-\u9fff]|LED", meanings[f"{word_format.name}.{field.name}"])
+    assert "奇偶校验" in markdown("zh")
+    assert "set on the air" not in markdown("zh")
 
 
 def test_a_page_names_the_fields_that_depend_on_others():
-    english, chinese = export("markdown", MOTORCADE).values()
+    english, chinese = markdown("en"), markdown("zh")
     assert "`dwell` is 0 exactly where `follower_words` is 0." in english
     assert "Without `motor_enable`, no effect: `motor_direction`, `motor_speed`, `motor_duration`." in english
     assert "当且仅当 `follower_words` 为 0 时，`dwell` 为 0。" in chinese

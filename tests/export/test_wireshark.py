@@ -4,14 +4,13 @@ import random
 import subprocess
 
 import pytest
+from scripts.exports.wireshark import wireshark
 
-from motorcade.export import export
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.captures import RAW_IP, USER0, segments, write_pcap
-from support.vocabularies import VOCABULARIES
 
 PORT = 5005
 GOOD = [0x128CB000, 0x12ACB000, 0x1284B000, 0x19614000, 0x10000000, 0x1B4FF800]
@@ -23,9 +22,7 @@ SEPARATOR = "|"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dissectors")
-    for vocabulary in VOCABULARIES:
-        for name, text in export("wireshark", vocabulary).items():
-            (folder / name).write_text(text, encoding="utf-8")
+    (folder / "motorcade_words.lua").write_text(wireshark(), encoding="utf-8")
     return folder
 
 
@@ -33,10 +30,10 @@ def folder(tmp_path_factory):
 def dissect(tshark, folder, tmp_path):
     """What tshark prints of chosen fields, a list of texts for each, packet by packet."""
 
-    def run(link_type, packets, fields, *options, vocabulary=VOCABULARIES[0]):
+    def run(link_type, packets, fields, *options):
         path = tmp_path / "capture.pcap"
         write_pcap(path, link_type, packets)
-        script = f"lua_script:{folder / vocabulary.file_stem}.lua"
+        script = f"lua_script:{folder / 'motorcade_words.lua'}"
         command = [str(tshark), "-X", script, "-r", str(path), *options, "-T", "fields"]
         command += ["-E", "occurrence=a", "-E", f"aggregator={SEPARATOR}", "-E", "separator=/t"]
         for field in fields:
@@ -228,23 +225,6 @@ def test_garbage_is_no_error_of_ours(dissect, link_type, options):
     rows = dissect(link_type, packets, ["_ws.expert.message", "_ws.lua.text", "_ws.malformed"], *options)
     assert len(rows) == len(GARBAGE)
     assert [row for row in rows if "Lua" in str(row) or row[1:] != [[], []]] == []
-
-
-@pytest.mark.parametrize("vocabulary", VOCABULARIES[1:], ids=lambda each: each.name)
-def test_a_format_of_ones_own_is_dissected_where_one_asks_for_it(dissect, vocabulary):
-    (word_format,) = vocabulary.formats
-    dice = random.Random(1)
-    good = word_format.encode()
-    words = [good, *(good ^ 1 << bit for bit in range(32)), *(dice.getrandbits(32) for _ in range(50))]
-    prefix = f"motorcade_{vocabulary.name}"
-    fields = [*filters(word_format, prefix), "_ws.expert.message"]
-    packets = segments(pieces_of(words_to_bytes(tuple(words)), dice), 6000)
-    options = ["-d", f"tcp.port==6000,{prefix}"]
-    columns = columns_of(dissect(RAW_IP, packets, fields, *options, vocabulary=vocabulary), len(fields))
-    shown = [[int(text) for text in column] for column in columns[:-1]]
-    assert list(map(list, zip(*shown, strict=True))) == [raw_values(word_format, word) for word in words]
-    said = [text for text in columns[-1] if "allowed" in text or "written" in text or "no effect" in text]
-    assert said == [sentence for word in words for sentence in sentences(word_format, word)]
 
 
 def test_the_tree_names_the_fingerprint(tshark, folder, tmp_path):

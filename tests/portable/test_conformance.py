@@ -14,7 +14,7 @@ from motorcade.car import brain, frames
 
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src" / "motorcade"
-WORDS = [path for path in sorted((SOURCE / "words").glob("*.py")) if path.name != "bulk.py"]
+WORDS = sorted((SOURCE / "words").glob("*.py"))
 CAR = sorted((SOURCE / "car").glob("*.py"))
 CHECK = sorted((SOURCE / "car" / "check").glob("*.py"))
 ON_CHIP = sorted((SOURCE / "boards" / "on_chip").glob("*.py"))

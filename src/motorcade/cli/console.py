@@ -11,12 +11,12 @@ from rich.text import Text
 from motorcade.car.brain import TAGGED
 from motorcade.cli.language import current_language, in_language, translated
 from motorcade.config.profile import Profile
-from motorcade.config.vocabulary import Vocabulary, fingerprint_text
 from motorcade.errors import Phrase
+from motorcade.locales import catalogue
 from motorcade.program.diagnostics import Diagnostic
 from motorcade.program.steps import SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
-from motorcade.words.formats import CONTROL, HEADER
+from motorcade.words.formats import CONTROL, HEADER, fingerprint
 from motorcade.words.image import parse_image
 
 _DIRECTIONS = ("forward", "left", "right", "random")
@@ -108,7 +108,7 @@ def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic]) -> No
         console.print(line, soft_wrap=True)
 
 
-def fields_table(word: int, word_format: WordFormat, vocabulary: Vocabulary, warnings: Iterable[Phrase]) -> Table:
+def fields_table(word: int, word_format: WordFormat, warnings: Iterable[Phrase]) -> Table:
     """Make a table of the fields of one word: bits, raw value, meaning."""
     lines = [translated("warning-line", code=warning.key, warning=warning) for warning in warnings]
     title = translated("fields-table-title", format=word_format.name, word=word)
@@ -116,12 +116,12 @@ def fields_table(word: int, word_format: WordFormat, vocabulary: Vocabulary, war
     for name in ("bits", "field", "raw", "meaning", "source"):
         table.add_column(translated(f"column-{name}"), justify="right" if name in ("bits", "raw") else "left")
     for field in word_format.fields:
-        meaning = vocabulary.meaning(word_format, field, current_language())
+        meaning = _meaning(word_format, field)
         table.add_row(_bits(field), field.name, str(word >> field.low & field.raw_mask), meaning, field.source)
     return table
 
 
-def format_table(word_format: WordFormat, vocabulary: Vocabulary) -> Table:
+def format_table(word_format: WordFormat) -> Table:
     """Make a table of the fields of a format: bits, allowed values with their unit, meaning."""
     title = translated("format-table-title", format=word_format.name, fingerprint=fingerprint_text(word_format))
     table = Table(title=title, title_justify="left")
@@ -131,9 +131,19 @@ def format_table(word_format: WordFormat, vocabulary: Vocabulary) -> Table:
         table.add_column(translated(f"column-{name}"))
     for field in word_format.fields:
         allowed = f"{field.allowed.sentence(current_language())} {field.unit}".rstrip()
-        meaning = vocabulary.meaning(word_format, field, current_language())
+        meaning = _meaning(word_format, field)
         table.add_row(_bits(field), *map(Text, (field.name, allowed, meaning, field.source)))
     return table
+
+
+def fingerprint_text(word_format: WordFormat) -> str:
+    """Return the fingerprint as exported files have it: ``0x`` and 8 digits."""
+    return f"0x{fingerprint(word_format):08X}"
+
+
+def _meaning(word_format: WordFormat, field: Field) -> str:
+    meaning: str = catalogue(current_language())["meanings"].get(f"{word_format.name}.{field.name}", field.meaning)
+    return meaning
 
 
 def _bits(field: Field) -> str:

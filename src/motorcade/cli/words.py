@@ -25,14 +25,10 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
-    from motorcade.config.vocabulary import Vocabulary
     from motorcade.words.field import WordFormat
 
 app = typer.Typer()
 FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
-FormatFile = Annotated[
-    Path | None, typer.Option("--format", metavar="FILE.toml", exists=True, dir_okay=False, readable=True)
-]
 
 
 @app.command("encode")
@@ -41,7 +37,9 @@ def _encode(
     values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
     as_json: Json = False,
 ) -> None:
-    chosen, _ = _format_called(word_format)
+    from motorcade.words.formats import format_named
+
+    chosen = format_named(word_format)
     fields: dict[str, int] = {}
     for text in values or ():
         name, equals, value = text.partition("=")
@@ -65,7 +63,9 @@ def _encode(
 def _decode(
     word_format: FormatName, words: Annotated[list[str], typer.Argument(metavar="WORD...")], as_json: Json = False
 ) -> None:
-    chosen, vocabulary = _format_called(word_format)
+    from motorcade.words.formats import format_named
+
+    chosen = format_named(word_format)
     decoded = []
     for text in words:
         number = whole_number(text, Phrase("a-word"))
@@ -78,7 +78,7 @@ def _decode(
     from motorcade.cli.console import fields_table
 
     for each in decoded:
-        print_table(fields_table(each["word"], chosen, vocabulary, each["warnings"]))
+        print_table(fields_table(each["word"], chosen, each["warnings"]))
 
 
 def _warnings_as_dict(warnings: list[Phrase]) -> dict[str, list[str]]:
@@ -155,69 +155,41 @@ def _inspect(image: ExistingFile, profile: str = "classroom", language: Language
 
 
 @app.command("formats")
-def _formats(format_file: FormatFile = None, as_json: Json = False) -> None:
-    vocabulary = _vocabulary_in(format_file)
+def _formats(as_json: Json = False) -> None:
+    from motorcade.cli.console import fingerprint_text, format_table
+    from motorcade.words.formats import FORMATS
+
     if wants_json(as_json):
-        print_json([_format_as_dict(word_format) for word_format in vocabulary.formats])
+        print_json([_format_as_dict(each, fingerprint_text(each)) for each in FORMATS])
         return
-    from motorcade.cli.console import format_table
-
-    for word_format in vocabulary.formats:
-        print_table(format_table(word_format, vocabulary))
+    for word_format in FORMATS:
+        print_table(format_table(word_format))
 
 
-def _format_as_dict(word_format: "WordFormat") -> dict[str, object]:
-    from motorcade.config.vocabulary import fingerprint_text
-
+def _format_as_dict(word_format: "WordFormat", fingerprint: str) -> dict[str, object]:
     names = ("name", "high", "low", "minimum", "maximum", "default", "unit", "allowed", "meaning", "source")
     fields = [{name: getattr(field, name) for name in names} for field in word_format.fields]
     fields = [{**values, "allowed": str(values["allowed"])} for values in fields]
-    return {"name": word_format.name, "fingerprint": fingerprint_text(word_format), "fields": fields}
+    return {"name": word_format.name, "fingerprint": fingerprint, "fields": fields}
 
 
 @app.command("export")
 def _export(
     target: Annotated[str, typer.Argument(metavar="TARGET")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False)] = Path(),
-    format_file: FormatFile = None,
     as_json: Json = False,
 ) -> None:
     from motorcade.export import export
 
-    files = export(target, _vocabulary_in(format_file))
+    files = export(target)
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise MotorcadeError("folder-not-writable", folder=output, reason=problem.strerror) from None
-    written = []
-    for name, text in files.items():
-        write_file(output / name, text.encode(), format_file)
-        written.append(str(output / name))
+    for name, contents in files.items():
+        write_file(output / name, contents)
+    written = [str(output / name) for name in files]
     if as_json:
         print_json({"files": written})
     else:
         print_lines(translated("file-written", file=path) for path in written)
-
-
-def _vocabulary_in(format_file: Path | None) -> "Vocabulary":
-    """Return the format that a TOML file declares, or Motorcade's own where there is no file."""
-    from motorcade.config.own_format import read_format
-    from motorcade.config.vocabulary import MOTORCADE
-
-    if format_file is None:
-        return MOTORCADE
-    try:
-        text = read_file(format_file).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise MotorcadeError("format-not-utf-8", file=format_file) from None
-    return read_format(text, str(format_file))
-
-
-def _format_called(name: str) -> "tuple[WordFormat, Vocabulary]":
-    """Return the format that is called ``name`` or declared in the file ``name``, and its vocabulary."""
-    from motorcade.words.formats import format_named
-
-    if not name.endswith(".toml"):
-        return format_named(name), _vocabulary_in(None)
-    vocabulary = _vocabulary_in(Path(name))
-    return vocabulary.formats[0], vocabulary

@@ -1,4 +1,4 @@
-"""Names for annotations: how many bits an integer needs in C (`motorcade.export.brain_c`). In Python they are all int.
+"""Names for annotations: how many bits an integer needs in C (`scripts/exports`). In Python they are all int.
 
 A plain ``int`` is 0 to 2^32 - 1.
 """

@@ -7,8 +7,8 @@ counterpart in C with the same meaning is refused with file and line. docs/adr/0
 
 import ast
 
-from motorcade.export.c_expressions import ANYTHING, NUMBER, SMALL, Expressions, Function, cast, declared_function
-from motorcade.export.c_source import NOTHING, SIGNED, UNSIGNED, WORDS, Source, in_comment
+from .c_expressions import ANYTHING, NUMBER, SMALL, Expressions, Function, cast, declared_function
+from .c_source import NOTHING, SIGNED, UNSIGNED, WORDS, Source, in_comment
 
 _INDENT = "    "
 # The words of C and C++ that Python doesn't reserve, too.

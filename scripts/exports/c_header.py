@@ -4,24 +4,26 @@ It only shifts uint32_t by fewer than 32 bits, so neither the width of int nor t
 matters. What is the same for all formats is in `templates/c_header.h`.
 """
 
-from motorcade.config.vocabulary import Vocabulary, field_notes, fingerprint_text
-from motorcade.export.templates import filled_template
 from motorcade.words.field import WORD_MASK, Field, WordFormat
+from motorcade.words.formats import FORMATS
+
+from .fields import FILE_STEM, field_notes, fingerprint_text
+from .templates import filled_template
 
 _TYPE_BITS = (8, 16, 32)
 
 
-def c_header(vocabulary: Vocabulary) -> str:
+def c_header() -> str:
     """Return the text of the header."""
-    first = vocabulary.formats[0]
+    first = FORMATS[0]
     return filled_template(
         "c_header.h",
-        NAMES=", ".join(word_format.name for word_format in vocabulary.formats),
+        NAMES=", ".join(word_format.name for word_format in FORMATS),
         FIRST=_prefix(first),
         FIRST_CAPITALS=_prefix(first).upper(),
         FIRST_FIELD=first.fields[0].name,
-        GUARD=f"{vocabulary.file_stem.upper()}_H",
-        FORMATS="\n".join(_format(word_format) for word_format in vocabulary.formats),
+        GUARD=f"{FILE_STEM.upper()}_H",
+        FORMATS="\n".join(_format(word_format) for word_format in FORMATS),
     )
 
 

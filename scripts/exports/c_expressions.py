@@ -4,7 +4,7 @@ import ast
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
-from motorcade.export.c_source import (
+from .c_source import (
     BYTE,
     CAR,
     IMAGE,

@@ -5,48 +5,43 @@ Only its table of fields is generated; the code that uses the table is in `templ
 
 from collections.abc import Iterator
 
-from motorcade.config.vocabulary import Vocabulary, fingerprint_text
 from motorcade.errors import Phrase
-from motorcade.export.templates import filled_template
 from motorcade.words.field import WORD_BITS, Field, WordFormat
+from motorcade.words.formats import FORMATS
+
+from .fields import FILE_STEM, fingerprint_text
+from .templates import filled_template
 
 # The TCP port on which a car listens for drive commands by default.
 DRIVE_PORT = 5005
 _STREAMS = {"drive": DRIVE_PORT}
 # The user link type of captured packets that hold words, one behind the other.
 _USER_LINKS = {"frame": 1}
-_USE_OWN = """\
--- Words of the format {name} on a TCP connection: -d tcp.port==6000,motorcade_{name}"""
+_PARTS_OF_IMAGES = ("header", "control")
 _USE = f"""\
 -- Drive commands are found on TCP port {DRIVE_PORT}, captured images in packets of link type USER0 (147), infrared
 -- frames in packets of link type USER1 (148), and uploads or frames over TCP where you say so:
 -- -d tcp.port==7000,motorcade_image or -d tcp.port==7000,motorcade_frame"""
 
 
-def wireshark(vocabulary: Vocabulary) -> str:
+def wireshark() -> str:
     """Return the text of the dissector."""
-    parts_of_images = ("header", "control") if vocabulary.has_images else ()
-    names = [word_format.name for word_format in vocabulary.formats]
-    streams = [name for name in names if name not in parts_of_images]
     return filled_template(
         "wireshark.lua",
-        NAMES=", ".join(names),
-        FILE=f"{vocabulary.file_stem}.lua",
-        USE=_USE if vocabulary.has_images else _USE_OWN.format(name=names[0]),
-        FORMATS="\n".join(_format(word_format) for word_format in vocabulary.formats),
-        STREAMS=", ".join(_stream(name) for name in streams),
-        BAD=", ".join(_bad(vocabulary)),
-        HAS_IMAGES=_lua(vocabulary.has_images),
+        NAMES=", ".join(word_format.name for word_format in FORMATS),
+        FILE=f"{FILE_STEM}.lua",
+        USE=_USE,
+        FORMATS="\n".join(_format(word_format) for word_format in FORMATS),
+        STREAMS=", ".join(_stream(each.name) for each in FORMATS if each.name not in _PARTS_OF_IMAGES),
+        BAD=", ".join(_bad()),
     )
 
 
-def _bad(vocabulary: Vocabulary) -> Iterator[str]:
+def _bad() -> Iterator[str]:
     """Yield the sentences about computed fields, with places for the values that Lua fills."""
-    computed = [field for word_format in vocabulary.formats for field in word_format.fields if field.parity_masks]
-    for field in computed:
+    for field in (field for word_format in FORMATS for field in word_format.fields if field.parity_masks):
         yield f"{field.name} = {_lua(str(Phrase(f'bad-{field.name}', value='%d', expected='%d')))}"
-    if computed:
-        yield f"reserved = {_lua(str(Phrase('bad-reserved', field='%s', value='%d', needs='%s')))}"
+    yield f"reserved = {_lua(str(Phrase('bad-reserved', field='%s', value='%d', needs='%s')))}"
 
 
 def _stream(name: str) -> str:

@@ -7,11 +7,12 @@ import ast
 from pathlib import Path
 
 from motorcade.car import brain, frames, step
-from motorcade.export.c_expressions import declared_function
-from motorcade.export.c_functions import Program, comment, documented
-from motorcade.export.c_source import CAR, PREFIX, WORDS, Source, number
-from motorcade.export.templates import filled_template
 from motorcade.words import blocks, check, infrared, receiver, ticks
+
+from .c_expressions import declared_function
+from .c_functions import Program, comment, documented
+from .c_source import CAR, PREFIX, WORDS, Source, number
+from .templates import filled_template
 
 # Which modules are in C, in the order of the files.
 _MODULES = (ticks, infrared, blocks, check, receiver, brain, frames, step)
