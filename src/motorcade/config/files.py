@@ -7,6 +7,7 @@ import re
 import sys
 import tempfile
 import tomllib
+from bisect import bisect_left
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -18,6 +19,11 @@ Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
 _LONGEST_KEY = 40
+# What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
+_TOML_TOKENS = re.compile(
+    r"""\"{3}(?:[^\\]|\\.)*?\"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\#[^\n]*|[\[\]{}\n]""", re.DOTALL
+)
+_DEPTHS = {"[": 1, "{": 1, "]": -1, "}": -1}
 # The beginnings of the messages of Python's reader of JSON, and the phrase for each.
 _JSON_REASONS = (
     ("Expecting value", "json-no-value"),
@@ -142,20 +148,24 @@ def place_text(place: tuple[str | int, ...]) -> str | Phrase:
 
 
 def line_of(text: str, place: tuple[str | int, ...]) -> int:
-    """The line, from 1, of TOML ``text`` on which the value at ``place`` is complete; the last line where none is.
+    """The line, from 1, of valid TOML ``text`` on which the value at ``place`` is complete; the last where none is.
 
-    Python's reader keeps no lines. The value stands on the line with which the text up to there, read by itself,
-    first holds it. This reads the text once for each line, so it is for texts of at most some 1000 lines.
+    Python's reader keeps no lines. The text up to the end of a statement is valid by itself, and holds the value from
+    some statement on: bisection finds it. So the text is read a few times, however many lines it has.
     """
-    lines = text.split("\n")
-    for count in range(1, len(lines)):
-        try:
-            here = tomllib.loads("\n".join(lines[:count]))
-        except tomllib.TOMLDecodeError:
-            continue
-        if _holds(here, place):
-            return count
-    return len(lines)
+    ends = list(_statement_ends(text))
+    first = bisect_left(ends[:-1], True, key=lambda end: _holds(tomllib.loads(text[:end]), place))
+    return text.count("\n", 0, ends[first]) + 1
+
+
+def _statement_ends(text: str) -> Iterator[int]:
+    """Yield where a line of TOML ends outside of strings and brackets, and the end of the text."""
+    depth = 0
+    for token in _TOML_TOKENS.finditer(text):
+        depth += _DEPTHS.get(token[0], 0)
+        if token[0] == "\n" and depth == 0:
+            yield token.start()
+    yield len(text)
 
 
 def _holds(value: Any, place: tuple[str | int, ...]) -> bool:

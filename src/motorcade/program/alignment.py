@@ -1,6 +1,7 @@
 """Which steps of a changed program are which steps of the program before."""
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 from functools import cache
@@ -8,6 +9,9 @@ from typing import Any
 
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import RepeatStep, Step, TogetherStep
+
+# Of old and new steps that are compared step by step: 200 with 200.
+_MOST_PAIRS = 40_000
 
 
 def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
@@ -22,26 +26,33 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
         start += 1
     found: list[int | None] = [*range(start), *[None] * (len(new) - start)]
     groups = []
-    for tag, a, a_end, b, b_end in SequenceMatcher(None, ours[start:], theirs[start:], autojunk=False).get_opcodes():
+    # The comparison of many equal steps takes their number to the third: longer rows are compared as a whole.
+    is_short = len(ours) * len(theirs) <= _MOST_PAIRS
+    matcher = SequenceMatcher(None, ours[start:], theirs[start:], autojunk=False)
+    whole = [("replace", 0, len(ours) - start, 0, len(theirs) - start)]
+    for tag, a, a_end, b, b_end in matcher.get_opcodes() if is_short else whole:
         if tag == "equal":
             found[start + b : start + b_end] = range(start + a, start + a_end)
         else:
             groups.append((range(start + a, start + a_end), range(start + b, start + b_end)))
     left = {position for before, _ in groups for position in before}
-    for position in (each for _, after in groups for each in after):
-        moved = next((each for each in sorted(left) if ours[each] == theirs[position]), None)
-        if moved is not None:
-            found[position] = moved
-            left.discard(moved)
+
+    def take(before: Iterable[int], after: Iterable[int], key: Callable[[Step], object]) -> None:
+        """Give each new step the first old step that is left and has the same key."""
+        waiting: dict[object, deque[int]] = defaultdict(deque)
+        for position in before:
+            if position in left:
+                waiting[key(ours[position])].append(position)
+        for position in after:
+            same = waiting[key(theirs[position])]
+            if found[position] is None and same:
+                left.discard(same[0])
+                found[position] = same.popleft()
+
+    take(sorted(left), (each for _, after in groups for each in after), lambda step: step)
     # First those that changed where they stand, then those that changed and moved.
     for before, after in (*groups, (range(len(old)), range(len(new)))):
-        for position in after:
-            if found[position] is None:
-                kind = theirs[position].kind
-                same = next((each for each in before if each in left and ours[each].kind == kind), None)
-                if same is not None:
-                    found[position] = same
-                    left.discard(same)
+        take(before, after, lambda step: step.kind)
     return found
 
 

@@ -8,7 +8,10 @@ import io
 import re
 import tokenize
 import warnings
+from array import array
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
@@ -65,6 +68,8 @@ class Source:
         if len(self.text) > MOST_CHARACTERS:
             raise ProgramError([error("python-too-long", "", most=MOST_CHARACTERS)])
         self._lines = self.text.split("\n")
+        # For lines with other characters than ASCII: the byte at which each character begins.
+        self._columns: dict[int, array[int]] = {}
         self._starts = [0]
         for line in self._lines:
             self._starts.append(self._starts[-1] + len(line) + 1)
@@ -108,16 +113,17 @@ class Source:
 
     def _offset(self, line: int, byte_column: int) -> int:
         """Python's parser counts columns in bytes of UTF-8."""
-        text = self._lines[line - 1]
-        column = byte_column if text.isascii() else len(text.encode()[:byte_column].decode())
+        column = byte_column
+        if not self._lines[line - 1].isascii():
+            if line not in self._columns:
+                sizes = (len(character.encode()) for character in self._lines[line - 1])
+                self._columns[line] = array("I", accumulate(sizes, initial=0))
+            column = bisect_left(self._columns[line], byte_column)
         return self._starts[line - 1] + column
 
     def _place(self, offset: int) -> tuple[int, int]:
-        low, high = 0, len(self._lines) - 1
-        while low < high:
-            middle = (low + high + 1) // 2
-            low, high = (middle, high) if self._starts[middle] <= offset else (low, middle - 1)
-        return low + 1, offset - self._starts[low] + 1
+        line = min(bisect_right(self._starts, offset), len(self._lines))
+        return line, offset - self._starts[line - 1] + 1
 
 
 def _parse(text: str) -> ast.Module:

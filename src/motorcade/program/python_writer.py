@@ -2,6 +2,7 @@
 
 import ast
 import textwrap
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -91,19 +92,17 @@ def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
 
 
 def _attach(comment: Comment, node: Node, source: Source, found: dict[str, _Comments]) -> None:
-    last: Node | None = None
-    for part in node.parts:
-        if part.start <= comment.start < part.end:
-            _attach(comment, part, source, found)
-            return
-        if part.start > comment.start and not (last and source.line_at(last.end) == comment.line):
-            found.setdefault(part.path, _Comments()).before.append(comment.text)
-            return
-        if part.end <= comment.start:
-            last = part
-    own = found.setdefault((last or node).path, _Comments())
-    if last and source.line_at(last.end) == comment.line:
-        own.behind.append(comment.text)
+    parts = node.parts
+    number = bisect_right(parts, comment.start, key=lambda part: part.start)
+    last = parts[number - 1] if number else None
+    if last and comment.start < last.end:
+        _attach(comment, last, source, found)
+        return
+    is_behind = last is not None and source.line_at(last.end) == comment.line
+    if number < len(parts) and not is_behind:
+        found.setdefault(parts[number].path, _Comments()).before.append(comment.text)
+    elif last and is_behind:
+        found.setdefault(last.path, _Comments()).behind.append(comment.text)
     else:
         found.setdefault(node.path, _Comments()).end.append(comment.text)
 
