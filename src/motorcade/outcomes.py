@@ -82,7 +82,6 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("not-part-of-a-command", "keyboard-needs-terminal", "cars-of-one-name", "camera-without-car")),
     (USAGE, 400, ("not-a-car-name", "not-a-telemetry-port", "not-name-and-host", "not-name-and-url")),
     # Sticks and cameras.
-    (PORT_NOT_FOUND, 400, ("no-sdl", "sdl-fails", "not-a-gamepad", "gamepad-not-opened")),
     (PORT_NOT_FOUND, 503, ("camera-driver-missing", "no-camera", "no-picture", "camera-gives-no-answer")),
     (PORT_NOT_FOUND, 503, ("too-many-viewers",)),
     # A driver and a car over a network.

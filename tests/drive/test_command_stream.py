@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.car.arbiter import NEUTRAL
-from motorcade.drive.input.deadman import CommandStream, stick_word
+from motorcade.drive.deadman import CommandStream, stick_word
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import later_ms
 

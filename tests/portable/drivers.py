@@ -6,7 +6,7 @@ from motorcade.car.drive_limits import DutyLimiter, duty_per_s
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import TICKS_MASK
 
-SESSIONS = ((1, arbiter.CLIENT), (2, arbiter.CLIENT), (3, arbiter.CLIENT), (4, arbiter.LOCAL))
+SESSIONS = (1, 2, 3, 4)
 OUTCOMES = ("applied", "watching", "needs neutral", "halted", "yielded", "unpowered")
 ADVANCES_MS = ((0, 0), (1, 50), (1, 50), (300, 301), (4999, 5002))
 
@@ -36,14 +36,14 @@ class DrivenCar:
         self._now = (self._now + random.between(low, high)) & TICKS_MASK
         record.add(car.tick(self._now))
         self._limit()
-        session, priority = random.pick(SESSIONS)
+        session = random.pick(SESSIONS)
         event = random.below(len(EVENTS) + 1)
         if event in (arbiter.STILL, arbiter.MOVE) or random.one_in(2):
             speed = random.below(256) if event != arbiter.STILL else 0
             word = DRIVE.encode(angle=random.below(181), direction=random.below(2), speed=speed)
-            record.count("command " + OUTCOMES[car.command(session, priority, word, self._now)])
+            record.count("command " + OUTCOMES[car.command(session, word, self._now)])
         elif event == len(EVENTS):
-            record.count("wheel handed over" if car.request(session, priority, self._now) else "wheel waited for")
+            record.count("wheel handed over" if car.request(session, self._now) else "wheel waited for")
         elif event == arbiter.STALL:
             car.stall()
         elif event == arbiter.RELEASE:
@@ -55,7 +55,7 @@ class DrivenCar:
         elif event == arbiter.CLEAR:
             car.clear()
         elif event == arbiter.RESUME:
-            record.add(car.resume(session, priority, self._now))
+            record.add(car.resume(session, self._now))
         elif event == arbiter.LOW:
             car.discharge()
         elif event == arbiter.CHARGED:

@@ -26,8 +26,8 @@ class Witness:
     After each event it says what is wrong, if the wheels could move and shouldn't.
     """
 
-    def __init__(self, failsafe_ms: int, hand_over_ms: int, sessions: dict[int, int], arming: bool = False) -> None:
-        self.failsafe_ms, self.hand_over_ms, self.sessions = failsafe_ms, hand_over_ms, sessions
+    def __init__(self, failsafe_ms: int, hand_over_ms: int, arming: bool = False) -> None:
+        self.failsafe_ms, self.hand_over_ms = failsafe_ms, hand_over_ms
         self.driver = NOBODY
         self.sent = NEUTRAL
         self.age_ms = 0
@@ -60,7 +60,8 @@ class Witness:
             self.needs_neutral = True
         if event == "resume" and answer:
             fault = fault or ("a stopped car runs its program" if self.is_stopped or self.is_low else "")
-            fault = fault or ("the driver is pushed aside by the program" if self._is_above(session) else "")
+            is_another = self.driver not in (session, NOBODY)
+            fault = fault or ("the driver is pushed aside by the program" if is_another else "")
             self.runs_program, self.needs_neutral, self.wanted = True, False, frozenset()
         if event == "still" and session in (self.driver, car.driver) and not self.is_stopped and not self.is_low:
             self.needs_neutral = False
@@ -74,9 +75,8 @@ class Witness:
             return ""
         if before != NOBODY:
             left = lapsed or (event in ("release", "gone") and session == before)
-            outranked = event in ("move", "still") and after == session and self.sessions[after] > self.sessions[before]
-            handed = after in self.wanted and car.word == NEUTRAL and self.sessions[after] >= self.sessions[before]
-            if not (left or outranked or handed):
+            handed = after in self.wanted and car.word == NEUTRAL
+            if not (left or handed):
                 return f"session {after} took the wheel from {before}"
         if after != session and after not in self.wanted:
             return f"session {after} has the wheel and did nothing"
@@ -87,10 +87,6 @@ class Witness:
             self.armed_by = session
         if (event in ("release", "gone") and session == self.armed_by) or (event == "resume" and answer):
             self.armed_by = NOBODY
-
-    def _is_above(self, session: int) -> bool:
-        """Whether somebody else drives whom ``session`` can't outrank."""
-        return self.driver not in (session, NOBODY) and self.sessions[self.driver] >= self.sessions[session]
 
     def _take_driver(self, car: Arbiter, event: str, session: int) -> None:
         if car.driver != self.driver:
@@ -134,16 +130,16 @@ class Witness:
         return self.driver, self.sent, self.age_ms, self.wanted, flags
 
 
-def take(car: Arbiter, event: str, session: int, priority: int, now: int) -> int | bool | None:
+def take(car: Arbiter, event: str, session: int, now: int) -> int | bool | None:
     """Let ``car`` take an event."""
     if event == "move":
-        return car.command(session, priority, MOVES[session], now)
+        return car.command(session, MOVES[session], now)
     if event == "still":
-        return car.command(session, priority, STILLS[session], now)
+        return car.command(session, STILLS[session], now)
     if event == "request":
-        return car.request(session, priority, now)
+        return car.request(session, now)
     if event == "resume":
-        return car.resume(session, priority, now)
+        return car.resume(session, now)
     if event in ("release", "gone"):
         return {"release": car.release, "gone": car.gone}[event](session, now)
     if event == "wait":

@@ -13,7 +13,7 @@ from support.waiting import DEADLINE_S
 HELD_S = 1.0
 # Longer than a key counts as held, and a command as new.
 RELEASED_S = 0.7
-KITTY_QUERY, WHERE_QUERY = b"\x1b[?u", b"\x1b[6n"
+WHERE_QUERY = b"\x1b[6n"
 
 
 class TerminalProcess:
@@ -22,7 +22,6 @@ class TerminalProcess:
     def __init__(self, handle):
         self.handle = handle
         self.seen = b""
-        self.answers_kitty = False
 
     def wait_for(self, text):
         """Wait until the terminal shows the text."""
@@ -42,8 +41,6 @@ class TerminalProcess:
             # The program has ended.
             return False
         self.seen += new
-        if self.answers_kitty:
-            self.type(b"\x1b[?11u" * new.count(KITTY_QUERY))
         self.type(b"\x1b[1;1R" * new.count(WHERE_QUERY))
         return True
 
@@ -73,17 +70,16 @@ class TerminalProcess:
 
 
 @contextlib.contextmanager
-def terminal(*arguments, answers_kitty=False, program=(INSTALLED,)):
+def terminal(*arguments):
     """Run the command in a terminal while the block runs."""
     import pty
 
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "30"}
-    command = [*program, *map(str, arguments)]
+    command = [INSTALLED, *map(str, arguments)]
     process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, close_fds=True)
     os.close(theirs)
     user = TerminalProcess(ours)
-    user.answers_kitty = answers_kitty
     user.process = process
     try:
         yield user

@@ -1,4 +1,4 @@
-"""Decide who drives, by one table of states: priorities, stale commands, failsafe and emergency stop.
+"""Decide who drives, by one table of states: stale commands, hand-over, failsafe and emergency stop.
 
 Portable and pure: sessions are numbers, commands are DRIVE words, times are arguments in milliseconds that wrap
 (`motorcade.words.ticks`). To have the wheel is to be the session whose commands drive the car.
@@ -72,7 +72,6 @@ TABLE = (
     (STANDING, GONE, READY),
     (STANDING, STOP, STOPPED),
     (STANDING, RESUME, PROGRAM),
-    (STANDING, UNARMED, DISARMED),
     (STANDING, LOW, DISCHARGED),
     (MOVING, STILL, STANDING),
     (MOVING, SILENT, FAILSAFE),
@@ -81,7 +80,6 @@ TABLE = (
     (MOVING, GONE, FAILSAFE),
     (MOVING, STOP, STOPPED),
     (MOVING, RESUME, PROGRAM),
-    (MOVING, UNARMED, DISARMED),
     (MOVING, LOW, DISCHARGED),
     (FAILSAFE, STILL, STANDING),
     (FAILSAFE, STOP, STOPPED),
@@ -115,10 +113,6 @@ UNPOWERED = 5  # the battery is low
 # The outcome of a command that doesn't reach the wheels, by the state that it finds or leads to.
 _HELD = ((STOPPED, HALTED), (PROGRAM, YIELDED), (DISCHARGED, UNPOWERED))
 
-# Priorities: a higher one takes the wheel at once.
-CLIENT = 1
-LOCAL = 2
-
 NOBODY = 0
 _SPEED_AT = DRIVE.field("speed").low
 NEUTRAL = DRIVE.encode(angle=90, direction=1, speed=0)
@@ -147,7 +141,6 @@ class Arbiter:
         state: READY to DISCHARGED.
         word: the DRIVE word that is valid now; NEUTRAL where no command is.
         driver: number of the session that drives, or NOBODY; sessions are numbered from 1.
-        driver_priority: its priority.
         wanted_by: number of the session that waits for the wheel, or NOBODY.
         commanded_ms: when the driver last sent a command.
     """
@@ -156,7 +149,6 @@ class Arbiter:
         self.state = READY
         self.word = NEUTRAL
         self.driver = NOBODY
-        self.driver_priority = 0
         self.wanted_by = NOBODY
         self.commanded_ms = 0
         self._failsafe_ms = failsafe_ms
@@ -164,7 +156,6 @@ class Arbiter:
         self._arming = arming
         # The session that armed the car, where arming is asked.
         self._armed_by = NOBODY
-        self._wanted_priority = 0
 
     def tick(self, now: int) -> int:
         """Do what is due at ``now`` and return after how many ms something can be due next."""
@@ -180,10 +171,10 @@ class Arbiter:
         # The present driver, perhaps a new one, sent a command or got the wheel at most silent_ms ago.
         return max(1, self._hand_over_ms + 1 - silent_ms)
 
-    def command(self, session: int, priority: int, word: int, now: int) -> int:
+    def command(self, session: int, word: int, now: int) -> int:
         """Take a valid DRIVE word that came at ``now``; return its outcome, APPLIED to UNPOWERED."""
         self.tick(now)
-        if not self._may_drive(session, priority):
+        if not self._may_drive(session):
             return WATCHING
         moves = word >> _SPEED_AT & 255
         event = MOVE if moves else STILL
@@ -200,7 +191,6 @@ class Arbiter:
         if self.wanted_by == session:
             self.wanted_by = NOBODY
         self.driver = session
-        self.driver_priority = priority
         self.commanded_ms = now
         self.state = following
         if following in (FAILSAFE, DISARMED):
@@ -211,19 +201,17 @@ class Arbiter:
             self._pass_on(now)
         return APPLIED
 
-    def request(self, session: int, priority: int, now: int) -> bool:
+    def request(self, session: int, now: int) -> bool:
         """Ask for the wheel; return whether ``session`` has it now.
 
-        It gets the wheel at once where nobody drives or the car stands still, else as soon as the car does. A driver
-        of higher priority keeps it until they release it or send nothing for ``hand_over_ms``. Another session that
-        waits already comes first.
+        It gets the wheel at once where nobody drives or the car stands still, else as soon as the car does. Another
+        session that waits already comes first.
         """
         self.tick(now)
         if session == self.driver:
             return True
         if self.wanted_by == NOBODY:
             self.wanted_by = session
-            self._wanted_priority = priority
             self._pass_on(now)
         return self.driver == session
 
@@ -255,14 +243,14 @@ class Arbiter:
         """Let commands count again, because the battery is charged; one with speed 0 then arms the car."""
         self._take_event(CHARGED)
 
-    def resume(self, session: int, priority: int, now: int) -> bool:
+    def resume(self, session: int, now: int) -> bool:
         """Give the wheels to the program.
 
         Returns:
             False where another session drives, the emergency stop holds or the battery is low.
         """
         self.tick(now)
-        if not self._may_drive(session, priority) or self.state in (STOPPED, DISCHARGED):
+        if not self._may_drive(session) or self.state in (STOPPED, DISCHARGED):
             return False
         self._take_event(RESUME)
         self._armed_by = NOBODY
@@ -270,8 +258,8 @@ class Arbiter:
         self.wanted_by = NOBODY
         return True
 
-    def _may_drive(self, session: int, priority: int) -> bool:
-        return self.driver in (session, NOBODY) or priority > self.driver_priority
+    def _may_drive(self, session: int) -> bool:
+        return self.driver in (session, NOBODY)
 
     def _take_event(self, event: int) -> None:
         self.state = NEXT[self.state][event]
@@ -290,13 +278,10 @@ class Arbiter:
             self._pass_on(now)
 
     def _pass_on(self, now: int) -> None:
-        """Give the wheel to the waiting session, unless the driver moves the car or has a higher priority."""
-        if self.wanted_by == NOBODY:
-            return
-        if self.driver != NOBODY and (self.state == MOVING or self._wanted_priority < self.driver_priority):
+        """Give the wheel to the waiting session, unless the driver moves the car."""
+        if self.wanted_by == NOBODY or (self.driver != NOBODY and self.state == MOVING):
             return
         self._take_event(RELEASE)
         self.driver = self.wanted_by
-        self.driver_priority = self._wanted_priority
         self.commanded_ms = now
         self.wanted_by = NOBODY

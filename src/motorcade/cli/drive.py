@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli import driving, pages
-from motorcade.cli.car_options import KEYBOARD, BoardName, CarOptions, Role
-from motorcade.cli.driving import StickName, open_stick
+from motorcade.cli.car_options import BoardName, CarOptions, Role
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
@@ -79,7 +78,6 @@ def _serve(
     camera: CameraName = CameraName.NONE,
     mat: OptionalFile = None,
     program: OptionalFile = None,
-    stick: StickName | None = None,
     profile: ImageProfile = None,
     language: Language = "",
     as_json: Json = False,
@@ -98,10 +96,10 @@ def _serve(
         raise MotorcadeError("pins-and-board")
     if pins and (mat or program):
         raise MotorcadeError("options-of-simulated-cars")
-    _check_options(options, pins is not None, stick)
+    _check_options(options, pins is not None)
     from motorcade.boards.computer import BatteryFile
 
-    chosen, source = profile_named(profile or DEFAULT_PROFILE), open_stick(stick) if stick else None
+    chosen = profile_named(profile or DEFAULT_PROFILE)
     measured = BatteryFile(battery) if battery else None
     tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
@@ -125,7 +123,7 @@ def _serve(
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, pages.https(keys), pictures) if page else None
         serving = ServeOptions(
-            commands, telemetry, tls, refused, written, byte_order, as_json, serve_page, source, parts, notes
+            commands, telemetry, tls, refused, written, byte_order, as_json, serve_page, parts, notes
         )
         asyncio.run(serve(car, chosen, serving))
     if not as_json:
@@ -144,13 +142,11 @@ def _open_revoked(keys: Path | None, file: Path | None, notes: "deque[Note]") ->
         return RevokedKeys(file or keys.with_name("revoked.crl"), keys, notes.append)
 
 
-def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) -> None:
+def _check_options(options: CarOptions, is_real: bool) -> None:
     if not is_real and options._replace(insecure_lan=False) != CarOptions():
         raise MotorcadeError("options-of-real-cars")
     if options.serial and options.tcp:
         raise MotorcadeError("options-exclude-each-other", first="--upload-serial", second="--upload-tcp")
-    if options.voice == KEYBOARD and stick == StickName.KEYBOARD:
-        raise MotorcadeError("options-exclude-each-other", first="--voice keyboard", second="--stick keyboard")
 
 
 def _open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", notes: "deque[Note]") -> "CarParts":

@@ -2,43 +2,19 @@
 
 import sys
 import time
-from contextlib import ExitStack, suppress
-from typing import Self
+from contextlib import suppress
 
 from blessed import Terminal
-from blessed.keyboard import Keystroke
 
 from motorcade.cli.language import current_language, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
-from motorcade.drive.input.deadman import (
-    AHEAD,
-    BACK,
-    CLEAR,
-    LEFT,
-    QUIT,
-    RELEASE,
-    REQUEST,
-    RESUME,
-    RIGHT,
-    STOP,
-    DeadmanSwitch,
-    KeyStick,
-    Reading,
-    StickSource,
-)
+from motorcade.drive.deadman import AHEAD, BACK, LEFT, RIGHT, DeadmanSwitch, KeyStick
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.timing import monotonic_ms
 
-THROTTLE, HOLD_S = 0.4, 0.25
-_STEERS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}
 _ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}
-_ORDERS = {" ": STOP, "c": CLEAR, "g": RELEASE, "t": REQUEST, "p": RESUME, "q": QUIT}
-# Terminals that report releases send Ctrl-C as a key too.
-_QUITS = ("KEY_CTRL_C", "KEY_ESCAPE")
-_STEP, _LEAST = 0.05, 0.05
-_QUERY_S = 0.3
 # A car takes 100 commands a second.
 _LOOK_S = 0.02
 _DRAW_S = 0.1
@@ -51,149 +27,73 @@ def check_terminal() -> None:
         raise MotorcadeError("keyboard-needs-terminal")
 
 
-class Keyboard:
-    """The keyboard of this terminal: ``with Keyboard() as keyboard: ...``, all in one thread.
-
-    Args:
-        throttle: the throttle of a key, 0 to 1; the user changes it.
-        hold_s: see `KeyStick`.
-
-    Attributes:
-        terminal: where to write.
-    """
-
-    def __init__(self, throttle: float = THROTTLE, hold_s: float = HOLD_S) -> None:
-        self.throttle = throttle
-        self.terminal = Terminal()
-        self._hold_s = hold_s
-        self._stick = KeyStick(hold_s, reports_releases=False)
-        self._modes = ExitStack()
-
-    def __enter__(self) -> Self:
-        """Read single keys from now on."""
-        with ExitStack() as modes:
-            modes.enter_context(self.terminal.cbreak())
-            modes.enter_context(
-                self.terminal.enable_kitty_keyboard(report_events=True, report_all_keys=True, timeout=_QUERY_S)
-            )
-            reported = self.terminal.get_kitty_keyboard_state(timeout=_QUERY_S)
-            self._stick = KeyStick(self._hold_s, reports_releases=bool(reported and reported.report_events))
-            self._modes = modes.pop_all()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Restore the terminal."""
-        self._modes.close()
-
-    def read(self) -> Reading:
-        """What the keys command now."""
-        orders = []
-        while key := self.terminal.inkey(timeout=0):
-            if order := self._take(key):
-                # An order releases the keys first.
-                self._stick.release_all()
-                orders.append(order)
-        throttle, steering = self._stick.axes(time.monotonic())
-        return Reading("keyboard", (throttle * self.throttle, steering), tuple(orders))
-
-    def _take(self, key: Keystroke) -> str | None:
-        """Note a key. Returns the order that it is, or None."""
-        if key.name in _QUITS:
-            return QUIT
-        letter = str(key.key_value).lower()
-        steers = _ARROWS.get(key.key_name or "") or _STEERS.get(letter)
-        if steers:
-            (self._stick.release if key.released else self._stick.press)(steers, time.monotonic())
-            return None
-        if key.released:
-            return None
-        if letter in ("+", "="):
-            self.throttle = min(1.0, self.throttle + _STEP)
-        elif letter == "-":
-            self.throttle = max(_LEAST, self.throttle - _STEP)
-        return _ORDERS.get(letter)
-
-
 class DriveTerminal:
-    """Drive a car from a terminal.
+    """Drive a car by the keys of this terminal.
 
     Args:
         car: the car's name on the screen.
-        keyboard: the terminal's keys.
-        pad: what steers in place of the keys, which still give the orders.
+        throttle: the throttle of a key, 0 to 1.
+        hold_s: see `KeyStick`.
     """
 
-    def __init__(self, car: str, keyboard: Keyboard, pad: StickSource | None = None) -> None:
+    def __init__(self, car: str, throttle: float, hold_s: float) -> None:
         self._car = car
-        self._keyboard = keyboard
-        self._pad = pad
+        self._throttle = throttle
+        self._terminal = Terminal()
+        self._stick = KeyStick(hold_s)
         self._switch = DeadmanSwitch()
-        self._device: str | None = None
-        self._notice: MotorcadeError | None = None
         self._is_done = False
 
     def drive(self, client: BlockingDriveClient) -> None:
         """Drive until the user quits."""
-        terminal = self._keyboard.terminal
-        with terminal.fullscreen(), terminal.hidden_cursor():
+        terminal = self._terminal
+        with terminal.cbreak(), terminal.fullscreen(), terminal.hidden_cursor():
             drawn_s = 0.0
             while not self._is_done:
                 time.sleep(_LOOK_S)
-                is_away = self._steer(client)
+                self._steer(client)
                 if time.monotonic() - drawn_s >= _DRAW_S:
                     drawn_s = time.monotonic()
-                    self._draw(terminal, client, is_away)
+                    self._draw(client)
 
-    def _steer(self, client: BlockingDriveClient) -> bool:
-        """Send the car what keys and stick command. Returns whether the car can't be reached."""
-        keys = self._keyboard.read()
-        stick = self._pad.read() if self._pad else keys
-        if stick.device != self._device:
-            self._device, self._notice = stick.device, None
-        self._notice = stick.notice or self._notice
-        for order in (*keys.orders, *(stick.orders if stick is not keys else ())):
-            with suppress(CarError):
-                self._obey(order, client)
-        axes = self._switch.update(stick.axes, monotonic_ms())
+    def _steer(self, client: BlockingDriveClient) -> None:
+        """Send the car what the keys command."""
+        while key := self._terminal.inkey(timeout=0):
+            if direction := _ARROWS.get(key.name or ""):
+                self._stick.press(direction, time.monotonic())
+            else:
+                with suppress(CarError):
+                    self._obey("q" if key.name == "KEY_ESCAPE" else key.lower(), client)
+        throttle, steering = self._stick.axes(time.monotonic())
+        axes = self._switch.update((throttle * self._throttle, steering), monotonic_ms())
         if axes is not None:
             with suppress(CarError):
                 client.drive(*axes)
-        return not client.connected
 
-    def _obey(self, order: str, client: BlockingDriveClient) -> None:
-        if order == QUIT:
+    def _obey(self, letter: str, client: BlockingDriveClient) -> None:
+        """Do what a letter orders. Raises CarError."""
+        if letter == "q":
             self._is_done = True
-            return
-        self._switch.withdraw()
-        orders = {
-            STOP: client.stop,
-            CLEAR: client.clear,
-            RELEASE: client.release,
-            RESUME: client.resume_program,
-            REQUEST: client.request,
-        }
-        orders[order]()
+        if letter in (" ", "c"):
+            # The arrow keys that were held before count as released.
+            self._stick.release_all()
+            self._switch.withdraw()
+            (client.stop if letter == " " else client.clear)()
 
-    def _draw(self, terminal: Terminal, client: BlockingDriveClient, is_away: bool) -> None:
+    def _draw(self, client: BlockingDriveClient) -> None:
+        terminal = self._terminal
         # A terminal at a serial line has no known size.
         width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
-        lines = [_text("title", car=self._car), *self._stick_lines(), ""]
-        if is_away:
+        lines = [_text("title", car=self._car), ""]
+        if not client.connected:
             lines.append(_text("away", car=self._car))
         elif client.telemetry:
             lines += _telemetry_lines(client.telemetry)
-            if client.waits_for_release or (self._device and self._switch.must_rest):
+            if client.waits_for_release or self._switch.must_rest:
                 lines.append(terminal.bold(_text("let-go")))
-        drives = "" if self._pad else _text("drive-keys", throttle=self._keyboard.throttle)
-        lines += ["", *terminal.wrap(_text("keys", drive=drives), width)]
+        lines += ["", *terminal.wrap(_text("keys"), width)]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
-
-    def _stick_lines(self) -> list[str]:
-        if self._pad is None:
-            return []
-        line = _text("pad", name=self._device) if self._device else _text("no-pad")
-        return [line, *([self._notice.sentence(current_language())] if self._notice else [])]
 
 
 def _telemetry_lines(telemetry: Telemetry) -> list[str]:

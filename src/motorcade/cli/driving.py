@@ -1,20 +1,15 @@
 """Commands for drivers: drive connect, drive send, drive keys."""
 
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import suppress
 from datetime import UTC, datetime
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import Json, needs_extra, print_json, print_lines, print_result, quoted, wants_json
 from motorcade.errors import MotorcadeError, Phrase
-
-if TYPE_CHECKING:
-    from motorcade.drive.input.deadman import StickSource
-    from motorcade.drive.input.gamepad import Gamepad
 
 _PORT = 5005
 _AXES = ("throttle", "steering", "seconds")
@@ -26,35 +21,24 @@ TelemetryPort = Annotated[int | None, typer.Option(min=1, max=65535)]
 CarName = Annotated[str | None, typer.Option("--car")]
 
 
-class StickName(StrEnum):
-    """What can steer at this computer."""
-
-    KEYBOARD = "keyboard"
-    GAMEPAD = "gamepad"
-
-
 @app.command("connect")
 def _connect(
     car: Car,
     telemetry_port: TelemetryPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    stick: StickName = StickName.KEYBOARD,
     throttle: Annotated[float, typer.Option(min=0.05, max=1)] = 0.4,
     hold_ms: Annotated[int, typer.Option(min=100, max=1000)] = 250,
     language: Language = "",
 ) -> None:
     with needs_extra("keyboard", "drive"):
-        from motorcade.cli.drive_terminal import DriveTerminal, Keyboard, check_terminal
+        from motorcade.cli.drive_terminal import DriveTerminal, check_terminal
     from motorcade.drive.blocking_client import BlockingDriveClient
 
     check_terminal()
     options = _options(telemetry_port, keys, car_name)
-    with ExitStack() as resources, suppress(KeyboardInterrupt):
-        pad = resources.enter_context(_gamepad()) if stick == StickName.GAMEPAD else None
-        client = resources.enter_context(BlockingDriveClient(*address_of(car), rearm=False, **options))
-        keyboard = resources.enter_context(Keyboard(throttle, hold_ms / 1000))
-        DriveTerminal(car, keyboard, pad).drive(client)
+    with suppress(KeyboardInterrupt), BlockingDriveClient(*address_of(car), rearm=False, **options) as client:
+        DriveTerminal(car, throttle, hold_ms / 1000).drive(client)
 
 
 @app.command("send")
@@ -148,24 +132,6 @@ def address_of(text: str) -> tuple[str, int]:
     if not host.strip("[]") or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
         raise MotorcadeError("not-a-car", text=text)
     return host.strip("[]"), int(port)
-
-
-def open_stick(name: StickName) -> "AbstractContextManager[StickSource]":
-    """A stick at this computer, to be opened. Raises MotorcadeError where there is none."""
-    if name == StickName.GAMEPAD:
-        return _gamepad()
-    with needs_extra("keyboard", "drive"):
-        from motorcade.cli.drive_terminal import Keyboard, check_terminal
-
-    check_terminal()
-    return Keyboard()
-
-
-def _gamepad() -> "Gamepad":
-    with needs_extra("gamepad", "gamepad"):
-        from motorcade.drive.input.gamepad import Gamepad
-
-        return Gamepad()
 
 
 def _options(telemetry_port: int | None, keys: Path | None, name: str | None) -> dict[str, Any]:

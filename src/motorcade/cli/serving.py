@@ -9,13 +9,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import AbstractAsyncContextManager, AbstractContextManager, AsyncExitStack, contextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.cli.language import current_language, translated
 from motorcade.cli.options import print_result
 from motorcade.drive.activity_log import ActivityLog
-from motorcade.drive.input.local import reading_input
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car_options import CarParts
     from motorcade.config.profile import Profile
-    from motorcade.drive.input.deadman import StickSource
     from motorcade.drive.wire import Telemetry
 
 _PERIOD_S, _LAST_LINE_S = 0.1, 1.0
@@ -47,7 +45,6 @@ class ServeOptions(NamedTuple):
         revoked: drivers' keys that are refused.
         log: who drove, stopped and cleared; None for no log.
         page: serves its page, if it has one, and gives the page's address.
-        stick: what steers at the car itself, if anything does.
         parts: a real car's equipment; None for a simulated car.
         notes: sentences for the log; other threads append to it.
     """
@@ -60,7 +57,6 @@ class ServeOptions(NamedTuple):
     byte_order: str
     as_json: bool
     page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None"
-    stick: "AbstractContextManager[StickSource] | None"
     parts: "CarParts | None"
     notes: deque[Note]
 
@@ -78,9 +74,6 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
     def end() -> None:
         loop.call_soon_threadsafe(ended.set)
 
-    def report(sentence: Phrase | MotorcadeError) -> None:
-        _log(sentence.sentence(language))
-
     for name in _ENDS:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), lambda number, frame: end())
@@ -89,8 +82,6 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
         listeners = await resources.enter_async_context(
             serving(server, options.commands, options.telemetry, options.tls)
         )
-        if options.stick:
-            await resources.enter_async_context(reading_input(control, options.stick, report, end))
         url = await resources.enter_async_context(options.page(control)) if options.page else None
         resources.enter_context(_logging(control.telemetry, options.notes, language))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)

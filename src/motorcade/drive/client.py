@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
-from motorcade.drive.input.deadman import CommandStream, stick_word
+from motorcade.drive.deadman import CommandStream, stick_word
 from motorcade.drive.stamps import stamp_at
 from motorcade.drive.tls.keys import client_context
 from motorcade.drive.wire import Telemetry

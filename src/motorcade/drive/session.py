@@ -1,4 +1,4 @@
-"""Control of one car: the object that sockets, pages and local sticks share, and their sessions. No sockets here.
+"""Control of one car: the object that sockets and pages share, and their sessions. No sockets here.
 
 Every method may be called from any thread. `CarControl.beat` has to be called in time, as
 `motorcade.drive.safety.watchdog.watched` does.
@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
-from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STATES, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, FAILSAFE, MOVING, NOBODY, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import DriveLimits, Profile
 from motorcade.drive.activity_log import Record
@@ -37,12 +37,10 @@ class Who(NamedTuple):
 
     Attributes:
         client: the name in the client's certificate, or its address: where places are short, no client keeps many.
-        kind: CLIENT, or LOCAL for a stick at the car itself, which has the higher priority.
         replaced: called, in the thread of the newcomer, when the session has lost its place.
     """
 
     client: str = ""
-    kind: int = CLIENT
     replaced: Callable[[], None] = lambda: None
 
 
@@ -117,14 +115,14 @@ class CarControl:
             counts: of the words that came before the session.
 
         Raises:
-            DriveError: "full"; a local stick always gets a session.
+            DriveError: "full".
         """
         with self._lock:
             loser = None
-            taken = sum(session.who.kind == CLIENT for session in self._sessions.values())
+            taken = len(self._sessions)
             if watches and self._arbiter.driver == NOBODY:
                 taken += 1
-            if who.kind == CLIENT and taken >= MOST_SESSIONS:
+            if taken >= MOST_SESSIONS:
                 loser = self._replaceable(who.client, watches)
                 if loser is None:
                     raise DriveError("full", sessions=MOST_SESSIONS)
@@ -138,7 +136,7 @@ class CarControl:
 
     def _replaceable(self, client: str, watches: bool) -> "ControlSession | None":
         """The session that gives its place to one of ``client``, None for none."""
-        sessions = [session for session in self._sessions.values() if session.who.kind == CLIENT]
+        sessions = list(self._sessions.values())
         longest = max(sessions, key=lambda session: session.silent_ms, default=None)
         if longest and not watches and longest.silent_ms > self.hand_over_ms:
             return longest
@@ -184,7 +182,7 @@ class CarControl:
             # A command that stops is never over the rate.
             if setpoint[2] and not session.rate.allows(now):
                 return OVER_RATE
-            outcome = self._arbiter.command(session.number, session.who.kind, word & ~STAMP_MASK, now)
+            outcome = self._arbiter.command(session.number, word & ~STAMP_MASK, now)
             if outcome == APPLIED:
                 self._setpoint = setpoint
             self._follow(outcome == APPLIED)
@@ -365,7 +363,7 @@ class ControlSession:
 
     def request(self) -> bool:
         """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves."""
-        return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, self.who.kind, now)))
+        return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, now)))
 
     def release(self) -> None:
         """Give the wheel back, or stop waiting for it."""
@@ -386,7 +384,7 @@ class ControlSession:
         """
         if not self._control.has_program:
             raise DriveError("no-program")
-        if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, self.who.kind, now)):
+        if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, now)):
             raise DriveError("not-yours")
         self._control.record("resumes", self.name)
 

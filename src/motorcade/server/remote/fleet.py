@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.car.arbiter import NEUTRAL
-from motorcade.drive.input.deadman import stick_word
+from motorcade.drive.deadman import stick_word
 from motorcade.drive.session import CarControl, ControlSession, Who
 from motorcade.drive.wire import Counts
 from motorcade.errors import MotorcadeError

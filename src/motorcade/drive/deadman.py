@@ -1,23 +1,17 @@
-"""Dead-man's switches: what keys, a stick or a program command, and how long it counts.
+"""Dead-man's switches: what keys or a program command, and how long it counts.
 
 Pure, with time as an argument: seconds for keys, otherwise milliseconds that wrap (`motorcade.words.ticks`). Nothing
 starts by itself, and nothing goes on that nobody renews.
 """
 
-from typing import NamedTuple, Protocol
-
 from motorcade.car.arbiter import NEUTRAL
-from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms
 
-# A stick that was pushed keeps the wheel for so long after its release: longer than a change of direction takes,
+# Keys that were pressed keep the wheel for so long after their release: longer than a change of direction takes,
 # shorter than others like to wait.
 RESTS_MS = 2000
-# Keys count no longer than this after the last event, since a connection to a terminal can break.
-LONGEST_HOLD_S = 1.0
 
-STOP, CLEAR, RELEASE, REQUEST, RESUME, QUIT = "stop", "clear", "release", "request", "resume", "quit"
 AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
 
 _OPPOSITE = {AHEAD: BACK, BACK: AHEAD, LEFT: RIGHT, RIGHT: LEFT}
@@ -29,29 +23,6 @@ _BELIEVED_AFTER_MS = 500
 _ARMS_ALONE_MS = 40
 
 Axes = tuple[float, float]
-
-
-class Reading(NamedTuple):
-    """What a device shows at one reading.
-
-    Attributes:
-        device: its name; None while there is none.
-        axes: throttle and steering, as `stick_word` takes them; None where they can't be trusted.
-        orders: what was pressed since the last reading, of STOP to QUIT.
-        notice: why another device can't be used.
-    """
-
-    device: str | None
-    axes: Axes | None = None
-    orders: tuple[str, ...] = ()
-    notice: MotorcadeError | None = None
-
-
-class StickSource(Protocol):
-    """A device that is open."""
-
-    def read(self) -> Reading:
-        """What it shows now; doesn't wait. Raises OSError where it can't be read any more."""
 
 
 def stick_word(throttle: float, steering: float) -> int:
@@ -77,11 +48,10 @@ def stick_word(throttle: float, steering: float) -> int:
 
 
 class DeadmanSwitch:
-    """Decide what a stick commands.
+    """Decide what keys command.
 
-    A released stick commands the car to stand still, and after RESTS_MS nothing, so that others can have the wheel.
-    A stick that is pushed when it is plugged in, or when something goes wrong, commands nothing until it has been
-    released.
+    Released keys command the car to stand still, and after RESTS_MS nothing, so that others can have the wheel. Keys
+    that are held at the first look, or through an order, command nothing until they have been released.
     """
 
     def __init__(self) -> None:
@@ -91,27 +61,16 @@ class DeadmanSwitch:
 
     @property
     def must_rest(self) -> bool:
-        """Whether the stick has to be released before it can drive."""
+        """Whether the keys have to be released before they can drive."""
         return self._must_rest
-
-    def distrust(self) -> None:
-        """Require a release, because something went wrong or another one has the wheel."""
-        self._must_rest = True
 
     def withdraw(self) -> None:
         """Command nothing from now on, and require a release."""
         self._must_rest = self._is_silent = True
 
-    def update(self, axes: Axes | None, now_ms: int) -> Axes | None:
-        """What the stick commands now: axes to drive by, zeros to stand still, or None for nothing.
-
-        Args:
-            axes: see `Reading`; axes that are out of range count as None.
-        """
-        # Written so that nan is out of range.
-        if axes is None or not all(-1 <= axis <= 1 for axis in axes):
-            self._must_rest = True
-        elif not any(axes):
+    def update(self, axes: Axes, now_ms: int) -> Axes | None:
+        """What throttle and steering command now: themselves, zeros to stand still, or None for nothing."""
+        if not any(axes):
             self._must_rest = False
         elif not self._must_rest:
             self._pushed_ms, self._is_silent = now_ms, False
@@ -190,16 +149,11 @@ class KeyStick:
 
     Most terminals report a key only when it is pressed and repeatedly while it is held, and of several keys the newest
     alone. So keys that are pressed together count while the newest one repeats, and all are released ``hold_s`` after
-    its last repetition. Terminals with the kitty protocol report releases; there keys count until their release, at
-    most LONGEST_HOLD_S after the last event.
-
-    Args:
-        hold_s: how long keys count after the last event, where releases aren't reported.
-        reports_releases: whether the terminal reports releases.
+    its last repetition.
     """
 
-    def __init__(self, hold_s: float, reports_releases: bool) -> None:
-        self._lasts_s = LONGEST_HOLD_S if reports_releases else hold_s
+    def __init__(self, hold_s: float) -> None:
+        self._hold_s = hold_s
         self._down: set[str] = set()
         self._event_s = 0.0
 
@@ -208,12 +162,6 @@ class KeyStick:
         self._expire(now_s)
         self._down.discard(_OPPOSITE[key])
         self._down.add(key)
-        self._event_s = now_s
-
-    def release(self, key: str, now_s: float) -> None:
-        """Note that a key is released."""
-        self._expire(now_s)
-        self._down.discard(key)
         self._event_s = now_s
 
     def release_all(self) -> None:
@@ -226,7 +174,7 @@ class KeyStick:
         return (AHEAD in self._down) - (BACK in self._down), (RIGHT in self._down) - (LEFT in self._down)
 
     def _expire(self, now_s: float) -> None:
-        if now_s - self._event_s > self._lasts_s:
+        if now_s - self._event_s > self._hold_s:
             self._down.clear()
 
 

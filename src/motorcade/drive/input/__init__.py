@@ -1,1 +1,0 @@
-"""What a driver holds: keys, gamepads, sticks."""
