@@ -4,7 +4,6 @@
 #   docker run --rm --publish 127.0.0.1:7700:7700 --volume motorcade:/home/motorcade/projects motorcade
 #
 # Open the address that it prints, with localhost in place of the container's own. The token in it lets you in.
-# The image holds ffmpeg, which is under the GPL: see the file NOTICE before you pass it on.
 # 127.0.0.1 in --publish keeps it to this computer, so --insecure-lan is safe here. Others in the network need HTTPS:
 # docker run … --publish 7700:7700 --volume ./keys:/keys motorcade studio --host 0.0.0.0 --https /keys/car-desk.pem
 

@@ -49,7 +49,6 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("seconds-not-in-ticks", "sweep-point-fails", "not-a-sweep-table", "sweep-file-damaged")),
     (USAGE, 400, ("table-of-another-sweep", "sweep-is-running", "sweep-worker-ended", "worker-has-other-code")),
     (USAGE, 400, ("no-dask-scheduler", "dask-workers-killed", "dask-scheduler-gone", "dask-without-workers")),
-    (USAGE, 400, ("not-parquet", "parquet-damaged", "parquet-without-run", "parquet-of-part")),
     (USAGE, 400, ("class-damaged", "class-of-another-kind", "class-is-running")),
     # Missions.
     (USAGE, 400, ("mission-not-valid", "mission-program-not-valid")),

@@ -13,7 +13,7 @@ from websockets.sync.client import ClientConnection, connect
 from support.command_line import PARADE
 from support.waiting import DEADLINE_S
 
-MISSING = ("numba", "llvmlite", "matplotlib", "pyarrow", "scipy", "joblib", "mcap", "imageio_ffmpeg")
+MISSING = ("numba", "llvmlite", "matplotlib", "pyarrow", "scipy", "joblib", "mcap")
 WORLD = {
     "format": "motorcade-mat/1",
     "name": "a table",
@@ -45,7 +45,7 @@ def test_a_simulation_runs() -> None:
 
 
 def test_what_is_missing_is_named_with_its_extra() -> None:
-    for ending in ("png", "mp4", "mcap", "parquet"):
+    for ending in ("png", "gif", "mcap"):
         with started("simulate", str(PARADE), "--record", f"no-such-folder/run.{ending}") as process:
             said = process.stderr.read()
         assert 'pip install "motorcade[sim]"' in said or "no-such-folder" in said

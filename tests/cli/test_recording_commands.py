@@ -14,9 +14,9 @@ from support.recorded_run import record, world
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """``run.mcap`` and ``run.parquet``: two seconds of six cars; and the first half of ten seconds, ``cut.mcap``."""
+    """``run.mcap``: two seconds of six cars; and the first half of ten seconds, ``cut.mcap``."""
     folder = tmp_path_factory.mktemp("recordings")
-    record([folder / "run.mcap", folder / "run.parquet"], world(seeds=7), duration_ms=2000)
+    record([folder / "run.mcap"], world(seeds=7), duration_ms=2000)
     record([folder / "cut.mcap"], world(seeds=7), duration_ms=10_000)
     whole = (folder / "cut.mcap").read_bytes()
     (folder / "cut.mcap").write_bytes(whole[: len(whole) // 2])
@@ -29,9 +29,8 @@ def lines(*arguments):
     return [json.loads(line) for line in ran.out.splitlines()]
 
 
-@pytest.mark.parametrize("ending", ["mcap", "parquet"])
-def test_replay_prints_the_run_its_moments_and_its_events(ending, folder):
-    first, *others = lines("replay", folder / f"run.{ending}")
+def test_replay_prints_the_run_its_moments_and_its_events(folder):
+    first, *others = lines("replay", folder / "run.mcap")
     assert (first["type"], first["mat"], first["seed"], first["cars"]) == ("run", "a table with a wall", 7, 6)
     moments = [line for line in others if line["type"] == "cars"]
     events = [line for line in others if line["type"] == "event"]
@@ -75,24 +74,13 @@ def test_events_of_bare_words_have_no_tag(tmp_path):
     assert not any("tag" in event for event in events)
 
 
-def test_both_formats_give_the_same_lines(folder):
-    (one, *ones), (other, *others) = (lines("replay", folder / f"run.{ending}") for ending in ("mcap", "parquet"))
-    assert one == other
-    assert len(ones) == len(others)
-    for left, right in zip(ones, others, strict=True):
-        assert {
-            key: pytest.approx(value, abs=1e-6) if key in ("x_m", "y_m", "heading_rad") else value
-            for key, value in left.items()
-        } == right
-
-
 def test_replay_prints_the_same_lines_on_a_terminal(folder):
-    ran = run("replay", folder / "run.parquet", stdout=Terminal())
+    ran = run("replay", folder / "run.mcap", stdout=Terminal())
     assert json.loads(ran.out.splitlines()[0])["type"] == "run"
 
 
-@pytest.mark.parametrize("name", ["film.mp4", "film.gif"])
-def test_replay_draws_a_film(name, folder, tmp_path):
+def test_replay_draws_a_film(folder, tmp_path):
+    name = "film.gif"
     told = data("replay", folder / "run.mcap", "--video", tmp_path / name, "--json")
     assert told == {"video": str(tmp_path / name), "t_ms": 2000}
     assert (tmp_path / name).stat().st_size > 5000
@@ -100,13 +88,11 @@ def test_replay_draws_a_film(name, folder, tmp_path):
     assert (ran.code, ran.out) == (0, f"{tmp_path / name} shows 2 s of {folder / 'run.mcap'}.\n")
 
 
-@pytest.mark.parametrize("kind", [None, "tracks", "words", "air"])
-def test_plot_draws_one_kind_or_all(kind, folder, tmp_path):
-    path = tmp_path / "plot.png"
-    told = data("plot", folder / "run.mcap", "-o", path, "--json", *(["--kind", kind] if kind else []))
-    assert told == {"picture": str(path), "kinds": [kind] if kind else ["tracks", "words", "air"]}
+def test_plot_draws_the_tracks(folder, tmp_path):
+    path = tmp_path / "tracks.png"
+    assert data("plot", folder / "run.mcap", "-o", path, "--json") == {"picture": str(path)}
     with Image.open(path) as picture:
-        assert picture.size == ((960, 720) if kind else (1800, 900))
+        assert picture.size == (960, 720)
 
 
 @pytest.mark.parametrize(
@@ -136,12 +122,11 @@ def test_replay_ends_quietly_when_its_reader_leaves(folder):
     ("arguments", "sentence"),
     [
         (("replay", "gone.mcap"), "gone.mcap can't be read: No such file or directory"),
-        (("replay", "{folder}/run.events.parquet"), "holds only a part of a run"),
         (("replay", "{folder}/other.mcap"), "is no MCAP file"),
         (("replay", "{folder}/run.mcap", "--speed", "0"), "--speed is 0; allowed: 0.001 to 100000"),
         (("replay", "{folder}/run.mcap", "--speed", "nan"), "--speed is nan; allowed: 0.001 to 100000"),
-        (("replay", "{folder}/run.mcap", "--video", "a.avi"), "its name must end in .mp4 or .gif"),
-        (("replay", "{folder}/run.mcap", "--video", "gone/a.mp4"), "there is no folder gone"),
+        (("replay", "{folder}/run.mcap", "--video", "a.avi"), "its name must end in .gif"),
+        (("replay", "{folder}/run.mcap", "--video", "gone/a.gif"), "there is no folder gone"),
         (("plot", "{folder}/run.mcap", "-o", "a.txt"), "its name must end in .png, .svg or .pdf"),
         (("plot", "{folder}/run.mcap", "-o", "gone/a.png"), "there is no folder gone"),
     ],
@@ -155,13 +140,12 @@ def test_a_refusal_is_one_sentence(arguments, sentence, folder):
     ("arguments", "missing"),
     [
         (("replay", "{folder}/run.mcap"), "mcap"),
-        (("replay", "{folder}/run.parquet"), "pyarrow"),
-        (("replay", "{folder}/run.mcap", "--video", "{folder}/a.mp4"), "imageio_ffmpeg"),
+        (("replay", "{folder}/run.mcap", "--video", "{folder}/a.gif"), "matplotlib"),
         (("plot", "{folder}/run.mcap", "-o", "{folder}/a.png"), "matplotlib"),
     ],
 )
 def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments, missing, folder, monkeypatch):
-    ours = ("motorcade.runs.mcap_file", "motorcade.runs.parquet_file", "motorcade.runs.video", "motorcade.runs.plots")
+    ours = ("motorcade.runs.mcap_file", "motorcade.runs.film", "motorcade.runs.tracks")
     for module in list(sys.modules):
         if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.drawing"):
             monkeypatch.delitem(sys.modules, module)

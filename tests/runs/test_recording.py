@@ -8,7 +8,6 @@ import tracemalloc
 import jsonschema_rs
 import lz4.frame
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 import zstandard
 from hypothesis import HealthCheck, given, settings
@@ -16,14 +15,13 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from PIL import Image
 
-from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.events import KINDS
 from motorcade.errors import MotorcadeError
 from motorcade.runs import mcap_file
 from motorcade.runs.recorder import Recorder, open_recording
 from motorcade.runs.recording import Description, InMemoryRecording
 from support.recorded_run import MAT, crowd, record, world
 
-ENDINGS = ("mcap", "parquet")
 EXACT = ("word", "runs", "wheels", "led", "sends")
 
 
@@ -34,8 +32,8 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def kept(folder):
-    """Three seconds in memory, and in ``run.mcap`` and ``run.parquet`` of ``folder``."""
-    return record([folder / f"run.{ending}" for ending in ENDINGS], world(seeds=7))
+    """Three seconds in memory, and in ``run.mcap`` of ``folder``."""
+    return record([folder / "run.mcap"], world(seeds=7))
 
 
 def all_events(recording):
@@ -52,9 +50,8 @@ def assert_same_moments(found, expected):
         assert dict(one.counts) == dict(other.counts)
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_a_recording_is_read_back(ending, folder, kept):
-    recording = open_recording(folder / f"run.{ending}")
+def test_a_recording_is_read_back(folder, kept):
+    recording = open_recording(folder / "run.mcap")
     assert_same_moments(list(recording.moments()), list(kept.moments()))
     assert [moment.t_ms for moment in recording.moments()] == list(range(0, 3001, 100))
     assert recording.last_ms == 3000
@@ -65,9 +62,8 @@ def test_a_recording_is_read_back(ending, folder, kept):
     assert recording.damage is None
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_the_run_is_described(ending, folder, kept):
-    about = open_recording(folder / f"run.{ending}").about
+def test_the_run_is_described(folder, kept):
+    about = open_recording(folder / "run.mcap").about
     assert about == kept.about
     assert (about.mat, about.seed, about.tick_ms, about.every_ms, about.cars) == (MAT.name, 7, 20, 100, 6)
     assert (about.walls, about.discs, about.polygons, about.leaders) == (MAT.walls, MAT.discs, MAT.polygons, (0,))
@@ -80,69 +76,64 @@ def test_people_are_on_their_paths():
     assert about.people_at(1000) == about.people_at(3000) == [(3.5, 1.5)]
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_the_last_moment_is_recorded_with_any_slices(ending, tmp_path):
+def test_the_last_moment_is_recorded_with_any_slices(tmp_path):
     cars = world()
-    with Recorder(tmp_path / f"run.{ending}", cars, every_ms=500) as recorder:
+    with Recorder(tmp_path / "run.mcap", cars, every_ms=500) as recorder:
         for _ in range(7):
             cars.run(180)
             recorder(cars)
-    assert [moment.t_ms for moment in open_recording(tmp_path / f"run.{ending}").moments()] == [0, 540, 1080, 1260]
+    assert [moment.t_ms for moment in open_recording(tmp_path / "run.mcap").moments()] == [0, 540, 1080, 1260]
 
 
 def test_a_world_without_events_is_recorded_without_them(tmp_path):
     cars = world()
-    with Recorder([tmp_path / "run.mcap", tmp_path / "run.parquet"], cars, events=False) as recorder:
+    with Recorder(tmp_path / "run.mcap", cars, events=False) as recorder:
         cars.run(500)
         recorder(cars)
-    for ending in ENDINGS:
-        recording = open_recording(tmp_path / f"run.{ending}")
-        assert sum(map(len, recording.events())) == 0
-        assert list(recording.moments())[-1].counts["frames"] > 0
+    recording = open_recording(tmp_path / "run.mcap")
+    assert sum(map(len, recording.events())) == 0
+    assert list(recording.moments())[-1].counts["frames"] > 0
 
 
 # while a run goes on
 
 
-@pytest.mark.parametrize(("ending", "growing"), [("mcap", "run.mcap.part"), ("parquet", "run.parquet.part")])
-def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path):
+def test_moments_go_to_the_disk_while_the_run_goes_on(tmp_path):
     cars = world()
     sizes = []
-    with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
+    with Recorder(tmp_path / "run.mcap", cars) as recorder:
         for _ in range(4):
             for _ in range(100):
                 cars.run(100)
                 recorder(cars)
-            sizes.append((tmp_path / growing).stat().st_size)
+            sizes.append((tmp_path / "run.mcap.part").stat().st_size)
     assert sizes == sorted(set(sizes))
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_a_run_that_is_not_complete_leaves_the_old_recording(ending, tmp_path):
-    record([tmp_path / f"run.{ending}"], world())
+def test_a_run_that_is_not_complete_leaves_the_old_recording(tmp_path):
+    record([tmp_path / "run.mcap"], world())
     old = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
     cars = world()
-    with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
+    with Recorder(tmp_path / "run.mcap", cars) as recorder:
         cars.run(100)
         recorder(cars)
         # A process that is killed here leaves this.
         left = {name: (tmp_path / name).read_bytes() for name in old}
     assert left == old
-    assert (tmp_path / f"run.{ending}").read_bytes() != old[f"run.{ending}"]
+    assert (tmp_path / "run.mcap").read_bytes() != old["run.mcap"]
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_a_killed_process_leaves_a_readable_part(ending, tmp_path):
+def test_a_killed_process_leaves_a_readable_part(tmp_path):
     cars = world()
     (tmp_path / "killed").mkdir()
-    with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
+    with Recorder(tmp_path / "run.mcap", cars) as recorder:
         for _ in range(130):
             cars.run(100)
             recorder(cars)
         for file in tmp_path.glob("run.*"):
             shutil.copy(file, tmp_path / "killed")
-    whole = list(open_recording(tmp_path / f"run.{ending}").moments())
-    left = open_recording(tmp_path / "killed" / f"run.{ending}")
+    whole = list(open_recording(tmp_path / "run.mcap").moments())
+    left = open_recording(tmp_path / "killed" / "run.mcap")
     moments = list(left.moments())
     assert 40 < len(moments) < len(whole)
     assert_same_moments(moments, whole[: len(moments)])
@@ -163,37 +154,35 @@ def test_a_cut_off_file_is_read_as_far_as_possible(share, tmp_path):
     assert str(cut.damage).startswith(f"{tmp_path / 'cut.mcap'} is cut off or damaged")
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_a_damaged_file_is_reported_as_damaged(ending, folder, kept, tmp_path):
-    data = bytearray((folder / f"run.{ending}").read_bytes())
-    data[3000 if ending == "mcap" else 500] ^= 0xFF
-    (tmp_path / f"run.{ending}").write_bytes(data)
-    damaged = open_recording(tmp_path / f"run.{ending}")
+def test_a_damaged_file_is_reported_as_damaged(folder, kept, tmp_path):
+    data = bytearray((folder / "run.mcap").read_bytes())
+    data[3000] ^= 0xFF
+    (tmp_path / "run.mcap").write_bytes(data)
+    damaged = open_recording(tmp_path / "run.mcap")
     moments = list(damaged.moments())
     assert_same_moments(moments, list(kept.moments())[: len(moments)])
     assert "damaged" in str(damaged.damage)
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_an_interrupted_run_leaves_a_complete_recording(ending, tmp_path):
+def test_an_interrupted_run_leaves_a_complete_recording(tmp_path):
     cars = world()
 
     def interrupted():
-        with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
+        with Recorder(tmp_path / "run.mcap", cars) as recorder:
             cars.run(400)
             recorder(cars)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
-    recording = open_recording(tmp_path / f"run.{ending}")
+    recording = open_recording(tmp_path / "run.mcap")
     assert [moment.t_ms for moment in recording.moments()] == [0, 400]
     assert recording.damage is None
     assert not list(tmp_path.glob("*.part"))
 
 
 def test_an_older_recording_stays_until_the_new_one_is_complete(tmp_path):
-    path = tmp_path / "run.parquet"
+    path = tmp_path / "run.mcap"
     record([path], world(seeds=1), duration_ms=200)
     with Recorder(path, world(seeds=2)):
         assert open_recording(path).about.seed == 1
@@ -208,11 +197,8 @@ def test_an_older_recording_stays_until_the_new_one_is_complete(tmp_path):
     [
         ("a.mcap", b"GIF89a is another kind of file altogether", "is no MCAP file"),
         ("a.mcap", b"", "is cut off before the run begins"),
-        ("a.parquet", b"GIF89a is another kind of file altogether", "is no Parquet file, or its end is cut off"),
-        ("a.parquet", b"", "is no Parquet file"),
-        ("a.png", b"\x89PNG", "is no recording: the name of a recording ends in .mcap or .parquet"),
+        ("a.png", b"\x89PNG", "is no recording: the name of a recording ends in .mcap"),
         ("gone/a.mcap", None, "can't be read: No such file or directory"),
-        ("gone/a.parquet", None, "can't be read: No such file or directory"),
     ],
 )
 def test_a_file_of_another_format_is_refused_in_a_sentence(name, content, sentence, tmp_path):
@@ -224,54 +210,27 @@ def test_a_file_of_another_format_is_refused_in_a_sentence(name, content, senten
     assert sentence in str(refused.value)
 
 
-def test_the_events_file_alone_is_refused(folder, kept):
-    with pytest.raises(MotorcadeError, match="holds only a part of a run"):
-        open_recording(folder / "run.events.parquet")
-
-
-def test_a_table_of_something_else_is_refused(tmp_path, folder, kept):
-    table = pq.read_table(folder / "run.parquet").replace_schema_metadata({"pandas": "{}"})
-    pq.write_table(table, tmp_path / "other.parquet")
-    with pytest.raises(MotorcadeError, match="holds no run of Motorcade"):
-        open_recording(tmp_path / "other.parquet")
-
-
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
         ("gone/run.mcap", "there is no folder"),
-        ("gone/run.parquet", "there is no folder"),
-        ("gone/run.mp4", "there is no folder"),
+        ("gone/run.gif", "there is no folder"),
         ("folder.mcap", "it is a folder"),
-        ("run.csv", "its name must end in .mcap, .parquet, .mp4, .gif, .png, .svg or .pdf"),
+        ("run.csv", "its name must end in .mcap, .gif, .png, .svg or .pdf"),
     ],
 )
 def test_a_run_does_not_begin_where_a_file_cannot_be_written(name, sentence, tmp_path):
     (tmp_path / "folder.mcap").mkdir()
-    old = tmp_path / "run.parquet"
+    old = tmp_path / "run.mcap"
     old.write_bytes(b"old")
     with pytest.raises(MotorcadeError, match="can't be written") as refused:
         Recorder([old, tmp_path / name], world())
     assert sentence in str(refused.value)
     assert old.read_bytes() == b"old"
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["folder.mcap", "run.parquet"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["folder.mcap", "run.mcap"]
 
 
 # for other tools
-
-
-def test_parquet_has_a_row_for_each_car_and_moment(folder, kept):
-    table = pq.read_table(folder / "run.parquet").to_pydict()
-    assert list(table) == ["t_ms", "car", "x_m", "y_m", "heading_rad", "word", "runs", "wheels", "led", "sends"]
-    assert table["t_ms"] == [t_ms for t_ms in range(0, 3001, 100) for _ in range(6)]
-    assert table["car"] == [*range(6)] * 31
-    events = pq.read_table(folder / "run.events.parquet").to_pydict()
-    assert list(events) == ["t_ms", "car", "kind", "why", "word", "other"]
-    assert set(events["kind"]) <= set(KINDS)
-    assert {why for kind, why in zip(events["kind"], events["why"], strict=True) if kind == "lost"} <= set(
-        LOSS_REASONS[1:]
-    )
-    assert pq.read_schema(folder / "run.parquet").metadata[b"motorcade.mat"].decode() == MAT.name
 
 
 def test_mcap_messages_fit_their_schemas_and_have_foxgloves_names(folder, kept):
@@ -341,19 +300,13 @@ def test_films_and_pictures_are_drawn_at_the_end_of_the_run(keeps, tmp_path):
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_any_damage_is_an_error_with_a_sentence_or_a_shorter_recording(ending, folder, kept, tmp_path, data):
-    files = sorted(file for file in folder.iterdir() if file.name.endswith(ending))
-    damaged = data.draw(st.sampled_from(files))
-    for file in files:
-        content = bytearray(file.read_bytes())
-        if file == damaged:
-            for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=5)):
-                content[place] = data.draw(st.integers(0, 255))
-            content = content[: data.draw(st.integers(0, len(content)))]
-        (tmp_path / file.name).write_bytes(content)
+def test_any_damage_is_an_error_with_a_sentence_or_a_shorter_recording(folder, kept, tmp_path, data):
+    content = bytearray((folder / "run.mcap").read_bytes())
+    for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=5)):
+        content[place] = data.draw(st.integers(0, 255))
+    (tmp_path / "run.mcap").write_bytes(content[: data.draw(st.integers(0, len(content)))])
     try:
-        left = open_recording(tmp_path / f"run.{ending}")
+        left = open_recording(tmp_path / "run.mcap")
         assert left.last_ms >= 0
         for _ in (*left.moments(), *left.events()):
             pass

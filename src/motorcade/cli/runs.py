@@ -5,7 +5,6 @@ import json
 import math
 from collections.abc import Iterator
 from contextlib import nullcontext
-from enum import StrEnum
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -35,14 +34,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
-
-
-class Kind(StrEnum):
-    """What `plot` draws."""
-
-    TRACKS = "tracks"
-    WORDS = "words"
-    AIR = "air"
 
 
 # As motorcade.engine.targets.Name, which the command line's start can't import.
@@ -75,7 +66,7 @@ def _simulate(
         from motorcade.cli.options import compiling_announced
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import formation, open_table, read_mat
-        from motorcade.runs.recording import FILM_ENDINGS, PICTURE_ENDINGS
+        from motorcade.runs.recording import DATA_ENDING
         from motorcade.runs.running import simulate_on
         from motorcade.words.image import parse_image_bytes
 
@@ -84,7 +75,7 @@ def _simulate(
         range_m = chosen.infrared.range_mm / 1000
         place = read_mat(mat) if mat else open_table(formation(followers, range_m))
         compiling = compiling_announced() if kernels == "native" else nullcontext()
-        drawings = [path for path in files if path.suffix.lower() in (*FILM_ENDINGS, *PICTURE_ENDINGS)]
+        drawings = [path for path in files if path.suffix.lower() != DATA_ENDING]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
         with compiling, progress_bar("done", total_ms) as advance, texts:
@@ -115,25 +106,22 @@ def _replay(run: RunFile, video: Path | None = None, speed: float = 1, as_json: 
 
 
 @app.command("plot")
-def _plot(run: RunFile, output: Output, kind: Kind | None = None, as_json: Json = False) -> None:
+def _plot(run: RunFile, output: Output, as_json: Json = False) -> None:
     with needs_extra("drawing"):
-        from motorcade.cli.console import describe_control, drawing_texts, progress_bar
-        from motorcade.runs.plots import draw_plots
+        from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.runs.recorder import open_recording
+        from motorcade.runs.tracks import draw_tracks
 
         recording = open_recording(run)
-        profile = recording.about.profile
-        kinds = [kind] if kind else list(Kind)
         with progress_bar("read", recording.last_ms) as advance, drawing_texts():
-            draw_plots(recording, output, kinds, lambda word: describe_control(word, profile), advance)
-    sentence = translated("plots-are-drawn", picture=output, kinds=", ".join(kinds), run=run)
-    print_result({"picture": str(output), "kinds": kinds}, sentence, as_json)
+            draw_tracks(recording, output, advance)
+    print_result({"picture": str(output)}, translated("tracks-are-drawn", picture=output), as_json)
     _print_damage(recording)
 
 
 def _draw_film(recording: "Recording", video: Path, speed: float) -> None:
     from motorcade.cli.console import drawing_texts, progress_bar
-    from motorcade.runs.video import draw_film
+    from motorcade.runs.film import draw_film
 
     with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
         draw_film(recording, video, speed, advance)

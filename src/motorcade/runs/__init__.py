@@ -1,1 +1,1 @@
-"""What a run was: recordings, replay, plots, films."""
+"""What a run was: recordings, replay, pictures, films."""

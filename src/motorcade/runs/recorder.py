@@ -1,9 +1,8 @@
 """Record a run into files while it goes on, draw films and pictures of it at its end, and open recordings.
 
-A file's ending chooses its kind: `.mcap` for Foxglove, `.parquet` for tables, films and pictures as they are drawn.
+A file's ending chooses its kind: `.mcap` records, `.gif` is a film, `.png`, `.svg` and `.pdf` are pictures.
 """
 
-import tempfile
 from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,8 +10,8 @@ from typing import TYPE_CHECKING, Self
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.runs.recording import (
-    DATA_ENDINGS,
-    FILM_ENDINGS,
+    DATA_ENDING,
+    FILM_ENDING,
     PART,
     PICTURE_ENDINGS,
     Description,
@@ -20,6 +19,7 @@ from motorcade.runs.recording import (
     Progress,
     Recording,
     Sink,
+    SpooledRecording,
     check_writable,
 )
 
@@ -32,36 +32,30 @@ Target = str | Path | Sink
 
 
 def open_recording(path: str | Path) -> Recording:
-    """Open the recording in a file, .mcap or .parquet.
+    """Open the recording in an .mcap file.
 
     Raises:
         MotorcadeError: it can't be read, or is not the recording of a run.
         ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
     """
     path = Path(path)
-    ending = path.suffix.lower()
-    if ending == ".mcap" or path.suffixes[-2:] == [".mcap", PART]:
-        from motorcade.runs.mcap_file import McapRecording
+    if path.suffix.lower() != DATA_ENDING and path.suffixes[-2:] != [DATA_ENDING, PART]:
+        raise MotorcadeError("not-a-recording", file=path, allowed=DATA_ENDING)
+    from motorcade.runs.mcap_file import McapRecording
 
-        return McapRecording(path)
-    if ending in (".parquet", PART):
-        from motorcade.runs.parquet_file import ParquetRecording
-
-        return ParquetRecording(path)
-    allowed = Phrase("list-or", first=", ".join(DATA_ENDINGS[:-1]), last=DATA_ENDINGS[-1])
-    raise MotorcadeError("not-a-recording", file=path, allowed=allowed)
+    return McapRecording(path)
 
 
 def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
     """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError."""
-    if path.suffix.lower() in FILM_ENDINGS:
-        from motorcade.runs.video import draw_film
+    if path.suffix.lower() == FILM_ENDING:
+        from motorcade.runs.film import draw_film
 
         draw_film(recording, path, progress=progress)
     else:
-        from motorcade.runs.plots import draw_plots
+        from motorcade.runs.tracks import draw_tracks
 
-        draw_plots(recording, path, ["tracks"], progress=progress)
+        draw_tracks(recording, path, progress)
 
 
 class Recorder:
@@ -78,9 +72,8 @@ class Recorder:
     to the disk while the run goes on.
 
     Args:
-        targets: files; .mcap and .parquet record, .mp4 and .gif are films, .png, .svg and .pdf are pictures of the
-            tracks. An `InMemoryRecording` keeps the run in memory; any other `Sink` gets what a file gets. None is
-            ignored.
+        targets: files; .mcap records, .gif is a film, .png, .svg and .pdf are pictures of the tracks. An
+            `InMemoryRecording` keeps the run in memory; any other `Sink` gets what a file gets. None is ignored.
         world: the world, before the first slice.
         every_ms: the interval between recorded moments; choose slices that divide it.
         events: whether to record events too, for which the world was made with ``events=True``.
@@ -107,23 +100,21 @@ class Recorder:
         in_memory = [each for each in self._sinks if isinstance(each, InMemoryRecording)]
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
         for path in paths:
-            check_writable(path, (*DATA_ENDINGS, *FILM_ENDINGS, *PICTURE_ENDINGS))
-        self._files = [path for path in paths if path.suffix.lower() in DATA_ENDINGS]
+            check_writable(path, (DATA_ENDING, FILM_ENDING, *PICTURE_ENDINGS))
+        self._files = [path for path in paths if path.suffix.lower() == DATA_ENDING]
         self._drawings = [path for path in paths if path not in self._files]
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
-        if self._drawings and not self._files and not in_memory:
-            # Drawings are made from a recording.
-            self._folder = tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True)
-            self._files = [Path(self._folder.name) / "run.parquet"]
-        self._in_memory = in_memory[0] if in_memory else None
         about = Description.of(world, every_ms)
+        self._spooled = SpooledRecording(about) if self._drawings and not self._files and not in_memory else None
+        if self._spooled:
+            self._sinks.append(self._spooled)
+        self._in_memory = in_memory[0] if in_memory else self._spooled
         try:
             for path in self._files:
                 self._sinks.append(_new_file(path, about))
             self(world)
         except BaseException:
             self._close()
-            self._remove_folder()
+            self._remove_spooled()
             raise
 
     def __enter__(self) -> Self:
@@ -168,7 +159,7 @@ class Recorder:
             else:
                 self._close()
         finally:
-            self._remove_folder()
+            self._remove_spooled()
 
     def _record_events(self, world: "World") -> None:
         events = world.take_events()
@@ -193,20 +184,16 @@ class Recorder:
         except OSError as problem:
             raise _unwritable(self._files, problem) from None
 
-    def _remove_folder(self) -> None:
-        if self._folder:
-            self._folder.cleanup()
+    def _remove_spooled(self) -> None:
+        if self._spooled:
+            self._spooled.remove()
 
 
 def _new_file(path: Path, about: Description) -> Sink:
+    from motorcade.runs.mcap_file import McapSink
+
     try:
-        if path.suffix.lower() == ".mcap":
-            from motorcade.runs.mcap_file import McapSink
-
-            return McapSink(path, about)
-        from motorcade.runs.parquet_file import ParquetSink
-
-        return ParquetSink(path, about)
+        return McapSink(path, about)
     except OSError as problem:
         raise _unwritable([path], problem) from None
 

@@ -5,6 +5,8 @@
 
 import json
 import os
+import pickle
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
 
 FORMAT = "motorcade-recording/1"
 EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
-DATA_ENDINGS = (".mcap", ".parquet")
-FILM_ENDINGS = (".mp4", ".gif")
+DATA_ENDING = ".mcap"
+FILM_ENDING = ".gif"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 PART = ".part"
 
@@ -208,6 +210,40 @@ class InMemoryRecording:
         return iter(self._events)
 
 
+class SpooledRecording(InMemoryRecording):
+    """The moments of a run in a temporary file, which goes when it is closed; for drawings of runs that nobody keeps.
+
+    It takes no events: no drawing needs them.
+    """
+
+    def __init__(self, about: Description):
+        super().__init__(about)
+        self._file = tempfile.TemporaryFile(prefix="motorcade-")  # noqa: SIM115 - `remove` closes it
+        self._last_ms = 0
+
+    def write(self, moment: Moment) -> None:
+        pickle.dump(tuple(moment), self._file, pickle.HIGHEST_PROTOCOL)
+        self._last_ms = moment.t_ms
+
+    def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
+        """Leave them out."""
+
+    @property
+    def last_ms(self) -> int:
+        return self._last_ms
+
+    def moments(self) -> Iterator[Moment]:
+        end = self._file.seek(0, os.SEEK_END)
+        self._file.seek(0)
+        while self._file.tell() < end:
+            # Only this process wrote it.
+            yield Moment(*pickle.load(self._file))
+
+    def remove(self) -> None:
+        """Close the file, so that the system removes it."""
+        self._file.close()
+
+
 def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:
     """Events of `motorcade.engine.events.EVENT` for JSON: EVENT_FIELDS by name, with the names of kinds and reasons."""
     dicts = [dict(zip(EVENT_FIELDS, row, strict=True)) for row in events[list(EVENT_FIELDS)].tolist()]
@@ -235,8 +271,8 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
     """Raise MotorcadeError unless ``path`` has one of the endings and a file can be written there."""
     endings = tuple(endings)
     if path.suffix.lower() not in endings:
-        allowed = Phrase("list-or", first=", ".join(endings[:-1]), last=endings[-1])
-        raise MotorcadeError("run-file-ending", file=path, allowed=allowed)
+        several = Phrase("list-or", first=", ".join(endings[:-1]), last=endings[-1])
+        raise MotorcadeError("run-file-ending", file=path, allowed=several if len(endings) > 1 else endings[0])
     if path.is_dir():
         raise MotorcadeError("run-file-is-folder", file=path)
     if not path.parent.is_dir():

@@ -15,7 +15,7 @@ from motorcade.engine.targets import Name as Kernels
 from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, draw
-from motorcade.runs.recording import DATA_ENDINGS, Description, InMemoryRecording, Progress
+from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, Progress
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import TAGS
 
@@ -159,7 +159,7 @@ class Run:
         return np.concatenate([np.zeros(0, EVENT), *(self.recording.events() if self.recording else ())])
 
     def save_picture(self, path: str | Path) -> None:
-        """Draw the tracks into a PNG, SVG or PDF file, or the run into an MP4 or GIF file.
+        """Draw the tracks into a PNG, SVG or PDF file, or the run into a GIF file.
 
         Raises:
             MotorcadeError: the file can't be written.
@@ -191,7 +191,7 @@ def simulate(
         seed: the same seed gives the same run.
         profile: the meaning of the levels in words; the built-in ``classroom`` unless given.
         mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
-        record: files to record the run in: .mcap, .parquet; .mp4, .gif; .png, .svg, .pdf.
+        record: files to record the run in: .mcap; .gif; .png, .svg, .pdf.
         progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
 
     Raises:
@@ -227,7 +227,7 @@ def simulate_on(
     files = [Path(path) for path in record]
     is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
     slots = SlotCounts(image, place, chosen)
-    events = is_small or slots.counts_anything or any(path.suffix.lower() in DATA_ENDINGS for path in files)
+    events = is_small or slots.counts_anything or any(path.suffix.lower() == DATA_ENDING for path in files)
     world = World(place, [image], chosen, seeds=seed, events=events, kernels=kernels)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)

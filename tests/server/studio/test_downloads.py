@@ -30,16 +30,15 @@ def test_the_timeline_is_a_table(client) -> None:
     assert rows[0]["word"].startswith("0x6")
 
 
-@pytest.mark.parametrize(("file", "begins"), [("run.gif", b"GIF89a"), ("run.mp4", b"\x00\x00\x00")])
-def test_a_run_becomes_a_film(client, file, begins) -> None:
+def test_a_run_becomes_a_film(client) -> None:
     with page(client) as mine:
         mine.set()
-        assert client.get(f"/api/world/{KEY}/{file}").json()["error"]["code"] == "nothing-to-draw"
+        assert client.get(f"/api/world/{KEY}/run.gif").json()["error"]["code"] == "nothing-to-draw"
         mine.send("step", ticks=100)
         mine.until("state", lambda state: state["t_ms"])
-        answer = client.get(f"/api/world/{KEY}/{file}?seconds=0.3")
-    assert answer.content.startswith(begins)
-    assert file in answer.headers["content-disposition"]
+        answer = client.get(f"/api/world/{KEY}/run.gif?seconds=0.3")
+    assert answer.content.startswith(b"GIF89a")
+    assert "run.gif" in answer.headers["content-disposition"]
 
 
 def test_of_many_films_few_wait_and_none_is_drawn_for_a_client_that_left(client, monkeypatch) -> None:

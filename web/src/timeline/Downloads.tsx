@@ -30,16 +30,13 @@ export function Downloads({ session }: { session: Session }) {
   const [filming, setFilming] = useState(false);
   const kind = filmKind();
   const table: RunFile = { id: "timeline.csv", name: t("timeline.csv"), make: capabilities?.downloads ? undefined : saveTable };
-  const ofService: RunFile[] = [
-    { id: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) },
-    { id: `run.mp4?seconds=${FILM_S}`, name: t("timeline.mp4", { count: FILM_S }) },
-  ];
+  const ofService: RunFile[] = [{ id: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) }];
   const saveFilm = async () => {
     setFilming(true);
     await saveStageFilm(session).finally(() => setFilming(false));
   };
   const ofPage: RunFile[] = kind ? [{ id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm }] : [];
-  const files = [table, ...(capabilities?.films ? ofService : ofPage)];
+  const files = [table, ...(capabilities?.films ? ofService : []), ...ofPage];
   return (
     <MenuTrigger>
       <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty || filming}>

@@ -38,7 +38,7 @@ from motorcade.service.event_table import table_text
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import respond
 
-_FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
+_FILM = "run.gif"
 # Films that wait while one is drawn.
 _MOST_WAITING = 3
 # Each thread that computes delays the pictures of all worlds, so few requests are answered at once; those that may take
@@ -113,7 +113,7 @@ def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] 
         serial_ports=True,
         downloads=True,
         # With the extra "sim".
-        films=all(map(find_spec, ("matplotlib", "imageio_ffmpeg"))),
+        films=find_spec("matplotlib") is not None,
         driving=True,
         real_cars=bool(settings.cars),
         most_cars=settings.sessions.most_cars,
@@ -192,10 +192,10 @@ def _download_route(visitors: Visitors, worlds: PageWorlds) -> Route:
         if file == "timeline.csv":
             batches = await session.alone(lambda: session.current().events())
             return StreamingResponse(timeline(batches), media_type="text/csv; charset=utf-8", headers=headers)
-        if file not in _FILMS:
+        if file != _FILM:
             raise MotorcadeError("no-world")
         content = await film(request, session, file)
-        return Response(content, media_type=_FILMS[file], headers=headers)
+        return Response(content, media_type="image/gif", headers=headers)
 
     return Route("/api/world/{session}/{file}", download)
 
@@ -249,7 +249,7 @@ def draw(run: InMemoryRecording, file: str) -> bytes:
     """Draw a film, in a process that ends with the studio; return its bytes. Raises MotorcadeError."""
     _follow_parent()
     # Matplotlib takes longer to load than the rest of the server.
-    from motorcade.runs.video import draw_film
+    from motorcade.runs.film import draw_film
 
     with tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True) as folder:
         draw_film(run, Path(folder) / file)

@@ -1,4 +1,4 @@
-"""Draw films of a run: MP4 by the ffmpeg of imageio-ffmpeg, GIF by Pillow."""
+"""Draw films of a run as GIF, by Pillow."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -13,14 +13,11 @@ from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import PLAIN, Box, Cars, draw_mat, picture_text, recording_box, show_box
 from motorcade.runs.palette import WordColours
-from motorcade.runs.recording import FILM_ENDINGS, Description, Progress, Recording, check_writable
+from motorcade.runs.recording import FILM_ENDING, Description, Progress, Recording, check_writable
 
-# Wide, square and tall; ffmpeg needs multiples of 16.
-SIZES = {
-    ".mp4": ((1280, 720), (960, 960), (720, 1280)),
-    ".gif": ((640, 400), (512, 512), (400, 640)),
-}
-MOST_IMAGES_S = {".mp4": 30, ".gif": 10}
+# Wide, square and tall.
+SIZES = ((640, 400), (512, 512), (400, 640))
+MOST_IMAGES_S = 10
 # Pillow keeps all images of a GIF in memory until the last.
 MOST_GIF_IMAGES = 2000
 _DPI = 100
@@ -31,10 +28,10 @@ Image = NDArray[np.uint8]
 def draw_film(
     recording: Recording, path: str | Path, speed: float = 1.0, progress: Progress = lambda done_ms: None
 ) -> None:
-    """Draw a run as a film, .mp4 or .gif.
+    """Draw a run as a film, a .gif file.
 
-    Every recorded moment becomes an image. Where that would be more than 30 images a second (10 in a GIF), only every
-    second moment does, or every third, and so on.
+    Every recorded moment becomes an image. Where that would be more than 10 images a second, only every second moment
+    does, or every third, and so on.
 
     Args:
         path: the file; an old one stays until the new one is complete.
@@ -45,22 +42,18 @@ def draw_film(
         MotorcadeError: the recording holds no moment, a GIF would be too long, or the film can't be written.
     """
     path = Path(path)
-    check_writable(path, FILM_ENDINGS)
-    ending = path.suffix.lower()
+    check_writable(path, [FILM_ENDING])
     moments_s = speed * 1000 / recording.about.every_ms
-    step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S[ending] - 1e-9)))
+    step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S - 1e-9)))
     box = recording_box(recording)
-    pictures = _Pictures(recording.about, box, *_size(ending, box))
+    pictures = _Pictures(recording.about, box, *_size(box))
     images = _images(recording, pictures, step, progress)
     first = next(images, None)
     if first is None:
         raise MotorcadeError("nothing-recorded", file=recording.name)
-    unfinished = path.with_name(f".{path.stem}.unfinished{ending}")
+    unfinished = path.with_name(f".{path.stem}.unfinished{FILM_ENDING}")
     try:
-        if ending == ".mp4":
-            _write_mp4(chain([first], images), unfinished, moments_s / step)
-        else:
-            _write_gif(chain([first], images), unfinished, moments_s / step, pictures.palette())
+        _write_gif(chain([first], images), unfinished, moments_s / step, pictures.palette())
         unfinished.replace(path)
     except (OSError, ValueError) as problem:
         reason = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
@@ -76,9 +69,9 @@ def _images(recording: Recording, pictures: "_Pictures", step: int, progress: Pr
             progress(moment.t_ms)
 
 
-def _size(ending: str, box: Box) -> tuple[int, int]:
+def _size(box: Box) -> tuple[int, int]:
     left, bottom, right, top = box
-    wide, square, tall = SIZES[ending]
+    wide, square, tall = SIZES
     if right - left > 1.3 * (top - bottom):
         return wide
     return tall if top - bottom > 1.3 * (right - left) else square
@@ -121,23 +114,6 @@ class _Pictures:
         for artist in (*self._cars.artists, self._title):
             self._axes.draw_artist(artist)
         return np.ascontiguousarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3])
-
-
-def _write_mp4(images: Iterator[Image], path: Path, images_s: float) -> None:
-    import imageio_ffmpeg
-
-    first = next(images)
-    height, width, _ = first.shape
-    # An absolute path: ffmpeg would take a leading dash for an option.
-    film = imageio_ffmpeg.write_frames(
-        str(path.absolute()), (width, height), fps=images_s, quality=7, ffmpeg_log_level="error"
-    )
-    film.send(None)
-    try:
-        for image in chain([first], images):
-            film.send(image)
-    finally:
-        film.close()
 
 
 def _write_gif(images: Iterator[Image], path: Path, images_s: float, palette: Image) -> None:

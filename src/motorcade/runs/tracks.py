@@ -1,0 +1,147 @@
+"""Draw a picture of a run: the cars' tracks on the mat, and their last positions."""
+
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from motorcade.engine.state import Moment
+from motorcade.errors import MotorcadeError
+from motorcade.runs.drawing import Cars, bounding_box, draw_mat, picture_text, show_box
+from motorcade.runs.palette import FOLLOWERS, LEADER, rgb
+from motorcade.runs.recording import PICTURE_ENDINGS, Description, Progress, Recording, check_writable
+
+_DPI = 120
+_MOST_TRACKS = 1000
+_MOST_POINTS = 1_000_000
+_FEW_TRACKS = 30
+
+T = TypeVar("T")
+
+
+class Thinned(Generic[T]):
+    """Keep every n-th item of a series, and the last; n doubles whenever there are more than ``most`` items."""
+
+    def __init__(self, most: int):
+        self._most = most
+        self._step = 1
+        self._taken = 0
+        self._kept: list[T] = []
+        self._last: T | None = None
+
+    def add(self, item: T) -> None:
+        self._last = item
+        if self._taken % self._step == 0:
+            self._kept.append(item)
+        self._taken += 1
+        if len(self._kept) > self._most:
+            self._kept = self._kept[::2]
+            self._step *= 2
+
+    def items(self) -> list[T]:
+        if self._last is None or self._kept[-1] is self._last:
+            return self._kept
+        return [*self._kept, self._last]
+
+
+class _Tracks:
+    """Takes the moments of a run one by one, and draws the tracks at the end."""
+
+    def __init__(self, about: Description):
+        self._about = about
+        followers = np.setdiff1d(np.arange(about.cars), about.leaders)
+        step = max(1, len(followers) // _MOST_TRACKS)
+        self._drawn = np.concatenate([followers[::step], np.array(about.leaders, int)[:_MOST_TRACKS]]).astype(int)
+        self._leads = np.isin(self._drawn, about.leaders)
+        self._points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(self._drawn))))
+        self._last: Moment | None = None
+
+    def take(self, moment: Moment) -> None:
+        self._points.add(np.column_stack([moment.x_m[self._drawn], moment.y_m[self._drawn]]))
+        self._last = moment
+
+    def draw(self, axes: Axes) -> None:
+        about, last = self._about, self._last
+        if last is None:
+            return
+        draw_mat(axes, about)
+        tracks = np.stack(self._points.items(), axis=1)
+        left, bottom, right, top = bounding_box(about, [last])
+        if tracks.size:
+            low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
+            left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
+            right, top = max(right, float(high[0])), max(top, float(high[1]))
+        show_box(axes, (left, bottom, right, top))
+        colours = self._colours()
+        few = len(self._drawn) <= _FEW_TRACKS
+        for leads in (False, True):
+            which = self._leads == leads
+            width, alpha = (2.2 if leads else 1.2, 0.9) if few else (1.2 if leads else 0.6, 0.9 if leads else 0.35)
+            axes.add_collection(
+                LineCollection(list(tracks[which]), colors=colours[self._drawn[which]], linewidths=width, alpha=alpha)
+            )
+        if few:
+            xs, ys = tracks[:, 0].T
+            axes.scatter(xs, ys, c=colours[self._drawn], marker="x", s=36, zorder=2.5)
+        figure = axes.get_figure(root=True)
+        if figure is not None:
+            figure.draw_without_rendering()
+        Cars(axes, about).show(last._replace(led=np.full_like(last.led, 4)), colours)
+        axes.set_title(self._title(few))
+
+    def _colours(self) -> NDArray[np.float32]:
+        """A different colour for each follower where there are few; red for leaders."""
+        own = FOLLOWERS if len(self._drawn) <= _FEW_TRACKS else FOLLOWERS[:1]
+        cycle = np.array([rgb(colour) for colour in own], np.float32)
+        leads = np.zeros(self._about.cars, bool)
+        leads[list(self._about.leaders)] = True
+        colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
+        colours[leads] = rgb(LEADER)
+        return colours
+
+    def _title(self, few: bool) -> str:
+        leaders = len(self._about.leaders)
+        followers = self._about.cars - leaders
+        t_s = self._last.t_ms / 1000 if self._last else 0
+        title = picture_text(
+            "picture-tracks",
+            leaders=picture_text("picture-one-leader" if leaders == 1 else "picture-leaders", count=leaders),
+            followers=picture_text("picture-one-follower" if followers == 1 else "picture-followers", count=followers),
+            t_s=t_s,
+        )
+        if few:
+            return picture_text("picture-tracks-few", title=title)
+        drawn = len(self._drawn)
+        return title if drawn == self._about.cars else picture_text("picture-tracks-some", title=title, count=drawn)
+
+
+def draw_tracks(recording: Recording, path: str | Path, progress: Progress = lambda done_ms: None) -> None:
+    """Write a picture of the tracks of a run to ``path``, in the format of its ending.
+
+    Args:
+        path: a PNG, SVG or PDF file.
+        progress: called with the simulated time in ms that has been read.
+
+    Raises:
+        MotorcadeError: the recording holds no moment, or the picture can't be written.
+    """
+    path = Path(path)
+    check_writable(path, PICTURE_ENDINGS)
+    tracks = _Tracks(recording.about)
+    moments = 0
+    for moment in recording.moments():
+        tracks.take(moment)
+        progress(moment.t_ms)
+        moments += 1
+    if not moments:
+        raise MotorcadeError("nothing-recorded", file=recording.name)
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    tracks.draw(figure.add_subplot())
+    try:
+        figure.savefig(path, dpi=_DPI)
+    except OSError as problem:
+        raise MotorcadeError("run-file-unwritable", file=path, reason=problem.strerror or problem) from None
