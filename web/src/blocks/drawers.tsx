@@ -115,13 +115,21 @@ class Drawer extends Blockly.VerticalFlyout {
     super.hide();
     // A block that is being dragged keeps its place below the hand.
     if (isTapped || !isHand) this.moveBack(isTapped);
-    else afterGesture(() => this.moveBack(false));
+    else {
+      const isTaken = this.newBlocks().length > 0;
+      afterGesture(() => this.moveBack(isTaken));
+    }
+  }
+
+  /** The topmost blocks that came out of the drawer since it was opened. */
+  private newBlocks(): Blockly.BlockSvg[] {
+    return this.targetWorkspace.getTopBlocks(false).filter(({ id }) => !this.known.has(id));
   }
 
   /** Put blocks that were only tapped, and so have no place yet, below the last one under the hat; whether there are any. */
   private appendTapped(): boolean {
     const program = this.targetWorkspace;
-    const tapped = program.getTopBlocks(false).filter((block) => !this.known.has(block.id) && !block.isDragging());
+    const tapped = this.newBlocks().filter((block) => !block.isDragging());
     const hat = program.getTopBlocks(false).find((block) => !block.previousConnection);
     for (const block of tapped) {
       const end = hat?.lastConnectionInStack(true);
@@ -135,7 +143,10 @@ class Drawer extends Blockly.VerticalFlyout {
     return tapped.length > 0;
   }
 
-  /** Move the program back, unless somebody scrolled it meanwhile; Blockly itself scrolls to a block that was tapped. */
+  /**
+   * Move the program back, unless somebody scrolled it meanwhile. Blockly itself scrolls to a block that was tapped, and
+   * where there is little room it scrolls when a block is dropped.
+   */
   private moveBack(isScrolled: boolean): void {
     if (!this.moved || this.isVisible() || !this.targetWorkspace.rendered) return;
     const { from, to } = this.moved;
