@@ -144,7 +144,8 @@ function dropFollowers(): void {
   const hasSteps = (workspaceOf("followers")?.getAllBlocks(false).length ?? 0) > 1;
   parkFollowers();
   recordFollowers(false);
-  if (hasSteps) notify(i18next.t("editors.dropped"), "info", { label: i18next.t("editors.bringBack"), run: addFollowers });
+  const action = { label: i18next.t("editors.bringBack"), run: addFollowers };
+  if (hasSteps) notify(i18next.t("editors.dropped"), "info", action, ({ parkedFollowers }) => parkedFollowers !== null);
 }
 
 /** The names of both editors, of which the chosen one shows where there is room for one, and the tools for it. */

@@ -44,6 +44,8 @@ export function tellWrongBlock(): boolean {
   const { block, editor, sentence } = wrong;
   const action = block !== null && editor !== null ? { label: i18next.t("mat.showBlock"), run: () => showBlock(editor, block) } : undefined;
   if (action) action.run();
-  notify(i18next.t("mat.wrongProgram", { editor: editor ? i18next.t(`editors.${editor}`) : "", sentence: inLanguage(sentence) }), "warning", action);
+  const text = i18next.t("mat.wrongProgram", { editor: editor ? i18next.t(`editors.${editor}`) : "", sentence: inLanguage(sentence) });
+  const isStill = (each: Diagnostic) => each.severity === "error" && each.block === block && each.sentence.en === sentence.en;
+  notify(text, "warning", action, ({ compiled }) => compiled?.diagnostics.some(isStill) ?? false);
   return true;
 }

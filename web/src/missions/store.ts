@@ -80,7 +80,9 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
     useStudio.setState({ mission: choiceOf(mission) });
     if (!before) return;
     setTimeout(markUnsaved);
-    notify(i18next.t("missions.goOn"), "info", { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice) });
+    const { generation } = useStudio.getState();
+    const action = { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice) };
+    notify(i18next.t("missions.goOn"), "info", action, (now) => now.generation === generation && now.mission !== null);
   });
   return opened;
 }

@@ -21,7 +21,7 @@ export async function attempt(task: () => Promise<void>): Promise<void> {
     await task();
   } catch (error) {
     if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
-    else if (error instanceof api.UnreachableError) notify(i18next.t("server.needed"), "warning");
+    else if (error instanceof api.UnreachableError) notify(i18next.t("server.needed"), "warning", undefined, ({ service }) => service !== "ready");
     else throw error;
   }
 }
@@ -102,7 +102,7 @@ export function openSharedLink(): Promise<void> {
 
 export function exportCsv(): void {
   const { compiled, name } = useStudio.getState();
-  if (!compiled?.image) notify(i18next.t("export.noWords"), "warning");
+  if (!compiled?.image) notify(i18next.t("export.noWords"), "warning", undefined, (now) => !now.compiled?.image);
   // Spreadsheets recognize UTF-8 by this byte order mark.
   else download(fileName(name, ".csv"), `\ufeff${wordsCsv(compiled.words)}`, "text/csv;charset=utf-8");
 }

@@ -1,6 +1,7 @@
 /** What is shown above the page: a dialog, a question, and notices. */
 
 import { create } from "zustand";
+import { type Studio, useStudio } from "./studio";
 
 export type DialogName = "upload" | "library" | "examples" | "share" | "missions" | "help";
 export type Tone = "info" | "success" | "warning" | "error";
@@ -10,6 +11,8 @@ export interface Notice {
   text: string;
   tone: Tone;
   action?: { label: string; run: () => void };
+  /** Whether its cause is still there; it goes with its cause. */
+  holds?: (now: Studio) => boolean;
 }
 
 /** A question that must be answered before something is lost. */
@@ -47,13 +50,20 @@ export function confirm(question: Omit<Question, "answer">): Promise<boolean> {
 const SHOWN_MS = 8000;
 let lastId = 0;
 
-/** Show a notice, which screen readers read out. An error stays until it is dismissed; others go by themselves. */
-export function notify(text: string, tone: Tone = "info", action?: Notice["action"]): void {
+/**
+ * Show a notice, which screen readers read out. An error stays until it is dismissed, others go by themselves; all go once
+ * their cause no longer `holds`.
+ */
+export function notify(text: string, tone: Tone = "info", action?: Notice["action"], holds?: Notice["holds"]): void {
   const id = ++lastId;
   const others = useDialogs.getState().notices.filter((notice) => notice.text !== text);
-  useDialogs.setState({ notices: [...others.slice(-2), { id, text, tone, action }] });
+  useDialogs.setState({ notices: [...others.slice(-2), { id, text, tone, action, holds }] });
   if (tone !== "error") setTimeout(() => dismiss(id), action ? 3 * SHOWN_MS : SHOWN_MS);
 }
+
+useStudio.subscribe((now) => {
+  for (const { id, holds } of useDialogs.getState().notices) if (holds && !holds(now)) dismiss(id);
+});
 
 export function dismiss(id: number): void {
   useDialogs.setState(({ notices }) => ({ notices: notices.filter((notice) => notice.id !== id) }));

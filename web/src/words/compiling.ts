@@ -77,7 +77,10 @@ async function compileNewest(): Promise<void> {
       useStudio.setState({ compiled });
       markDiagnostics(compiled.diagnostics);
     } catch (error) {
-      if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
+      const { compiled } = useStudio.getState();
+      const { sentence } = error instanceof api.RefusedError ? error : { sentence: null };
+      // Until there are words again.
+      if (sentence) notify(inLanguage(sentence), "error", undefined, (now) => now.compiled === compiled);
     }
     collectEdits();
   }
