@@ -7,7 +7,9 @@ import { setBlocklyLanguage } from "../blocks/definitions";
 import { focusBlocks } from "../blocks/workspaces";
 import { currentLanguage } from "../i18n";
 import { Session } from "../mat/session";
+import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
+import { useMission } from "../missions/store";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -78,6 +80,8 @@ function Work() {
   const alone = useStudio((studio) => studio.alone);
   const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
+  const isPlayed = useMission(({ mission }) => mission !== null);
+  const isWritten = useDraft(({ draft }) => draft !== null);
   const drawer = useSettings((settings) => settings.drawer.open);
   const larger = useStudio((studio) => studio.larger);
   useEffect(openEditors, []);
@@ -86,7 +90,7 @@ function Work() {
     return () => session.close();
   }, [session]);
   return (
-    <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
+    <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
       <div className={css.blocks}>
         <MissionStrip session={session} />
         <Editors key={`${language} ${level}`} />
@@ -123,6 +127,7 @@ export function App() {
   const [ready, setReady] = useState(false);
   const gone = useStudio(({ service }) => service === "gone");
   const alone = useStudio((studio) => studio.alone);
+  const share = useSettings((settings) => settings.shares.blocks);
   const classroom = useStudio(({ capabilities }) => capabilities?.classroom);
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
@@ -130,7 +135,7 @@ export function App() {
   return (
     // Numbers and units follow the page's language, not the browser's.
     <I18nProvider locale={i18n.language}>
-      <div className={css.app} data-alone={alone ?? undefined}>
+      <div className={css.app} data-alone={alone ?? undefined} style={{ "--share": share } as CSSProperties}>
         <SkipLinks />
         <Header />
         <div className={css.banners}>

@@ -1,0 +1,100 @@
+"""Every state of the studio fits every window: nothing is cut off, covered or out of reach."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from support.layout import SIZES, Windows
+from support.soak import SOAK
+from support.studio_page import PHONE, StudioPage
+from support.studio_programs import FOLLOWED
+
+LEVELS = {"words": ("words", "timeline"), "python": ("python",)}
+DIALOGS = ("upload", "library", "examples", "share", "help")
+
+
+def show_level(studio: StudioPage, level: str) -> None:
+    studio.page.locator("header").get_by_role("button", name=studio.say("level.button", level="")).click()
+    studio.page.get_by_role("menuitemradio").filter(has_text=studio.say(f"level.{level}About")).click()
+
+
+def close_drawer(studio: StudioPage) -> None:
+    studio.page.get_by_role("button", name=studio.say("drawer.close"), exact=True).click()
+
+
+def states(studio: StudioPage) -> Iterator[str]:
+    """Show each state of the page in turn."""
+    page = studio.page
+    tour = page.get_by_role("complementary").get_by_role("button")
+    yield "tour"
+    for step in (2, 3):
+        tour.last.click()
+        yield f"tour, step {step}"
+    tour.first.click()
+    yield "a project that is not saved"
+    for panel in ("swarm", "things"):
+        studio.look_up(panel)
+        yield panel
+    for level, panels in LEVELS.items():
+        show_level(studio, level)
+        for panel in panels:
+            studio.look_up(panel)
+            yield f"{panel} at level {level}"
+    close_drawer(studio)
+    for mission, panel in (("forward-and-stop", "swarm"), ("flip-the-lamp", "words")):
+        page.get_by_role("button", name=studio.say("missions.title"), exact=True).click()
+        expect(page.locator(f"[data-mission={mission}]")).to_be_visible()
+        yield "map of missions"
+        page.locator(f"[data-mission={mission}]").click()
+        task = page.get_by_role("list", name=studio.say("missions.goals"))
+        expect(task.or_(page.get_by_role("alertdialog"))).to_be_visible()
+        if page.get_by_role("alertdialog").count():
+            yield "question"
+            page.get_by_role("alertdialog").get_by_role("button").last.click()
+        expect(task).to_be_visible()
+        yield mission
+        studio.look_up(panel)
+        yield f"{mission} with {panel}"
+        close_drawer(studio)
+    for menu in ("menu.project", "settings.title"):
+        page.get_by_role("button", name=studio.say(menu), exact=True).click()
+        yield menu
+        page.keyboard.press("Escape")
+    for name in DIALOGS:
+        studio.open_dialog(name)
+        yield name
+        page.keyboard.press("Escape")
+
+
+# For `make test`: each size in one of the languages.
+FEW = {"en": (PHONE, (820, 1180), (1440, 900)), "zh": ((768, 1024), (1024, 768), (1366, 768))}
+
+
+@pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark")])
+def test_every_state_fits_every_window(open_page, language, theme) -> None:
+    sizes = SIZES if SOAK else FEW[language]
+    studio = open_page(size=sizes[-1], plain=True, tour=True, level="start", language=language, theme=theme)
+    windows = Windows(studio.page, sizes)
+    assert [fault for state in states(studio) for fault in windows.faults(state)] == []
+
+
+def test_a_notice_covers_no_control_and_goes_with_its_cause(open_page) -> None:
+    studio = open_page(size=SIZES[-1], plain=True, project=FOLLOWED)
+    studio.page.get_by_role("radio", name=studio.say("editors.followers"), exact=True).click()
+    studio.page.get_by_role("button", name=studio.say("editors.leaderOnly"), exact=True).click()
+    expect(studio.notices).to_contain_text(studio.say("editors.dropped"))
+    assert Windows(studio.page, FEW["en"]).faults("notice") == []
+    studio.undo()
+    expect(studio.notices).not_to_contain_text(studio.say("editors.dropped"))
+
+
+def test_the_program_is_back_in_its_place_after_a_block_was_dropped(open_page) -> None:
+    studio = open_page(size=(1024, 768), plain=True, level="start")
+    hat = studio.block("leader", "Again and again")
+    before = studio.box(hat)["x"]
+    studio.drag_out("leader", "drive", "drive", below=hat)
+    expect(hat).to_contain_text("forward")
+    expect(studio.editor("leader").get_by_role("option")).to_have_count(0)
+    # The outline of what has the focus belongs to the box.
+    assert studio.box(hat)["x"] == pytest.approx(before, abs=10)
