@@ -17,7 +17,7 @@ from motorcade.server.studio.simulation import build_world
 from motorcade.service.messages import Capabilities, MissionChoice
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
-from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetWorld, Shown, State, Step
+from motorcade.service.world_messages import Furnish, Goals, Move, Play, Reset, Seek, SetWorld, Shown, State, Step
 from motorcade.service.world_session import WorldSession
 
 NAME = "forward-and-stop"
@@ -258,17 +258,44 @@ def test_after_the_end_the_world_goes_on_if_the_page_wants_that():
     # The last step ended with the mission.
     assert page.states[-1].t_ms == 8000
     assert page.progress() == ["met"] * 3
-    page.send(Move(0, 1.4, 0.5))
     page.send(Play())
     page.look(1)
     assert page.states[-1].t_ms > 8500
     assert page.progress() == ["met"] * 3
 
 
-def test_a_mat_with_other_cars_is_not_the_missions():
-    mission = built_in_mission(NAME)
-    image = compile_program(mission.solution).image
+OWN_MAT = built_in_mission(NAME).mat_document
+NEARER = {**OWN_MAT, "car": [{"at_m": [0.9, 0.5], "role": "leader"}]}
+NOISY = {**OWN_MAT, "physics": {"bit_error_rate": 0.1}}
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"mat": built_in_mission("follow-me").mat_document}, "the mat and its cars"),
+        ({"mat": NEARER}, "the mat and its cars"),
+        ({"mat": NOISY}, "the mat and its cars"),
+        ({"range_mm": 3000}, "how far infrared reaches"),
+    ],
+)
+def test_a_world_that_differs_from_the_missions_is_refused(change, what):
+    image = compile_program(built_in_mission(NAME).solution).image
     session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 200))
-    mat = built_in_mission("follow-me").mat_document
-    with pytest.raises(MotorcadeError, match="other cars than the mission"):
-        session.receive(SetWorld(mat, image, mission=MissionChoice(NAME)))
+    with pytest.raises(MotorcadeError, match=f"the mission fixes {what}"):
+        session.receive(SetWorld(**{"mat": OWN_MAT, "image": image, "mission": MissionChoice(NAME), **change}))
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        (Furnish(OWN_MAT, range_mm=3000), "how far infrared reaches"),
+        (Furnish(OWN_MAT | {"wall": [{"from_m": [1, 0], "to_m": [1, 1]}]}), "the mat and its cars"),
+        (Move(0, 0.9, 0.5), "the mat and its cars"),
+    ],
+)
+def test_what_a_mission_fixes_cannot_be_changed_while_it_is_played(change, what):
+    page = Page(built_in_mission(NAME), built_in_mission(NAME).solution)
+    with pytest.raises(MotorcadeError, match=f"the mission fixes {what}"):
+        page.send(change)
+    # The floor is only a picture.
+    page.send(Furnish(OWN_MAT | {"floor": "moon"}))

@@ -124,11 +124,15 @@ def _result_table(mission: "Mission", result: "Result") -> "Table":
     table = Table(title=title, title_justify="left")
     for name in ("star", "goal", "result", "time", "why"):
         table.add_column(translated(f"column-{name}"), no_wrap=name in ("star", "result", "time"))
-    goals = iter(mission.goals)
+    goals = iter(enumerate(mission.goals, start=1))
     for each in result.goals:
-        asked = Phrase("goal-steps") if each.kind == STEPS else goal_phrase(next(goals), mission)
+        if each.kind == STEPS:
+            asked = Phrase("goal-steps").sentence(language)
+        else:
+            number, goal = next(goals)
+            asked = f"{number}. {goal_phrase(goal, mission).sentence(language)}"
         shown = translated("goal-is-met") if each.met else translated("goal-is-lost", seed=each.seed)
-        row = (_stars(each.star), asked.sentence(language), shown, f"{each.t_ms / 1000:g}", each.why.sentence(language))
+        row = (_stars(each.star), asked, shown, f"{each.t_ms / 1000:g}", each.why.sentence(language))
         table.add_row(*row)
     return table
 

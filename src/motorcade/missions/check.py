@@ -41,8 +41,9 @@ class GoalResult(NamedTuple):
         star: the star that it is for.
         met: whether it was met on every seed.
         seed: the seed that ``t_ms`` and ``why`` are about: the first on which it was lost, else the first.
-        t_ms: when it was met or lost.
+        t_ms: when it was met; where it is lost, a moment at which one can see why.
         why: a phrase with numbers.
+        cars: the cars that ``why`` is about, where it is not met.
     """
 
     kind: str
@@ -51,6 +52,7 @@ class GoalResult(NamedTuple):
     seed: int
     t_ms: int
     why: Phrase
+    cars: tuple[int, ...] = ()
 
     def to_dict(self, language: str) -> dict[str, Any]:
         """The result for JSON."""
@@ -98,7 +100,7 @@ def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]]) ->
     seed = next((seed for seed, found in states.items() if found[number].progress != "met"), mission.seeds[0])
     state = states[seed][number]
     met = state.progress == "met"
-    return GoalResult(goal.kind, goal.star, met, seed, state.t_ms or 0, state.why)
+    return GoalResult(goal.kind, goal.star, met, seed, state.t_ms or 0, state.why, state.cars)
 
 
 def stars_of(results: Iterable[GoalResult]) -> frozenset[int]:

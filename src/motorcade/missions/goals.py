@@ -34,9 +34,10 @@ class GoalState(NamedTuple):
 
     Attributes:
         progress: see Progress.
-        t_ms: when it was met or lost; None while neither.
+        t_ms: when it was met; where it is lost, a moment at which one can see why; None while neither.
         done, needed: how many cars, words or other things of how many; 0 of 0 where there is nothing to count.
         why: a phrase with numbers.
+        cars: the cars that ``why`` is about, where it is not met.
     """
 
     progress: Progress
@@ -44,6 +45,7 @@ class GoalState(NamedTuple):
     done: int
     needed: int
     why: Phrase
+    cars: tuple[int, ...] = ()
 
 
 class Watch(ABC):
@@ -105,8 +107,9 @@ class CarsWatch(Watch):
         self._test, self._lost = test, lost
         self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
         self._until_ms = round(goal.values["until_s"] * 1000) if "until_s" in goal.values else None
-        # How far each car is from meeting the goal: now, at best or at worst.
+        # How far each car is from meeting the goal, and since when: now, at best, or when it first missed it.
         self._off = [math.inf if self._at != "always" else 0.0] * len(goal.cars)
+        self._off_ms = [0] * len(goal.cars)
         self._since_ms: int | None = None
         self._now_ms = 0
         self._ended = False
@@ -119,12 +122,8 @@ class CarsWatch(Watch):
         for place, car in enumerate(self._cars):
             off = self._test(car, moment)
             before = self._off[place]
-            if self._at == "some-moment":
-                self._off[place] = min(before, off)
-            elif self._at == "always":
-                self._off[place] = before if before > 0 else off
-            else:
-                self._off[place] = off
+            if self._at == "end" or (off <= before if self._at == "some-moment" else before == 0):
+                self._off[place], self._off_ms[place] = off, moment.t_ms
         holds = self._done >= self._needed
         if self._at == "always":
             holds = not holds
@@ -146,17 +145,22 @@ class CarsWatch(Watch):
         enough = done >= self._needed
         if self._at == "always":
             progress: Progress = "lost" if not enough else "met" if is_over else "holds"
-            t_ms = self._since_ms if not enough else self._now_ms if is_over else None
+            t_ms = self._now_ms if is_over else None
         elif enough:
             progress, t_ms = ("met" if is_over or self._at == "some-moment" else "holds"), self._since_ms
         else:
-            progress, t_ms = ("lost", self._now_ms) if is_over else ("open", None)
+            progress, t_ms = "lost" if is_over else "open", None
         if enough:
-            why = done_phrase(done, count)
-        else:
-            place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
-            why = self._lost(self._cars[place], self._off[place], done, count)
-        return GoalState(progress, t_ms, done, self._needed, why)
+            return GoalState(progress, t_ms, done, self._needed, done_phrase(done, count))
+        place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
+        why = self._lost(self._cars[place], self._off[place], done, count)
+        t_ms = self._off_ms[place] if progress == "lost" else None
+        return GoalState(progress, t_ms, done, self._needed, why, (self._cars[place],))
+
+
+def shown_m(metres: float) -> float:
+    """A length as sentences show it: what is compared must be what a pupil reads."""
+    return round(metres, 2)
 
 
 def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
@@ -186,7 +190,7 @@ def zone_watch(goal: Goal, mission: Mission) -> Watch:
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
         return lost_phrase(f"goal-in-zone-{at}-lost", car, done, count, metres=off, zone=zone.title)
 
-    return CarsWatch(goal, lambda car, now: distance_to_zone_m(zone, now.x_m[car], now.y_m[car]), lost)
+    return CarsWatch(goal, lambda car, now: shown_m(distance_to_zone_m(zone, now.x_m[car], now.y_m[car])), lost)
 
 
 def outside_watch(goal: Goal, mission: Mission) -> Watch:
@@ -206,8 +210,8 @@ def heading_watch(goal: Goal, mission: Mission) -> Watch:
     at = goal.values["at"]
 
     def off(car: int, now: Moment) -> float:
-        apart = abs((math.degrees(now.heading[car]) - wanted + 180) % 360 - 180)
-        return 0.0 if apart <= tolerance else apart
+        apart = round(abs((math.degrees(now.heading[car]) - wanted + 180) % 360 - 180))
+        return 0.0 if apart <= tolerance else float(apart)
 
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
         # One that never had a moment has no number.
@@ -239,6 +243,8 @@ class TravelledWatch(Watch):
         self._before: list[tuple[float, float]] | None = None
         self._lost_ms: int | None = None
         self._driven = [0.0] * len(goal.cars)
+        # As sentences show it.
+        self._shown = list(self._driven)
         self._since_ms: int | None = None
         self._now_ms = 0
 
@@ -248,7 +254,8 @@ class TravelledWatch(Watch):
             self._driven[place] += math.dist(one, other)
         self._before = now
         self._now_ms = moment.t_ms
-        if self._lost_ms is None and len(self._cars) - sum(each > self._most for each in self._driven) < self._needed:
+        self._shown = [shown_m(each) for each in self._driven]
+        if self._lost_ms is None and len(self._cars) - sum(each > self._most for each in self._shown) < self._needed:
             self._lost_ms = moment.t_ms
         if self._done < self._needed:
             self._since_ms = None
@@ -257,18 +264,20 @@ class TravelledWatch(Watch):
 
     @property
     def _done(self) -> int:
-        return sum(self._least <= driven <= self._most for driven in self._driven)
+        return sum(self._least <= driven <= self._most for driven in self._shown)
 
     def state(self, is_over: bool) -> GoalState:
         done, count = self._done, len(self._cars)
         if self._lost_ms is not None or (is_over and done < self._needed):
             # Of cars that drove too far or not far enough the one that is farthest off.
-            at = max(range(count), key=lambda at: (self._driven[at] - self._most, -self._driven[at], -at))
+            at = max(range(count), key=lambda at: (self._shown[at], -at))
             if self._lost_ms is None:
-                at = min(range(count), key=lambda at: (self._driven[at], at))
-            why = Phrase("goal-travelled-lost", car=car_phrase(self._cars[at]), metres=self._driven[at], **self._bounds)
-            return GoalState("lost", self._now_ms if self._lost_ms is None else self._lost_ms, done, self._needed, why)
-        driven = min(self._driven, default=0.0)
+                at = min(range(count), key=lambda at: (self._shown[at], at))
+            car, t_ms = self._cars[at], self._now_ms if self._lost_ms is None else self._lost_ms
+            name = Phrase("the-car") if count == 1 else car_phrase(car)
+            why = Phrase("goal-travelled-lost", car=name, metres=self._shown[at], **self._bounds)
+            return GoalState("lost", t_ms, done, self._needed, why, (car,))
+        driven = min(self._shown, default=0.0)
         why = Phrase("goal-travelled-so-far", metres=driven, done=done, count=count)
         if done < self._needed:
             return GoalState("open", None, done, self._needed, why)
@@ -290,7 +299,7 @@ class TogetherWatch(Watch):
         self._metres = goal.values["metres"]
         self._at = goal.values["at"]
         self._apart = (0.0, self._cars[0], self._cars[0])
-        self._best = (math.inf, self._cars[0], self._cars[0])
+        self._best, self._best_ms = (math.inf, self._cars[0], self._cars[0]), 0
         self._since_ms: int | None = None
         self._lost_ms: int | None = None
         self._now_ms = 0
@@ -300,7 +309,8 @@ class TogetherWatch(Watch):
         if self._lost_ms is not None or (self._at == "some-moment" and self._since_ms is not None):
             return
         self._apart = self._farthest(moment)
-        self._best = min(self._best, self._apart)
+        if self._apart[0] <= self._best[0]:
+            self._best, self._best_ms = self._apart, moment.t_ms
         if self._apart[0] > self._metres:
             self._since_ms = None
             if self._at == "always":
@@ -317,14 +327,16 @@ class TogetherWatch(Watch):
             cosine, sine = math.cos(step * math.pi / 8), math.sin(step * math.pi / 8)
             outer.add(max(self._cars, key=lambda car: x[car] * cosine + y[car] * sine))
         pairs = [(math.dist((x[one], y[one]), (x[other], y[other])), one, other) for one in outer for other in outer]
-        return max(pairs, key=lambda pair: (pair[0], -pair[1], -pair[2]))
+        metres, one, other = max(pairs, key=lambda pair: (pair[0], -pair[1], -pair[2]))
+        return shown_m(metres), one, other
 
     def state(self, is_over: bool) -> GoalState:
         if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, 0, 0, self._why(self._apart))
+            return GoalState("lost", self._lost_ms, 0, 0, self._why(self._apart), self._apart[1:])
         if self._since_ms is None:
-            why = self._why(self._best if self._at == "some-moment" else self._apart)
-            return GoalState("lost" if is_over else "open", self._now_ms if is_over else None, 0, 0, why)
+            apart, t_ms = (self._best, self._best_ms) if self._at == "some-moment" else (self._apart, self._now_ms)
+            progress: Progress = "lost" if is_over else "open"
+            return GoalState(progress, t_ms if is_over else None, 0, 0, self._why(apart), apart[1:])
         t_ms = self._now_ms if self._at == "always" else self._since_ms
         if is_over or self._at == "some-moment":
             return GoalState("met", t_ms, 0, 0, self._why(self._apart))

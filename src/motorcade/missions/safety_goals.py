@@ -7,8 +7,17 @@ from motorcade.car.brain import STILL
 from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
-from motorcade.missions.document import Goal, Mission
-from motorcade.missions.goals import Event, GoalState, Watch, car_phrase, done_phrase, lost_phrase, needed_of
+from motorcade.missions.document import Goal, Mission, Wording, Zone
+from motorcade.missions.goals import (
+    Event,
+    GoalState,
+    Watch,
+    car_phrase,
+    distance_to_zone_m,
+    done_phrase,
+    lost_phrase,
+    needed_of,
+)
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
@@ -20,10 +29,11 @@ class NoTouchWatch(Watch):
     """A goal: no car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
 
     def __init__(self, mission: Mission) -> None:
+        self._mat = mission.mat
         self._diameter_m = mission.profile.body.diameter_mm / 1000
         self._first_ms: int | None = None
         self._touching_ms = 0
-        self._who: tuple[int, int] | None = None
+        self._who: tuple[int, ...] = ()
         self._now_ms = 0
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
@@ -33,10 +43,11 @@ class NoTouchWatch(Watch):
             self._first_ms = moment.t_ms
             self._who = self._nearest(moment)
 
-    def _nearest(self, moment: Moment) -> tuple[int, int] | None:
-        """The two cars that touch; None where none do: then it is a wall or an obstacle."""
+    def _nearest(self, moment: Moment) -> tuple[int, ...]:
+        """The two cars that touch, or else the one that is nearest to a wall or an obstacle."""
         places = sorted(zip(moment.x_m, moment.y_m, range(len(moment.x_m)), strict=True))
-        best, found = self._diameter_m + _TOUCH_M, None
+        best = self._diameter_m + _TOUCH_M
+        found: tuple[int, ...] = (min(places, key=lambda each: self._clearance_m(*each[:2]))[2],)
         for at, (x, y, car) in enumerate(places):
             for other_x, other_y, other in places[at + 1 :]:
                 if other_x - x > best:
@@ -46,15 +57,28 @@ class NoTouchWatch(Watch):
                     best, found = apart, (min(car, other), max(car, other))
         return found
 
+    def _clearance_m(self, x: float, y: float) -> float:
+        """How far a point is from what stands on the mat, or from its walled edge."""
+        lines = [((x0, y0), (x1, y1)) for x0, y0, x1, y1 in self._mat.walls]
+        name = Wording({})
+        things = [Zone("", name, corners) for corners in (*lines, *self._mat.polygons)]
+        things += [Zone("", name, disc=disc) for disc in self._mat.discs]
+        apart = [distance_to_zone_m(each, x, y) for each in things]
+        if self._mat.walled and self._mat.size_m:
+            width, height = self._mat.size_m
+            apart += [x, width - x, y, height - y]
+        return min(apart, default=math.inf)
+
     def state(self, is_over: bool) -> GoalState:
         if self._first_ms is None:
             why = Phrase("goal-no-touch-done")
             return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, 0, 0, why)
         seconds = {"seconds": self._first_ms / 1000, "touching": self._touching_ms / 1000}
-        if self._who is None:
-            return GoalState("lost", self._first_ms, 0, 0, Phrase("goal-touched-wall", **seconds))
-        one, other = map(car_phrase, self._who)
-        return GoalState("lost", self._first_ms, 0, 0, Phrase("goal-touched", car=one, other=other, **seconds))
+        one, *others = map(car_phrase, self._who)
+        why = Phrase("goal-touched-wall", car=one, **seconds)
+        if others:
+            why = Phrase("goal-touched", car=one, other=others[0], **seconds)
+        return GoalState("lost", self._first_ms, 0, 0, why, self._who)
 
 
 class VoiceWatch(Watch):
@@ -68,7 +92,8 @@ class VoiceWatch(Watch):
         self._before: Moment | None = None
         # Of each car that has to stand still: since when.
         self._told: dict[int, int] = {}
-        self._failed: dict[int, str] = {}
+        # Of each car that failed: how, and when.
+        self._failed: dict[int, tuple[str, int]] = {}
         self._lost_ms: int | None = None
         self._stops = 0
         self._now_ms = 0
@@ -86,13 +111,13 @@ class VoiceWatch(Watch):
                 if voice.word == "go":
                     self._told.pop(car, None)
                 elif before.wheels[car] == STILL and car not in self._told:
-                    self._failed.setdefault(car, "stood")
+                    self._failed.setdefault(car, ("stood", before.t_ms))
                 else:
                     self._told.setdefault(car, at_ms)
             self._stops += voice.word == "stop"
         for car, at_ms in self._told.items():
             if moment.t_ms >= at_ms + _VOICE_MS and moment.wheels[car] != STILL:
-                self._failed.setdefault(car, "drove")
+                self._failed.setdefault(car, ("drove", moment.t_ms))
         if self._lost_ms is None and len(self._cars) - len(self._failed) < self._needed:
             self._lost_ms = moment.t_ms
         self._before = moment
@@ -102,8 +127,9 @@ class VoiceWatch(Watch):
         done = count - len(self._failed) if self._stops else 0
         if self._lost_ms is not None:
             car = min(self._failed)
-            why = lost_phrase(f"goal-voice-{self._failed[car]}", car, done, count)
-            return GoalState("lost", self._lost_ms, done, self._needed, why)
+            how, failed_ms = self._failed[car]
+            why = lost_phrase(f"goal-voice-{how}", car, done, count)
+            return GoalState("lost", failed_ms, done, self._needed, why, (car,))
         if not self._stops:
             t_ms = self._now_ms if is_over else None
             return GoalState("lost" if is_over else "open", t_ms, 0, self._needed, Phrase("goal-voice-open"))

@@ -1,6 +1,6 @@
 """Watch all goals of a mission while a run goes on, one moment after another; and say what each goal asks for."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from motorcade.engine.state import Moment
@@ -38,6 +38,11 @@ class GoalWatch:
         parsed = parse_image_bytes(image)
         slots = word_goals.Slots(parsed, mission.profile, mission.duration_ms)
         self._watches = [_watch_of(goal, mission, parsed, slots) for goal in mission.goals]
+        self._all_by = {
+            number: _AllBy(goal, other)
+            for number, goal in enumerate(mission.goals)
+            if goal.kind == "all-by" and (other := self._watches[goal.values["goal"] - 1]) is not None
+        }
         self._now_ms = -1
 
     @property
@@ -58,27 +63,73 @@ class GoalWatch:
         for watch in self._watches:
             if watch is not None:
                 watch.see(plain, rows)
+        for all_by in self._all_by.values():
+            all_by.see(moment.t_ms)
 
     def states(self) -> list[GoalState]:
         """How it stands with each goal, in the order of the file."""
+        states: list[GoalState] = []
         found = [None if watch is None else watch.state(self.is_over) for watch in self._watches]
-        return [state or self._all_by(goal, found) for goal, state in zip(self._mission.goals, found, strict=True)]
+        for number, (goal, state) in enumerate(zip(self._mission.goals, found, strict=True)):
+            if state is None:
+                other = found[goal.values["goal"] - 1]
+                assert other is not None
+                state = self._all_by[number].state(other, self.is_over)
+            states.append(state)
+        return states
 
-    def _all_by(self, goal: Goal, found: Sequence[GoalState | None]) -> GoalState:
-        """The state of a goal that another one is met by some time."""
-        number, seconds = goal.values["goal"], goal.values["seconds"]
-        other = found[number - 1]
-        assert other is not None
-        details = {"goal": number, "most": seconds}
-        if other.progress in ("met", "holds") and other.t_ms is not None:
-            why = Phrase("goal-all-by-when", seconds=other.t_ms / 1000, **details)
-            if other.t_ms > seconds * 1000:
-                return GoalState("lost", other.t_ms, 0, 0, why)
-            return GoalState(other.progress, other.t_ms, 0, 0, why)
-        why = Phrase("goal-all-by-not", **details)
-        if self.is_over or self._now_ms > seconds * 1000 or other.progress == "lost":
-            return GoalState("lost", min(self._now_ms, round(seconds * 1000)), 0, 0, why)
-        return GoalState("open", None, 0, 0, why)
+
+class _AllBy:
+    """A goal that another one is met by some time, and from then on to the end of the run.
+
+    Args:
+        watch: of the other goal.
+    """
+
+    def __init__(self, goal: Goal, watch: Watch) -> None:
+        self._number, self._seconds = goal.values["goal"], goal.values["seconds"]
+        self._by_ms = round(self._seconds * 1000)
+        self._watch = watch
+        # How the other goal stood last, at the time, and when it was lost again after it was met in time.
+        self._before: GoalState | None = None
+        self._then: GoalState | None = None
+        self._gone: GoalState | None = None
+        self._now_ms = 0
+
+    def see(self, t_ms: int) -> None:
+        """Look at the other goal, which has seen this moment."""
+        before, now = self._before, self._watch.state(False)
+        if before and before.progress == "holds" and now.progress == "open" and self._in_time(before):
+            self._gone = now._replace(t_ms=t_ms)
+        if t_ms <= self._by_ms:
+            self._then = now._replace(t_ms=t_ms)
+        self._before, self._now_ms = now, t_ms
+
+    def _in_time(self, other: GoalState) -> bool:
+        return other.t_ms is not None and other.t_ms <= self._by_ms
+
+    def state(self, other: GoalState, is_over: bool) -> GoalState:
+        """How it stands, by the state of the other goal."""
+        details = {"goal": self._number, "most": self._seconds}
+        is_met = other.progress in ("met", "holds") and other.t_ms is not None
+        if is_met and self._in_time(other):
+            return GoalState(
+                other.progress, other.t_ms, 0, 0, Phrase("goal-all-by-when", **self._met(other), **details)
+            )
+        if not is_met and not (is_over or self._now_ms > self._by_ms or other.progress == "lost"):
+            return GoalState("open", None, 0, 0, Phrase("goal-all-by-not", **details))
+        # What is wrong is seen where the other goal was lost again, or else at the time itself.
+        seen = self._gone or self._then or other
+        if self._gone:
+            why = Phrase("goal-all-by-gone", seconds=(self._gone.t_ms or 0) / 1000, reason=self._gone.why, **details)
+        elif is_met:
+            why = Phrase("goal-all-by-when", **self._met(other), **details)
+        else:
+            why = Phrase("goal-all-by-not", **details)
+        return GoalState("lost", seen.t_ms, 0, 0, why, seen.cars)
+
+    def _met(self, other: GoalState) -> dict[str, float]:
+        return {"seconds": (other.t_ms or 0) / 1000}
 
 
 def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots) -> Watch | None:

@@ -88,6 +88,10 @@ class SlotWatch(Watch):
         """Take the result of a slot: when each car that did so began its word, in ms."""
         raise NotImplementedError
 
+    def _end_ms(self, slot: int) -> int:
+        """The end of a slot: who has not begun its word by then is seen to miss it."""
+        return min((slot + 1) * self._slots.dwell_ms, self._now_ms)
+
     def _nothing(self) -> GoalState | None:
         """The state where there is nothing to hear, or nobody who hears."""
         if self._slots.count and self._cars:
@@ -103,12 +107,17 @@ class HeardWatch(SlotWatch):
     def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
         super().__init__(goal, mission, slots)
         self._heard = dict.fromkeys(self._cars, 0)
+        # The first slot whose word each car missed.
+        self._missed: dict[int, int] = {}
         self._pairs = slots.count * len(self._cars)
         self._needed = needed_of(goal.values["share"], self._pairs)
 
     def judge(self, slot: int, begun: dict[int, int]) -> None:
         for car in begun:
             self._heard[car] += 1
+        for car in self._cars:
+            if car not in begun:
+                self._missed.setdefault(car, slot)
         missed = (slot + 1) * len(self._cars) - sum(self._heard.values())
         if missed > self._pairs - self._needed and self._lost_ms is None:
             self._lost_ms = min((slot + 2) * self._slots.dwell_ms, self._now_ms)
@@ -120,13 +129,13 @@ class HeardWatch(SlotWatch):
             self._judge_all()
         done = sum(self._heard.values())
         if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, done, self._needed, self._why())
+            car = min(self._cars, key=lambda car: (self._heard[car], car))
+            return GoalState("lost", self._end_ms(self._missed[car]), done, self._needed, self._why(car), (car,))
         progress: Progress = "met" if done >= self._needed else "holds" if self._judged else "open"
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
         return GoalState(progress, self._now_ms if progress == "met" else None, done, self._needed, why)
 
-    def _why(self) -> Phrase:
-        car = min(self._cars, key=lambda car: (self._heard[car], car))
+    def _why(self, car: int) -> Phrase:
         if not self._heard[car]:
             return Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
         return Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
@@ -141,6 +150,7 @@ class InStepWatch(SlotWatch):
         self._needed = needed_of(goal.values["share"], len(self._cars))
         self._worst_ms = 0
         self._why_lost = Phrase("goal-no-words")
+        self._late: tuple[int, ...] = ()
         self._done = 0
 
     def judge(self, slot: int, begun: dict[int, int]) -> None:
@@ -148,23 +158,22 @@ class InStepWatch(SlotWatch):
         need = self._needed
         if len(times) < need:
             silent = min(car for car in self._cars if car not in begun)
-            self._lose(slot, Phrase("goal-step-unheard", car=car_phrase(silent), seconds=self._seconds(slot)))
+            why = Phrase("goal-step-unheard", car=car_phrase(silent), seconds=slot * self._slots.dwell_ms / 1000)
+            self._lose(self._end_ms(slot), why, silent)
             return
         spread_ms = min((times[at + need - 1] - times[at] for at in range(len(times) - need + 1)), default=0)
         self._worst_ms = max(self._worst_ms, spread_ms)
         if spread_ms > self._within_ms:
             last = max(begun, key=lambda car: (begun[car], -car))
             late_ms = begun[last] - times[0]
-            self._lose(slot, Phrase("goal-step-late", car=car_phrase(last), late_ms=late_ms, most_ms=self._within_ms))
+            why = Phrase("goal-step-late", car=car_phrase(last), late_ms=late_ms, most_ms=self._within_ms)
+            self._lose(begun[last], why, last)
         else:
             self._done += 1
 
-    def _seconds(self, slot: int) -> float:
-        return slot * self._slots.dwell_ms / 1000
-
-    def _lose(self, slot: int, why: Phrase) -> None:
+    def _lose(self, t_ms: int, why: Phrase, car: int) -> None:
         if self._lost_ms is None:
-            self._lost_ms, self._why_lost = min((slot + 2) * self._slots.dwell_ms, self._now_ms), why
+            self._lost_ms, self._why_lost, self._late = t_ms, why, (car,)
 
     def state(self, is_over: bool) -> GoalState:
         if nothing := self._nothing():
@@ -172,7 +181,7 @@ class InStepWatch(SlotWatch):
         if is_over:
             self._judge_all()
         if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, self._done, self._slots.count, self._why_lost)
+            return GoalState("lost", self._lost_ms, self._done, self._slots.count, self._why_lost, self._late)
         progress: Progress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
         return GoalState(progress, self._now_ms if is_over else None, self._done, self._slots.count, why)

@@ -106,7 +106,10 @@ class MissionToSave(Struct):
 
 
 class CheckedGoal(Struct):
-    """The result of a goal on all seeds: when and why it was met or lost, on the first seed on which it was lost."""
+    """The result of a goal on all seeds: met, or why it was lost on the first seed on which it was.
+
+    ``t_ms`` is the moment that shows it, and ``cars`` are the cars that ``why`` is about.
+    """
 
     kind: str
     star: int
@@ -114,6 +117,7 @@ class CheckedGoal(Struct):
     seed: int
     t_ms: int
     why: Sentence
+    cars: list[int]
 
 
 class MissionResult(Struct):
@@ -219,7 +223,7 @@ def playing_at_most(most_s: float, clock_s: Callable[[], float]) -> Play:
 
 
 def _checked(goal: GoalResult) -> CheckedGoal:
-    return CheckedGoal(goal.kind, goal.star, goal.met, goal.seed, goal.t_ms, sentences(goal.why))
+    return CheckedGoal(goal.kind, goal.star, goal.met, goal.seed, goal.t_ms, sentences(goal.why), list(goal.cars))
 
 
 def _stars_in(mission: documents.Mission) -> list[int]:

@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 from msgspec import structs
@@ -17,6 +18,7 @@ from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
+from motorcade.missions.document import Mission
 from motorcade.service.history import StoredMoment, index_and_flags
 from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import MatDocument, sentences
@@ -95,11 +97,17 @@ class StudioWorld(SimulatedWorld):
         self._world.say(word)
 
     def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+        if self.referee:
+            # The page says which floor it shows by this message too.
+            _check_fixed(self.referee.mission, mat_from(mat, self.cars), range_mm)
+            return
         furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
         _check_furniture(furniture)
         _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
+        if self.referee:
+            raise _fixed("mat")
         _or_refuse("bad-world", lambda: self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
 
     def check_car(self, car: int) -> None:
@@ -260,9 +268,21 @@ def prepare_world(
 
     _or_refuse("bad-mat", lambda: check_mat(mat, profile))
     referee = Referee(chosen_mission(message.mission), image) if message.mission else None
-    if referee and len(referee.mission.mat.starts) != len(mat.starts):
-        raise MotorcadeError("mat-is-not-the-missions")
+    if referee:
+        _check_fixed(referee.mission, mat, message.range_mm)
     return _or_refuse("bad-world", build), referee
+
+
+def _check_fixed(mission: Mission, mat: Mat, range_mm: int | None) -> None:
+    """Check that a page changes nothing that its mission fixes: stars are earned on the mission's own mat."""
+    if replace(mat, name=mission.mat.name) != mission.mat:
+        raise _fixed("mat")
+    if range_mm not in (None, mission.profile.infrared.range_mm):
+        raise _fixed("range")
+
+
+def _fixed(what: str) -> MotorcadeError:
+    return MotorcadeError("mission-fixes", what=Phrase(f"fixed-{what}"))
 
 
 def mat_from(document: Any, most_cars: int) -> Mat:

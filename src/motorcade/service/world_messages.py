@@ -188,7 +188,8 @@ class CarDetails(_WorldAnswer, tag="car"):
 class GoalNow(Struct):
     """How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers.
 
-    ``progress`` is open (not met yet), holds (met at present, not for good), met or lost; ``t_ms`` says since when.
+    ``progress`` is open (not met yet), holds (met at present, not for good), met or lost; ``t_ms`` says since when, or
+    for a lost one which moment shows it; ``cars`` are those that ``why`` is about.
     """
 
     progress: Literal["open", "holds", "met", "lost"]
@@ -196,6 +197,7 @@ class GoalNow(Struct):
     done: int
     needed: int
     why: Sentence
+    cars: list[int]
 
 
 class Goals(_WorldAnswer):

@@ -349,7 +349,7 @@ export interface MissionResult {
   steps: Sentence | null;
 }
 
-/** The result of a goal on all seeds: when and why it was met or lost, on the first seed on which it was lost. */
+/** The result of a goal on all seeds: met, or why it was lost on the first seed on which it was. */
 export interface CheckedGoal {
   kind: string;
   star: number;
@@ -357,6 +357,7 @@ export interface CheckedGoal {
   seed: number;
   t_ms: number;
   why: Sentence;
+  cars: number[];
 }
 
 /** A project of the library: when it was last saved (ISO 8601, UTC), and how many versions there are. */
@@ -627,6 +628,7 @@ export interface GoalNow {
   done: number;
   needed: number;
   why: Sentence;
+  cars: number[];
 }
 
 /** The error of a message that was refused. */
