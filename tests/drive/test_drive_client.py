@@ -56,6 +56,24 @@ async def test_a_caller_that_hangs_stops_the_car_though_the_connection_works():
         assert len(car.board.notes) <= count + 1
 
 
+@mock_clock
+async def test_after_a_long_rest_the_first_command_drives_within_half_a_second():
+    """A car believes stamps after a rest only when the client has answered its clock; the client does so by itself."""
+    loop = asyncio.get_running_loop()
+    async with loop_car() as car, client(car) as driver:
+        await driver.drive_for(0.2, 0.5)
+        await until(lambda: car.board.has_moved() and not car.board.moves)
+        for rest_s in (5, 8.3, 20):
+            rested_s = loop.time() + rest_s
+            await until(lambda end_s=rested_s: loop.time() >= end_s)
+            count, begin_s = len(car.board.notes), loop.time()
+            async with driving(driver, 0.5, 0):
+                await until(lambda begin=count: car.board.has_moved(begin))
+                assert loop.time() - begin_s < 0.5
+                assert driver.connected
+            await until(lambda: not car.board.moves)
+
+
 def test_a_program_that_freezes_as_a_whole_stops_the_car():
     with DrivenCar() as car:
 

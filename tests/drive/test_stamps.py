@@ -1,12 +1,11 @@
 """Old commands: what a stalled network delivers late does nothing, and nobody else is held up."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.stamps import STAMP_MASK, Freshness, stamp_at
 from motorcade.words.ticks import TICKS_MASK
-from support.socketless_car import Car, command, receive
+from support.socketless_car import Car, ask, command, receive
 
 PERIOD_MS = 50
 STALE_MS = 150
@@ -24,32 +23,127 @@ def stamped(angle: int, sent_ms: int, speed: int = 100) -> bytes:
     drift_ppm=st.integers(-100, 100),
 )
 def test_a_client_whose_commands_come_in_time_is_never_old(begin_ms, offset_ms, delays_ms, drift_ppm):
-    freshness = Freshness(STALE_MS)
+    freshness, came_ms = Freshness(STALE_MS), 0
     for number, delay_ms in enumerate(delays_ms):
         sent_ms = number * PERIOD_MS
         by_sender_ms = sent_ms + sent_ms * drift_ppm // 1_000_000 + offset_ms
-        assert freshness.is_fresh(stamp_at(by_sender_ms), begin_ms + sent_ms + delay_ms & TICKS_MASK)
+        # None overtakes the one before it.
+        came_ms = max(came_ms, sent_ms + delay_ms)
+        assert freshness.is_fresh(stamp_at(by_sender_ms), begin_ms + came_ms & TICKS_MASK)
 
 
-@given(offset_ms=st.integers(0, 1 << 40), stall_ms=st.integers(200, 6000), before=st.integers(1, 100))
-def test_all_that_a_stall_held_back_is_old_and_what_is_sent_after_it_is_fresh(offset_ms, stall_ms, before):
-    freshness = Freshness(STALE_MS)
+def now_at(ms: int) -> int:
+    return ms & TICKS_MASK
+
+
+# All lengths of a stall, dense around the rounds of a stamp, where old words look new.
+STALLS_MS = st.one_of(
+    st.integers(100, 120_000),
+    st.builds(lambda rounds, off: max(100, rounds * 8188 + off), st.integers(0, 14), st.integers(-400, 400)),
+)
+
+
+class Driver:
+    """A client that sends a word each 50 ms, whatever the network does, and the car's end of its connection."""
+
+    def __init__(self, offset_ms: int, begin_ms: int = 0) -> None:
+        self.freshness = Freshness(STALE_MS)
+        self.offset_ms, self.begin_ms = offset_ms, begin_ms
+        self.number = 0
+        self.stands = False
+
+    def send(self, sent_ms: int, stands: bool) -> tuple[int, int, bool]:
+        self.number += 1
+        return stamp_at(self.offset_ms + sent_ms), self.number, stands
+
+    def comes(self, word: tuple[int, int, bool], at_ms: int) -> bool:
+        stamp, number, stands = word
+        return self.freshness.is_fresh(stamp, now_at(self.begin_ms + at_ms), number, stands)
+
+    def clock(self, at_ms: int) -> int | None:
+        return self.freshness.clock_to_answer(now_at(self.begin_ms + at_ms))
+
+    def answer(self, clock: int, sent_ms: int, at_ms: int) -> None:
+        stamp = stamp_at(self.offset_ms + sent_ms)
+        self.freshness.take_answer(clock, self.number, stamp, now_at(self.begin_ms + at_ms))
+
+
+@given(
+    offset_ms=st.integers(0, 1 << 40),
+    begin_ms=st.integers(0, TICKS_MASK),
+    before=st.integers(1, 60),
+    stall_ms=STALLS_MS,
+    apart_ms=st.sampled_from([0, 1, 3, 20, 45]),
+    rests=st.lists(st.booleans(), min_size=1, max_size=9),
+    delay_ms=st.integers(0, 60),
+    shuffled=st.randoms(use_true_random=False) | st.none(),
+)
+def test_after_any_stall_nothing_old_is_obeyed_and_the_live_driver_is_soon(
+    offset_ms, begin_ms, before, stall_ms, apart_ms, rests, delay_ms, shuffled
+):
+    """Old words come in a burst (``apart_ms`` 0) or trickle; some have speed 0; a page's may be out of order."""
+    driver = Driver(offset_ms, begin_ms)
     for number in range(before):
-        assert freshness.is_fresh(stamp_at(offset_ms + number * PERIOD_MS), number * PERIOD_MS)
-    last_ms = before * PERIOD_MS
-    held = range(last_ms, last_ms + stall_ms - STALE_MS - 4, PERIOD_MS)
-    # They trickle: each comes some ms after the one before it.
-    arrivals = [last_ms + stall_ms + number for number in range(len(held))]
-    ends = [freshness.is_fresh(stamp_at(offset_ms + sent), now) for sent, now in zip(held, arrivals, strict=True)]
-    assert not any(ends)
-    assert freshness.is_fresh(stamp_at(offset_ms + arrivals[-1] + 5), arrivals[-1] + 10) if arrivals else True
+        assert driver.comes(driver.send(number * PERIOD_MS, number == 0), number * PERIOD_MS + delay_ms)
+    begun_ms = before * PERIOD_MS
+    ended_ms = begun_ms + stall_ms
+    held = [
+        (sent_ms, driver.send(sent_ms, rests[sent_ms // PERIOD_MS % len(rests)]))
+        for sent_ms in range(begun_ms, ended_ms, PERIOD_MS)
+    ]
+    if shuffled:
+        shuffled.shuffle(held)
+    now_ms = ended_ms
+    for sent_ms, word in held:
+        if now_ms - sent_ms > STALE_MS + 60:
+            assert not driver.comes(word, now_ms)
+        else:
+            driver.comes(word, now_ms)
+        now_ms += apart_ms
+    # From here on the connection is as good as before; telemetry comes ten times a second, and the driver answers it.
+    obeyed_ms = None
+    for at_ms in range(now_ms, now_ms + 500, 50):
+        clock = driver.clock(at_ms) if (at_ms - now_ms) % 100 == 0 else None
+        stands = clock is not None
+        if clock is not None:
+            driver.answer(clock, at_ms + delay_ms, at_ms + 2 * delay_ms)
+        # What answers a clock goes first, and has speed 0.
+        word = driver.send(at_ms + delay_ms, stands)
+        if driver.comes(word, at_ms + 2 * delay_ms) and not stands:
+            obeyed_ms = at_ms
+            break
+    assert obeyed_ms is not None
 
 
-@pytest.mark.parametrize("pause_ms", [61_000, 3_600_000])
-def test_clocks_that_drift_apart_in_a_long_pause_make_nothing_old(pause_ms):
-    freshness = Freshness(STALE_MS)
-    assert freshness.is_fresh(stamp_at(1000), 500)
-    assert freshness.is_fresh(stamp_at(1000 + pause_ms), 500 + pause_ms + 1000)
+@given(stall_ms=STALLS_MS, answered_late_ms=st.integers(STALE_MS + 4, 20_000))
+def test_an_answer_that_itself_was_late_lets_nothing_through(stall_ms, answered_late_ms):
+    driver = Driver(77)
+    assert driver.comes(driver.send(0, True), 0)
+    now_ms = 4004 + stall_ms
+    clock = driver.clock(now_ms)
+    driver.answer(clock, now_ms, now_ms + answered_late_ms)
+    assert not driver.comes(driver.send(now_ms + answered_late_ms, True), now_ms + answered_late_ms)
+    assert driver.clock(now_ms + answered_late_ms) is not None
+
+
+@given(held_ms=st.integers(STALE_MS + 4, 40_000))
+def test_what_was_sent_behind_an_answer_and_came_late_is_old(held_ms):
+    driver = Driver(77)
+    assert driver.comes(driver.send(0, True), 0)
+    driver.answer(driver.clock(5000), 5000, 5000)
+    assert not driver.comes(driver.send(5000, True), 5000 + held_ms)
+
+
+def test_after_a_rest_a_word_with_a_speed_waits_for_one_with_speed_0():
+    driver = Driver(77)
+    assert driver.comes(driver.send(0, True), 0)
+    assert driver.clock(4000) is None
+    driver.answer(driver.clock(4001), 4001, 4001)
+    assert driver.clock(4001) is None
+    assert not driver.comes(driver.send(4100, False), 4100)
+    driver.answer(driver.clock(4100), 4100, 4100)
+    assert driver.comes(driver.send(4150, True), 4150)
+    assert driver.comes(driver.send(4200, False), 4200)
 
 
 def test_a_client_that_has_stamped_must_go_on_and_one_without_stamps_is_obeyed():
@@ -62,6 +156,26 @@ def test_a_client_that_has_stamped_must_go_on_and_one_without_stamps_is_obeyed()
 @given(st.integers(0, 1 << 50))
 def test_a_stamp_fits_the_reserved_bits_and_is_never_0(now_ms):
     assert 1 <= stamp_at(now_ms) <= STAMP_MASK == 2047
+
+
+def test_a_driver_who_rests_for_long_drives_on_after_an_answer_by_the_telemetry_channel():
+    car = Car()
+    channel, _ = car.commands(port=1000)
+    telemetry, line = car.telemetry()
+    ask(telemetry, line, do="join", port=1000)
+    receive(channel, stamped(90, 0, speed=0))
+    car.now_ms = 9000
+    receive(channel, stamped(120, car.now_ms - 8188, speed=50))
+    assert channel.counts.as_dict()["stale"] == 1
+    car.tell()
+    clock = line.frames()[-1]["you"]["clock"]
+    assert clock == 9000 // 4
+    assert ask(telemetry, line, do="sync", clock=clock, words=2, stamp=stamp_at(9000))["ok"]
+    receive(channel, stamped(90, car.now_ms, speed=0))
+    receive(channel, stamped(130, car.now_ms))
+    assert car.board.angles == [90, 90, 130]
+    car.tell()
+    assert line.frames()[-1]["you"]["clock"] is None
 
 
 def test_old_commands_neither_move_nor_arm_a_car_and_its_client_is_told():

@@ -36,7 +36,7 @@ def test_words_are_read_in_the_other_byte_order_too() -> None:
 
 @given(words)
 def test_of_words_that_arrive_together_the_newest_of_each_code_counts(sent: list[int]) -> None:
-    newest = newest_of_each_code(sent)
+    newest = [sent[index] for index in newest_of_each_code(sent)]
     assert {word >> 28 for word in newest} == {word >> 28 for word in sent}
     assert len(newest) == len({word >> 28 for word in sent})
     for word in newest:

@@ -61,6 +61,7 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
         self._reader = WordReader(byte_order)
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
         self._wrong = 0
+        self._received = 0
 
     def has_session(self) -> bool:
         """Whether the client drives or watches."""
@@ -79,16 +80,17 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
     def buffer_updated(self, nbytes: int) -> None:
         """Obey the newest command of each code among those that have come."""
         words = self._reader.receive_data(self._buffer[:nbytes])
+        before, self._received = self._received, self._received + len(words)
         if nbytes == _BUFFER_BYTES:
             # Newer commands lie behind a full buffer.
             self.counts.superseded += len(words)
             if words:
-                self._take(words[-1], is_newest=False)
+                self._take(words[-1], self._received, is_newest=False)
             return
         newest = newest_of_each_code(words)
         self.counts.superseded += len(words) - len(newest)
-        for word in newest:
-            self._take(word)
+        for index in newest:
+            self._take(words[index], before + index + 1)
 
     def open_session(self) -> ControlSession:
         """The session, which is opened if there is none yet. Raises DriveError."""
@@ -96,12 +98,12 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
             self.session = self._control.join(self.name, Who(self.client, replaced=self._hang_up), counts=self.counts)
         return self.session
 
-    def _take(self, word: int, is_newest: bool = True) -> None:
+    def _take(self, word: int, number: int, is_newest: bool = True) -> None:
         try:
             if self.session is None or not is_newest:
                 self._control.check(word, self.counts)
             if is_newest:
-                (self.session or self.open_session()).command(word)
+                (self.session or self.open_session()).command(word, number)
             self._wrong = 0
         except WordError:
             self._wrong += 1
@@ -251,7 +253,8 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
         session = self._shared_session()
         drives = session is not None and session.drives
         if self.commands:
-            return {"name": self.commands.name, "drives": drives} | self.commands.counts.as_dict()
+            clock = session.clock_to_answer() if session else None
+            return {"name": self.commands.name, "drives": drives, "clock": clock} | self.commands.counts.as_dict()
         return {"name": session.name, "drives": drives} | session.counts.as_dict() if session else None
 
     def _answer(self, text: bytes) -> None:
@@ -284,6 +287,9 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
             self._control.stop((self.commands or self).name)
             return {}
         session = self._open_session()
+        if what == "sync":
+            session.answer_clock(*(request.get(name, 0) for name in ("clock", "words", "stamp")))
+            return {}
         if what == "request":
             return {"has_wheel": session.request()}
         actions = {
@@ -319,6 +325,6 @@ def _read_request(text: bytes) -> dict[str, Any]:
         raise DriveError("not-a-request") from None
     if not isinstance(request, dict) or request.get("do") not in REQUESTS:
         raise DriveError("not-a-request")
-    if not isinstance(request.get("port", 0), int):
+    if not all(isinstance(request.get(name, 0), int) for name in ("port", "clock", "words", "stamp")):
         raise DriveError("not-a-request")
     return request

@@ -114,7 +114,7 @@ class DriveClient:
     async def end(self) -> None:
         """Stop the car and hang up."""
         if self._connection and self._sent_s:
-            self._connection.send(_stamped(stick_word(0, 0)))
+            self._connection.send(self._stamped(stick_word(0, 0)))
         if self._task:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
@@ -273,6 +273,9 @@ class DriveClient:
             self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):
                 self._stream.receive_failsafe(to_ticks(_now_s()))
+            if (clock := self.you.get("clock")) is not None:
+                connection.answer_clock(clock, stamp_at(_now_ms()))
+                self._stream.stand_first()
             self._changed.set()
 
     def _note_self(self, you: dict[str, Any], connection: Connection) -> None:
@@ -292,7 +295,11 @@ class DriveClient:
         word = self._stream.next_word(to_ticks(_now_s()))
         if word is not None:
             self._sent_s = _now_s()
-            self._connection.send(_stamped(word))
+            self._connection.send(self._stamped(word))
+
+    def _stamped(self, word: int) -> int:
+        """A word with its stamp, which only a car with telemetry can ask to be answered for after a silence."""
+        return word if self._address.telemetry_port is None else word | stamp_at(_now_ms())
 
     @property
     def _is_proven(self) -> bool:
@@ -339,8 +346,8 @@ class DriveClient:
         return CarError("away", car=str(self._address), seconds=seconds, detail=detail)
 
 
-def _stamped(word: int) -> int:
-    return word | stamp_at(int(_now_s() * 1000))
+def _now_ms() -> int:
+    return int(_now_s() * 1000)
 
 
 def _now_s() -> float:

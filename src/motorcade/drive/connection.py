@@ -71,6 +71,7 @@ class Connection:
         self._commands = commands
         self._telemetry = telemetry
         self._answers: deque[asyncio.Future[dict[str, Any]]] = deque()
+        self._sent = 0
 
     @property
     def is_free(self) -> bool:
@@ -79,6 +80,7 @@ class Connection:
 
     def send(self, word: int) -> None:
         """Send a DRIVE word."""
+        self._sent += 1
         self._commands[1].write(pack_word(word))
 
     async def ask(self, **request: Any) -> dict[str, Any]:
@@ -102,6 +104,10 @@ class Connection:
             self._answers.append(answer)
         self._telemetry[1].write(pack_frame(request))
         return answer
+
+    def answer_clock(self, clock: int, stamp: int) -> None:
+        """Answer the car's clock with ``stamp`` and the number of words sent, so that it believes stamps again."""
+        self.send_request(do="sync", clock=clock, words=self._sent, stamp=stamp)
 
     def join(self) -> None:
         """Tell the car that both connections belong to one client; behind a proxy it finds that out by itself."""

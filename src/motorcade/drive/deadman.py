@@ -122,6 +122,10 @@ class CommandStream:
         self._is_armed = False
         self._is_released = self._word is None or _stands(self._word)
 
+    def stand_first(self) -> None:
+        """Note that the car obeys the next word with a speed only after one with speed 0, as it did long ago."""
+        self._is_armed = False
+
     def receive_failsafe(self, now_ms: int) -> None:
         """Note that the car reports a failsafe."""
         if self._is_armed and elapsed_ms(now_ms, self._armed_ms) >= _BELIEVED_AFTER_MS:

@@ -81,11 +81,6 @@ class CarControl:
         return self._limits.failsafe_ms
 
     @property
-    def hand_over_ms(self) -> int:
-        """How long a driver may be silent before another one gets the wheel."""
-        return self._limits.hand_over_ms
-
-    @property
     def has_program(self) -> bool:
         """Whether the car holds an image that it can run."""
         return self._board.has_program
@@ -138,7 +133,7 @@ class CarControl:
         """The session that gives its place to one of ``client``, None for none."""
         sessions = list(self._sessions.values())
         longest = max(sessions, key=lambda session: session.silent_ms, default=None)
-        if longest and not watches and longest.silent_ms > self.hand_over_ms:
+        if longest and not watches and longest.silent_ms > self._limits.hand_over_ms:
             return longest
         places = Counter(session.who.client for session in sessions)
         most = max(places.values(), default=0)
@@ -170,11 +165,11 @@ class CarControl:
             self._follow()
             return result
 
-    def apply(self, session: "ControlSession", word: int, setpoint: Setpoint) -> int:
-        """Take a command of ``session``. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`."""
+    def apply(self, session: "ControlSession", word: int, setpoint: Setpoint, number: int) -> int:
+        """Take the command ``number`` of ``session``. Returns its outcome, see `motorcade.drive.wire.OUTCOMES`."""
         with self._lock:
             now = self._clock()
-            if not session.freshness.is_fresh(word & STAMP_MASK, now):
+            if not session.freshness.is_fresh(word & STAMP_MASK, now, number, stands=setpoint[2] == 0):
                 return STALE
             session.commanded_ms = now
             if session.number not in self._sessions:
@@ -352,14 +347,23 @@ class ControlSession:
         """Time since its last valid command, or since it joined."""
         return elapsed_ms(self._control.now_ms(), self.commanded_ms)
 
-    def command(self, word: int) -> int:
+    def command(self, word: int, number: int = 0) -> int:
         """Take a DRIVE word that came just now. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`.
 
-        Raises WordError, and counts it, where it is no DRIVE word.
+        ``number`` counts the words of its connection, from 1; words with stamps need it. Raises WordError, and counts
+        it, where it is no DRIVE word.
         """
-        outcome = self._control.apply(self, word, self._control.check(word, self.counts))
+        outcome = self._control.apply(self, word, self._control.check(word, self.counts), number)
         self.counts.outcomes[outcome] += 1
         return outcome
+
+    def clock_to_answer(self) -> int | None:
+        """The car's clock that the client has to answer before its stamps are believed again; None for none."""
+        return self._control.change(self, lambda arbiter, now: self.freshness.clock_to_answer(now))
+
+    def answer_clock(self, clock: int, number: int, stamp: int) -> None:
+        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`."""
+        self._control.change(self, lambda arbiter, now: self.freshness.take_answer(clock, number, stamp, now))
 
     def request(self) -> bool:
         """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves."""

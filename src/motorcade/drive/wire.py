@@ -13,7 +13,7 @@ WORD_BYTES = 4
 # The longest JSON text of a client's request, and of what a car sends.
 MOST_REQUEST_BYTES = 1024
 MOST_FRAME_BYTES = 1 << 16
-REQUESTS = ("join", "request", "release", "stop", "clear", "resume")
+REQUESTS = ("join", "request", "release", "stop", "clear", "resume", "sync")
 # What became of a command: the arbiter's six outcomes, and two of `motorcade.drive.session`.
 OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "discharged", "over-rate", "stale")
 OVER_RATE = 6
@@ -83,13 +83,11 @@ def pack_frame(document: dict[str, Any]) -> bytes:
 
 
 def newest_of_each_code(words: list[int]) -> list[int]:
-    """Of words that came together, the newest of each code, in the order in which they came."""
+    """Of words that came together, the index of the newest of each code, in the order in which they came."""
     if len(words) < 2:
-        return words
-    newest: dict[int, int] = {}
-    for word in reversed(words):
-        newest.setdefault(word >> _CODE_AT, word)
-    return list(reversed(newest.values()))
+        return list(range(len(words)))
+    newest = {word >> _CODE_AT: index for index, word in enumerate(words)}
+    return sorted(newest.values())
 
 
 class Telemetry(NamedTuple):

@@ -54,6 +54,14 @@ export interface Resume {
   car: string;
 }
 
+/** The answer to the clock in `Telemetry`, so that the page's stamps are believed again. */
+export interface Sync {
+  do: "sync";
+  clock: number;
+  number: number;
+  stamp: number;
+}
+
 /** Run the cars' world where it is paused. */
 export interface Start {
   do: "start";
@@ -78,6 +86,7 @@ export interface ListedCar {
 export interface Telemetry {
   is: "telemetry";
   cars: Record<string, CarTelemetry>;
+  clock: number | null;
 }
 
 /** A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none. */
@@ -119,6 +128,6 @@ export interface Refused {
   sentence: Sentence;
 }
 
-export type RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Start;
+export type RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Sync | Start;
 
 export type RemoteAnswer = Hello | Telemetry | Received | Refused;

@@ -107,9 +107,12 @@ export class Link {
     this.number += 1;
     this.sentMs.set(this.number, this.now());
     this.sentMs.delete(this.number - MOST_UNANSWERED);
-    // A server finds positions that a stalled network delivers late by when they were sent.
-    const stamp = 1 + (Math.floor(this.now() / STAMP_MS) % STAMPS);
-    this.send({ do: "drive", cars, throttle, steering, number: this.number, stamp });
+    this.send({ do: "drive", cars, throttle, steering, number: this.number, stamp: this.stamp() });
+  }
+
+  /** A server finds positions that a stalled network delivers late by when they were sent. */
+  private stamp(): number {
+    return 1 + (Math.floor(this.now() / STAMP_MS) % STAMPS);
   }
 
   private send(message: RemoteMessage): void {
@@ -119,13 +122,19 @@ export class Link {
   private receive(message: RemoteAnswer): void {
     useRemote.setState({ receivedAtMs: this.now() });
     if (message.is === "hello") this.receiveHello(message.cars);
-    else if (message.is === "telemetry") useRemote.setState({ telemetry: message.cars });
+    else if (message.is === "telemetry") this.receiveTelemetry(message.cars, message.clock);
     else if (message.is === "error") useRemote.setState({ problem: message.sentence });
     else {
       const sentMs = this.sentMs.get(message.number);
       if (sentMs !== undefined) useRemote.setState({ roundTripMs: this.now() - sentMs });
       this.sentMs.delete(message.number);
     }
+  }
+
+  /** After a long rest a server believes the page's stamps only when the page has answered its clock. */
+  private receiveTelemetry(telemetry: Record<string, CarTelemetry>, clock: number | null): void {
+    useRemote.setState({ telemetry });
+    if (clock !== null) this.send({ do: "sync", clock, number: this.number, stamp: this.stamp() });
   }
 
   private receiveHello(cars: ListedCar[]): void {

@@ -71,10 +71,18 @@ describe("a link", () => {
     expect(useRemote.getState().roundTripMs).toBe(37);
   });
 
+  it("answers the server's clock, so that its positions count again after a rest", () => {
+    const { link, server } = opened();
+    link.drive({ throttle: 0, steering: 0 });
+    nowMs = 4000;
+    server.answer({ is: "telemetry", cars: {}, clock: 1234 });
+    expect(server.received.at(-1)).toEqual({ do: "sync", clock: 1234, number: 1, stamp: 1001 });
+  });
+
   it("comes back by itself, joins the same cars, and shows nothing old meanwhile", () => {
     const { link, server } = opened();
     link.join("2");
-    server.answer({ is: "telemetry", cars: { 0: { state: "moving" } } });
+    server.answer({ is: "telemetry", cars: { 0: { state: "moving" } }, clock: null });
     server.close();
     expect(useRemote.getState()).toMatchObject({ open: false, telemetry: {} });
     link.drive({ throttle: 1, steering: 0 });

@@ -80,11 +80,25 @@ class Resume(_Message):
     car: Name
 
 
+class Sync(_Message):
+    """The answer to the clock in `Telemetry`, so that the page's stamps are believed again.
+
+    Attributes:
+        clock: as it came.
+        number: of the page's last `Drive`.
+        stamp: of this message, as `Drive` has it.
+    """
+
+    clock: Number
+    number: Number
+    stamp: Stamp
+
+
 class Start(_Message):
     """Run the cars' world where it is paused."""
 
 
-RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Start
+RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Sync | Start
 
 
 class ListedCar(Struct):
@@ -148,9 +162,13 @@ class Hello(_Answer):
 
 
 class Telemetry(_Answer):
-    """The telemetry of each car that the page has joined."""
+    """The telemetry of each car that the page has joined.
+
+    ``clock`` is the server's clock, where the page has sent no fresh `Drive` for long and has to answer by `Sync`.
+    """
 
     cars: dict[str, CarTelemetry]
+    clock: int | None = None
 
 
 class Received(_Answer):

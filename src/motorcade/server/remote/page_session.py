@@ -86,17 +86,22 @@ class PageSession:
                 self._record_driving(message.car, False)
             case messages.Request() | messages.Release() | messages.Clear() | messages.Resume():
                 self._request(self._act(message.car, _ACTIONS[type(message)]))
+            case messages.Sync():
+                self._freshness.take_answer(message.clock, message.number, message.stamp, self._now())
             case messages.Start():
                 await self._fleet.start()
                 await self._greet()
 
     def _take(self, message: messages.Drive) -> None:
         """Take the stick's position, unless it was sent long ago."""
-        if self._freshness.is_fresh(message.stamp, to_ticks(self._settings.clock())):
+        if self._freshness.is_fresh(message.stamp, self._now(), message.number, stands=message.throttle == 0):
             self._stick = message
             self._moved.set()
         else:
             self._page.put(messages.Received(message.number, stale=True))
+
+    def _now(self) -> int:
+        return to_ticks(self._settings.clock())
 
     async def _greet(self) -> None:
         self._page.put(messages.Hello(await self._fleet.listed(), self._name))
@@ -177,5 +182,5 @@ class PageSession:
             shown = {name: control.telemetry() for name, control in self._controls.items()}
             for name, telemetry in shown.items():
                 self._record_driving(name, bool(telemetry.you["drives"]))
-            self._page.put(messages.Telemetry(shown))
+            self._page.put(messages.Telemetry(shown, self._freshness.clock_to_answer(self._now())))
             await asyncio.sleep(_TELEMETRY_EVERY_S)
