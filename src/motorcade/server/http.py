@@ -1,14 +1,17 @@
-"""JSON over HTTP, and the files of the pages."""
+"""JSON over HTTP, the bodies of requests, and the files of the pages."""
 
-from collections.abc import Awaitable, Callable
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from html import escape
 from pathlib import Path
+from tempfile import SpooledTemporaryFile
 from typing import Any
 
 import msgspec
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, HTMLResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
@@ -20,6 +23,26 @@ from motorcade.service.programs import error_answer
 # The build of the pages writes them here.
 PAGE = Path(__file__).with_name("page")
 _REMOTE = "/drive"
+# A body that is longer waits in a file, until few others are in memory: 30 of at most 1 MB, and one that is longer.
+_MOST_UNLOADED, _MOST_SMALL, _SMALL_AT_ONCE = 1 << 16, 1 << 20, 30
+
+
+class Bodies:
+    """The bodies of a server's requests: all that are in memory at a time take some 100 MB at most."""
+
+    def __init__(self) -> None:
+        self._small, self._large = asyncio.Semaphore(_SMALL_AT_ONCE), asyncio.Semaphore(1)
+
+    @asynccontextmanager
+    async def loaded(self, request: Request) -> AsyncIterator[bytes]:
+        """Receive a request's body, and keep it in memory while the block runs. Raises ClientDisconnect."""
+        with SpooledTemporaryFile(_MOST_UNLOADED, prefix="motorcade-") as file:
+            async for part in request.stream():
+                file.write(part)
+            size = file.tell()
+            file.seek(0)
+            async with self._large if size > _MOST_SMALL else self._small:
+                yield file.read()
 
 
 def json_response(data: Any, status: int = 200) -> Response:
@@ -35,7 +58,17 @@ def error_response(problem: Exception) -> Response:
 
 def exception_handlers() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
     """Return the functions of a Starlette application that answer a request which raised an exception."""
-    return {MotorcadeError: _answer_error, HTTPException: _answer_http, Exception: _answer_error}
+    return {
+        MotorcadeError: _answer_error,
+        HTTPException: _answer_http,
+        ClientDisconnect: _answer_nobody,
+        Exception: _answer_error,
+    }
+
+
+async def _answer_nobody(request: Request, problem: Exception) -> Response:
+    """Answer a sender who left before the request was whole: nobody reads it, and the log stays empty."""
+    return Response(status_code=400)
 
 
 async def _answer_error(request: Request, problem: Exception) -> Response:

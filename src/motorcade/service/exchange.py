@@ -79,29 +79,43 @@ class Imported(Struct):
 def export_all(storage: Storage, owner: str) -> Exported:
     """Return the file of all projects and own missions of ``owner`` with all versions, and the stars of missions."""
     left_out: list[ProjectVersion] = []
-    file = {
-        "format": "motorcade-projects/1",
-        "projects": _all_of(storage, owner, left_out),
-        "stars": storage.stars(owner),
-        "missions": _all_of(storage, mission_shelf(owner), left_out),
-    }
-    return Exported(json.dumps(file, ensure_ascii=False, indent=1) + "\n", left_out)
+    return Exported("".join(_pieces(storage, owner, left_out)), left_out)
 
 
-def _all_of(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> list[dict[str, Any]]:
-    """Return all that is stored of an owner; versions that can't be read are added to ``left_out``."""
-    projects = []
-    for entry in storage.list(owner):
-        versions = []
+def export_answer(storage: Storage, owner: str) -> Iterator[bytes]:
+    """Yield `export_all`'s answer as JSON; one version of a project is in memory at a time."""
+    left_out: list[ProjectVersion] = []
+    yield b'{"text":"'
+    for piece in _pieces(storage, owner, left_out):
+        yield json.dumps(piece, ensure_ascii=False)[1:-1].encode()
+    yield b'","left_out":' + msgspec.json.encode(left_out) + b"}"
+
+
+def _pieces(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Iterator[str]:
+    """Yield the text of the file; versions that can't be read are added to ``left_out``."""
+    yield '{\n "format": "motorcade-projects/1",\n "projects": ['
+    yield from _all_of(storage, owner, left_out)
+    yield f'],\n "stars": {json.dumps(storage.stars(owner))},\n "missions": ['
+    yield from _all_of(storage, mission_shelf(owner), left_out)
+    yield "]\n}\n"
+
+
+def _all_of(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Iterator[str]:
+    """Yield the texts of an owner's projects, with a comma between two of them, or two versions."""
+    for number, entry in enumerate(storage.list(owner)):
+        head = json.dumps(entry.name, ensure_ascii=False)
+        yield f'{"," if number else ""}\n  {{"name": {head}, "versions": ['
+        comma = ""
         for version in reversed(storage.history(owner, entry.name)):
             try:
                 text = storage.read(owner, entry.name, version.version).decode()
             except (MotorcadeError, UnicodeDecodeError):
                 left_out.append(ProjectVersion(entry.name, version.version))
             else:
-                versions.append({"saved_at": version.saved_at, "text": text})
-        projects.append({"name": entry.name, "versions": versions})
-    return projects
+                whole = {"saved_at": version.saved_at, "text": text}
+                yield f"{comma}\n   {json.dumps(whole, ensure_ascii=False)}"
+                comma = ","
+        yield "]}"
 
 
 def import_all(storage: Storage, owner: str, text: str) -> Imported:

@@ -1,16 +1,17 @@
 """Missions for the page: the list with an owner's stars, one with its mat and goals, and the check of a program."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 
 from msgspec import Struct
 
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
-from motorcade.missions.check import STEPS, GoalResult, Play, Sight, check_program, simulate
+from motorcade.missions.check import STEPS, GoalResult, Play, check_program, simulate
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
+from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.service.messages import (
     MatDocument,
@@ -209,17 +210,10 @@ def check_attempt(attempt: MissionAttempt, play: Play | None) -> MissionResult:
     )
 
 
-def playing_at_most(most_s: float, clock_s: Callable[[], float]) -> Play:
-    """Return what simulates missions, and raises MotorcadeError when it has taken more than ``most_s`` of a clock."""
-
-    def play(mission: documents.Mission, image: bytes) -> Iterator[Sight]:
-        began_s = clock_s()
-        for sight in simulate(mission, image):
-            if clock_s() - began_s > most_s:
-                raise MotorcadeError("check-too-long", seconds=most_s)
-            yield sight
-
-    return play
+def warm_up() -> None:
+    """Load the engine and the missions, so that the first check takes no longer than others."""
+    mission = documents.missions()[0]
+    next(iter(simulate(mission, compile_program(mission.start or Program([]), mission.profile).image)))
 
 
 def _checked(goal: GoalResult) -> CheckedGoal:

@@ -115,13 +115,14 @@ async def _answer(
     request: Request,
 ) -> Response:
     """Answer a request of a table: what it changes is stored before the answer is sent."""
-    name, data = request.path_params["name"], await request.body()
+    name = request.path_params["name"]
     if name not in requests:
         raise MotorcadeError("not-found")
     exchange = requests[name]
     if not exchange.is_open:
         visitors.check_request(running.visitor(request), running.now_s())
-    message = Nothing() if exchange.message is Nothing and not data else decode(data, exchange.message)
+    async with visitors.bodies.loaded(request) as data:
+        message = Nothing() if exchange.message is Nothing and not data else decode(data, exchange.message)
     response = json_response(None)
     try:
         answer = await method_for(methods, name)(request, message, response)

@@ -4,7 +4,6 @@ import asyncio
 from collections.abc import Callable, Coroutine, Iterable, Iterator
 from contextlib import AbstractAsyncContextManager, contextmanager
 from functools import partial
-from time import thread_time
 from typing import Any, Literal
 
 from starlette.requests import HTTPConnection
@@ -17,18 +16,17 @@ from motorcade.server.classroom.running_class import TEACHER, RunningClass
 from motorcade.server.remote.fleet import Action, Fleet, PageControl
 from motorcade.server.remote.messages import CarTelemetry, ListedCar
 from motorcade.server.studio.app import capabilities
+from motorcade.server.studio.sessions import IMPORT, REQUEST_S, Visitors
 from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
-from motorcade.server.studio.visitors import Visitors
+from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
-from motorcade.service.missions import playing_at_most
 from motorcade.service.requests import Context
 from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
 from motorcade.timing import RateLimit, to_ticks
 
 _OWN_MISSION = "own"
-_CHECK = "missions/check"
-# Others wait for their checks meanwhile; that of the dearest mission of the gallery takes a quarter of a second.
-MOST_CHECK_S = 5.0
+# A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
+_MOST_IMPORT_S = 5.0
 _RATE_WINDOW_MS = 2000
 # What a driver's page may ask of a car that is another's turn.
 _ALWAYS = ("stop",)
@@ -54,9 +52,10 @@ class ClassVisitors(Visitors):
     def context(self, visitor: str) -> Context:
         role: Literal["teacher", "pupil"] = "teacher" if visitor == TEACHER else "pupil"
         able = capabilities(self._running.settings, role)
-        return Context(
-            able, self.storage, lambda: self._ports(visitor), visitor, playing_at_most(MOST_CHECK_S, thread_time)
-        )
+        return Context(able, self.storage, lambda: self._ports(visitor), visitor)
+
+    def most_s(self, request: str) -> float:
+        return _MOST_IMPORT_S if request == IMPORT else REQUEST_S
 
     def _ports(self, visitor: str) -> list[Port]:
         """The server's ports where it is the visitor's turn at the cable, and the simulated car."""
@@ -86,7 +85,7 @@ class ClassVisitors(Visitors):
                 self._running.show_changes()
 
     def note_answered(self, visitor: str, request: str) -> None:
-        if request == _CHECK:
+        if request == CHECK:
             task = asyncio.create_task(self.count_stars([visitor]))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
@@ -107,7 +106,7 @@ class ClassVisitors(Visitors):
 
     def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
         """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
-        return self._turns.setdefault((visitor, request == _CHECK), asyncio.Lock())
+        return self._turns.setdefault((visitor, request == CHECK), asyncio.Lock())
 
     @contextmanager
     def virtual_car(self, connection: HTTPConnection, port: str) -> Iterator[VirtualCar]:

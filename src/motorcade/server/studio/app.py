@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from anyio import BrokenWorkerProcess, CapacityLimiter, to_process, to_thread
+from anyio import BrokenWorkerProcess, to_process
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response, StreamingResponse
@@ -31,20 +31,17 @@ from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
-from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits
+from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
 from motorcade.server.studio.simulation import EVENT_ROW, ServerWorld
-from motorcade.server.studio.visitors import Visitors
+from motorcade.server.studio.workers import Workers
 from motorcade.service.event_table import table_text
+from motorcade.service.exchange import export_answer
 from motorcade.service.messages import Capabilities
-from motorcade.service.requests import respond
 
+_EXPORT = "projects/export"
 _FILM = "run.gif"
 # Films that wait while one is drawn.
 _MOST_WAITING = 3
-# Each thread that computes delays the pictures of all worlds, so few requests are answered at once; those that may take
-# seconds keep no other waiting.
-_REQUESTS_AT_ONCE = 2
-_LONG = ("missions/check",)
 _PARENT_CHECK_S = 0.5
 _T = TypeVar("_T")
 _SECONDS, _MOST_SECONDS = 10.0, 60.0
@@ -123,17 +120,22 @@ def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] 
 
 
 def _request_route(settings: Settings, visitors: Visitors) -> Route:
-    """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``."""
-    limiters = {name: CapacityLimiter(1) for name in _LONG}
-    others = CapacityLimiter(_REQUESTS_AT_ONCE)
+    """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``.
+
+    A request is read when its turn has come, and given up when its sender leaves.
+    """
+    workers = Workers()
 
     async def endpoint(request: Request) -> Response:
         visitor = visitors.visitor(request)
         visitors.check_request(visitor, settings.clock())
-        name, data = request.path_params["name"], await request.body()
-        limiter = limiters.get(name, others)
+        name, context = request.path_params["name"], visitors.context(visitor)
         async with visitors.in_turn(visitor, name):
-            answer = await to_thread.run_sync(respond, name, data, visitors.context(visitor), limiter=limiter)
+            if name == _EXPORT:
+                return StreamingResponse(export_answer(context.storage, context.owner), media_type="application/json")
+            async with visitors.bodies.loaded(request) as data:
+                job = partial(workers.answer, name, data, context, visitors.most_s(name))
+                answer = await unless_left(request, job)
         visitors.note_answered(visitor, name)
         return Response(answer, media_type="application/json")
 

@@ -7,19 +7,28 @@ in all and for each visitor; where no place is free, a session whose page has le
 import asyncio
 import os
 import re
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from contextlib import AbstractAsyncContextManager, AbstractContextManager, nullcontext
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from anyio import CapacityLimiter
+from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
+from motorcade.server.http import Bodies
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
-from motorcade.server.studio.visitors import Visitors
+from motorcade.server.studio.library import FolderStorage
+from motorcade.server.studio.uploads import VirtualCar, listed_ports
+from motorcade.server.studio.workers import CHECK
 from motorcade.service.history import PAST_BYTES
+from motorcade.service.library import Storage
+from motorcade.service.messages import Capabilities
+from motorcade.service.requests import Context
 from motorcade.service.world_messages import (
     CarDetails,
     Furnish,
@@ -43,6 +52,11 @@ _QUICK_S = 0.002
 _LONG = (Furnish, Reset, Seek, Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
 _T = TypeVar("_T")
+# The CPU time that a request may take in seconds, and those that may take more: a user's own computer may be busy with
+# what its user asks for.
+REQUEST_S = 1.0
+IMPORT = "projects/import"
+_MOST_S = {IMPORT: 10.0, CHECK: 30.0}
 
 
 class SessionLimits(NamedTuple):
@@ -62,6 +76,62 @@ class SessionLimits(NamedTuple):
 
 
 SESSIONS = SessionLimits()
+
+
+class Visitors:
+    """The visitors of a studio of one user: whoever is let in may do everything, and all share one library.
+
+    A class has others (`motorcade.server.classroom.visitors`).
+
+    Args:
+        library: the folder of the projects.
+        capabilities: what the server can do.
+    """
+
+    def __init__(self, library: Path, capabilities: Capabilities) -> None:
+        self.storage: Storage = FolderStorage(library)
+        self.capabilities = capabilities
+        self.bodies = Bodies()
+        self._car = VirtualCar(library / "virtual-car.image")
+
+    def visitor(self, connection: HTTPConnection) -> str:
+        """Whom a connection counts for: its address. Raises MotorcadeError where nobody of that kind is let in."""
+        return connection.client.host if connection.client else ""
+
+    def context(self, visitor: str) -> Context:
+        """What requests of a visitor work with."""
+        return Context(self.capabilities, self.storage, listed_ports)
+
+    def may_use(self, visitor: str, owner: str) -> bool:
+        """Whether a visitor may use a world that another one began: a computer's address may change."""
+        return True
+
+    def check_message(self, visitor: str, message: WorldMessage) -> None:
+        """Raise MotorcadeError where the visitor's world may not do that at present."""
+
+    def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
+        """See what a visitor's world sends to its page."""
+
+    def note_answered(self, visitor: str, request: str) -> None:
+        """A request of a visitor was answered."""
+
+    def check_request(self, visitor: str, now_s: float) -> None:
+        """Raise MotorcadeError where the visitor may not send one more request now."""
+
+    def most_s(self, request: str) -> float:
+        """How many seconds of CPU time a request may take; an import may hold all projects of years."""
+        return _MOST_S.get(request, REQUEST_S)
+
+    def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
+        """Keep a request back while others of the same visitor are to be answered before; here none is."""
+        return nullcontext()
+
+    def virtual_car(self, connection: HTTPConnection, port: str) -> AbstractContextManager[VirtualCar]:
+        """Give the simulated car of a visitor while a transfer through ``port`` runs.
+
+        Raises MotorcadeError where the visitor may not use that port.
+        """
+        return nullcontext(self._car)
 
 
 class Turns:
