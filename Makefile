@@ -4,7 +4,7 @@ BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 STAMP := .venv/.installed
 
-.PHONY: setup run demo page site test soak lint types format generate stale docs bench screenshots lock clean
+.PHONY: setup run demo page wheel site test soak lint types format generate stale docs bench screenshots lock clean
 
 run: setup ## the studio, in the browser
 	$(BIN)/motorcade studio
@@ -24,6 +24,9 @@ $(STAMP): requirements.lock pyproject.toml
 
 page: setup ## build the studio's page
 	$(BIN)/python hatch_build.py build
+
+wheel: page ## the package with its page, into dist; other computers install it without Node
+	$(PIP) wheel --no-deps --no-build-isolation --wheel-dir dist .
 
 site: page ## the studio as static files, into build/studio
 	$(BIN)/motorcade site -o build/studio

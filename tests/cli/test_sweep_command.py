@@ -13,6 +13,7 @@ import pytest
 
 from motorcade.experiments import plan as planning
 from motorcade.experiments import run as running
+from motorcade.extras import install_command
 from support.command_line import PARADE, data, refusal, run
 from support.waiting import DEADLINE_S, wait_until
 
@@ -263,7 +264,7 @@ def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeyp
         monkeypatch.delitem(sys.modules, name)
     more = ("--scheduler", "tcp://127.0.0.1:1") if missing == "distributed" else ()
     sentence = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
-    assert sentence == f'this needs {missing}: pip install "motorcade[{extra}]"'
+    assert sentence == f"a sweep needs {missing}: {install_command(extra)}"
 
 
 def test_the_command_line_starts_without_what_a_sweep_needs():

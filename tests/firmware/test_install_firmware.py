@@ -15,6 +15,7 @@ import pytest
 from mpremote import transport_serial
 
 from motorcade.config.profile import built_in_profile
+from motorcade.extras import install_command
 from motorcade.firmware import board_prompt, install
 from motorcade.firmware.bytecode import compiled
 from motorcade.firmware.car_files import LIBRARY, board_files, settings_of, templates
@@ -212,7 +213,7 @@ def test_without_mpremote_it_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "mpremote.transport", None)
     monkeypatch.delitem(sys.modules, "motorcade.firmware.board_prompt")
     monkeypatch.delitem(sys.modules, "motorcade.firmware.install")
-    assert 'pip install "motorcade[firmware]"' in refusal(2, "install-firmware", "--port", "P")
+    assert str(install_command("firmware")) in refusal(2, "install-firmware", "--port", "P")
 
 
 def test_a_failure_has_a_chinese_sentence(small_car):

@@ -6,8 +6,10 @@ A fence's info string says what a block is:
   what they print, with ``…`` for whatever is in between. Each must end well.
 - ``{.console .stays}``: the last command is still there for the blocks behind it.
 - ``{.console .needs-car}``, ``{.console .needs-board}``: hardware is needed, so each must end by not finding its port.
-- ``{.console .installs}``: sets up Motorcade itself, so each is tried in its own way to run without doing.
-- ``python``: run in one namespace a page. With ``title="name.py"`` the block is a file first.
+- ``{.console .installs}``: sets up Motorcade itself. What follows runs with the extras that ``pip install`` names, and
+  nothing else. Before that, and on pages without such a block, all that `make setup` installs is there.
+- ``python``: run in one namespace a page; behind ``pip install`` each block is a program by itself. With
+  ``title="name.py"`` the block is a file first.
 - ``{.python .forever}``: run until somebody presses Ctrl-C, which the module ``roverhat`` does.
 - ``toml``, ``json``: parsed. With ``title="name.toml"`` the block is written to that file.
 - ``text``: no code.
@@ -20,13 +22,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import tomllib
 from collections.abc import Iterator
 from contextlib import ExitStack, chdir, contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+
+from motorcade import __version__
+from support.page_environment import make_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE_S = 240
@@ -88,10 +92,12 @@ class Reader:
         self.folder = folder
         self._running = running
         self._namespace: dict[str, object] = {"__name__": "__main__"}
-        bin_folder = str(Path(sys.executable).parent)
+        # What the page installed, and the programs of the environment that it made.
+        self._extras: set[str] = set()
+        self._programs: Path | None = None
         self._environment = {
-            **os.environ,
-            "PATH": os.pathsep.join([bin_folder, os.environ.get("PATH", "")]),
+            **{name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
+            "PATH": _path_with(Path(sys.executable).parent),
             "COLUMNS": "120",
             "NO_COLOR": "1",
             "TERM": "dumb",
@@ -108,6 +114,12 @@ class Reader:
             path.write_text(block.text, encoding="utf-8")
         if block.language == "console":
             self._type(block)
+        elif block.language == "python" and self._programs:
+            file = self.folder / (block.title or f"line-{block.line}.py")
+            file.write_text(block.text, encoding="utf-8")
+            # A block with a title is run by the reader's own command.
+            if not block.title:
+                self._run(f"python {file.name}", frozenset())
         elif block.language == "python":
             endless = pytest.raises(KeyboardInterrupt) if "forever" in block.classes else nullcontext()
             with chdir(self.folder), endless:
@@ -132,10 +144,27 @@ class Reader:
             expected = PORT_NOT_FOUND
         words = shlex.split(command, comments=True)
         if "installs" in classes:
-            words = _without_doing(words)
+            return self._install(words)
         code, printed = self._on_a_terminal(words)
         assert code == expected, f"'{command}' ended with {code}:\n{printed}"
         return printed
+
+    def _install(self, words: list[str]) -> str:
+        """Do what a command that sets up Motorcade does, without a network."""
+        if words[0] == "make":
+            code, printed = self._on_a_terminal(["make", "--dry-run", "--directory", str(ROOT), *words[1:]])
+            assert code == 0, printed
+            return printed
+        if words[:2] == ["pip", "install"]:
+            (what,) = words[2:]
+            source, _, extras = what.removesuffix("]").partition("[")
+            assert source in (".", f"./motorcade-{__version__}-py3-none-any.whl"), f"what is {source}?"
+            self._extras.update(extras.split(","))
+            self._programs = make_environment(Path(tempfile.mkdtemp(dir=self.folder)), self._extras)
+            self._environment["PATH"] = _path_with(self._programs)
+        else:
+            assert words in (["python3", "-m", "venv", ".venv"], [".", ".venv/bin/activate"]), f"how is {words} tried?"
+        return ""
 
     def _on_a_terminal(self, words: list[str]) -> tuple[int, str]:
         import pty
@@ -179,20 +208,8 @@ class Reader:
             process.communicate()
 
 
-def _without_doing(words: list[str]) -> list[str]:
-    """A command that sets up Motorcade, as one that only looks whether there is what it names.
-
-    That the package installs, extras and all, is for the wheel's own test to show.
-    """
-    if words[0] == "make":
-        return ["make", "--dry-run", "--directory", str(ROOT), *words[1:]]
-    assert words[:2] in (["pipx", "install"], ["pip", "install"]), f"how is {words} tried?"
-    (what,) = words[2:]
-    assert what.partition("[")[0] in (".", "motorcade")
-    extras = set(re.findall(r"[a-z]+", what.partition("[")[2]))
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert extras <= set(project["optional-dependencies"]), f"{what} asks for extras that are not there"
-    return [sys.executable, "-c", ""]
+def _path_with(programs: Path) -> str:
+    return os.pathsep.join([str(programs), os.environ.get("PATH", "")])
 
 
 def furnish(folder: Path) -> None:

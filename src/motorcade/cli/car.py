@@ -17,13 +17,13 @@ from motorcade.cli.options import (
     Json,
     OptionalFile,
     OptionalOutput,
-    needs_extra,
     print_json,
     print_result,
     profile_named,
     wants_json,
 )
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.boards.computer import ComputerBoard, Equipment, Observer

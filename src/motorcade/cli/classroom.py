@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from motorcade.cli.language import translated
-from motorcade.cli.options import Json, TcpPortNumber, needs_extra, print_lines, print_note, print_result, wants_json
+from motorcade.cli.options import Json, TcpPortNumber, print_lines, print_note, print_result, wants_json
 from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser
 from motorcade.errors import MotorcadeError
+from motorcade.extras import needs_extra
 
 app = typer.Typer()
 _KEY_BYTES = 12
@@ -37,7 +38,9 @@ def _class(
         from motorcade.server.classroom.folder import ClassFolder
         from motorcade.server.classroom.network import LOCAL_NAME, Network, join_url, qr_for_terminal, room_hosts
         from motorcade.server.classroom.running_class import ClassServerSettings
+        from motorcade.server.http import check_page
         from motorcade.server.running import names_of, serve_alone, url_of
+    check_page()
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
     from motorcade.drive.tls.keys import https_context

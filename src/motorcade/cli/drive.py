@@ -22,12 +22,12 @@ from motorcade.cli.options import (
     OptionalFile,
     TcpPortNumber,
     image_for,
-    needs_extra,
     print_lines,
     profile_named,
 )
 from motorcade.cli.pages import CameraName, KeysFile, LogFile
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.boards.computer import BatteryFile
@@ -181,7 +181,7 @@ def _open_simulated(
     resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes, battery: "BatteryFile | None"
 ) -> "tuple[DriveBoard, Source | None]":
     """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
-    with needs_extra("simulated-car"):
+    with needs_extra("simulated-car", "world"):
         import motorcade.engine.webassembly  # noqa: F401
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, needs_extra, print_json, print_lines, print_result, quoted, wants_json
+from motorcade.cli.options import Json, print_json, print_lines, print_result, quoted, wants_json
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.extras import needs_extra
 
 _PORT = 5005
 _AXES = ("throttle", "steering", "seconds")

@@ -11,6 +11,7 @@ import typer
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import Json, image_of, print_json, print_lines, print_note, wants_json
 from motorcade.errors import MotorcadeError
+from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -121,10 +122,8 @@ def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
 def _ended_by_sentences(output: Path) -> Iterator[None]:
     """Print a sentence for all that ends a sweep early: a missing library, Ctrl-C, a failing disk."""
     try:
-        yield
-    except ModuleNotFoundError as problem:
-        extra = "cluster" if problem.name in ("dask", "distributed") else "sim"
-        raise MotorcadeError("missing-library", library=problem.name, extra=extra) from None
+        with needs_extra("sweep", "sim"):
+            yield
     except KeyboardInterrupt:
         print_note(translated("sweep-is-stopped", table=output))
         raise typer.Exit(STOPPED) from None

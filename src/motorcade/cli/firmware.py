@@ -12,12 +12,12 @@ from motorcade.cli.options import (
     Json,
     OptionalFile,
     Output,
-    needs_extra,
     print_json,
     profile_named,
     wants_json,
 )
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.config.pins import PinMap

@@ -9,7 +9,6 @@ from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     Json,
     is_project,
-    needs_extra,
     print_json,
     print_note,
     print_table,
@@ -18,6 +17,7 @@ from motorcade.cli.options import (
     wants_json,
 )
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.extras import needs_extra
 from motorcade.outcomes import FINE, PROGRAM_ERROR
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _check(
     from motorcade.missions.document import built_in_mission, read_mission
 
     wanted = read_mission(Path(mission)) if Path(mission).suffix else built_in_mission(mission)
-    with needs_extra("simulating"):
+    with needs_extra("simulating", "world"):
         try:
             result = _result(wanted, program)
         except (MotorcadeError, OSError) as problem:

@@ -250,18 +250,3 @@ def compiling_announced() -> Iterator[None]:
 
     with on_compiling(announce):
         yield
-
-
-@contextmanager
-def needs_extra(part: str, extra: str = "sim") -> Iterator[None]:
-    """Raise MotorcadeError, which says how to install ``extra``, where the block can't import a library of it.
-
-    ``part`` is the phrase "part-…" that names what needs it.
-    """
-    try:
-        yield
-    except ModuleNotFoundError as missing:
-        if not missing.name or missing.name.startswith("motorcade"):
-            raise
-        details = {"part": Phrase(f"part-{part}"), "library": missing.name, "extra": extra}
-        raise MotorcadeError("extra-not-installed", **details) from None

@@ -17,8 +17,9 @@ import typer
 
 from motorcade.cli.driving import address_of
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, Output, TcpPortNumber, needs_extra, print_note, print_result, quoted
+from motorcade.cli.options import Json, Output, TcpPortNumber, print_note, print_result, quoted
 from motorcade.errors import MotorcadeError
+from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
@@ -93,6 +94,8 @@ def load_page() -> None:
     with needs_extra("car-page", "drive"):
         import motorcade.server.remote.app
         import motorcade.server.running  # noqa: F401
+        from motorcade.server.http import check_page
+    check_page()
 
 
 def page_address(
@@ -155,6 +158,7 @@ def _remote(
     as_json: Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
+        from motorcade.server.http import check_page
         from motorcade.server.remote.app import make_remote
         from motorcade.server.remote.remote_cars import RemoteCars
         from motorcade.server.request_filter import ServerSettings
@@ -162,6 +166,7 @@ def _remote(
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
 
+    check_page()
     _check_options(page_keys, insecure_lan)
     named = named_cars(cars, camera or (), keys)
     with bind(host, port, "remote") as listener, logging_to(log, _print_problem) as written:
@@ -262,10 +267,12 @@ def _studio(
 ) -> None:
     with needs_extra("studio", "studio"):
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
+        from motorcade.server.http import check_page
         from motorcade.server.running import serve_alone
         from motorcade.server.studio.app import Settings, make_app
     from motorcade.drive.activity_log import logging_to
 
+    check_page()
     _check_options(page_keys, insecure_lan)
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"

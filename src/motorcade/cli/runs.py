@@ -19,7 +19,6 @@ from motorcade.cli.options import (
     Output,
     Source,
     image_for,
-    needs_extra,
     print_json,
     print_lines,
     print_note,
@@ -28,6 +27,7 @@ from motorcade.cli.options import (
     wants_json,
 )
 from motorcade.errors import MotorcadeError
+from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.runs.recording import Recording
@@ -61,7 +61,7 @@ def _simulate(
     if mat and followers is not None:
         raise MotorcadeError("followers-with-mat")
     files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
-    with needs_extra("simulating"):
+    with needs_extra("simulating", "world"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.options import compiling_announced
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
@@ -91,7 +91,7 @@ def _simulate(
 def _replay(run: RunFile, video: Path | None = None, speed: float = 1, as_json: Json = False) -> None:
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
         raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
-    with needs_extra("replaying"):
+    with needs_extra("replaying", "runs"):
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
@@ -107,7 +107,7 @@ def _replay(run: RunFile, video: Path | None = None, speed: float = 1, as_json: 
 
 @app.command("plot")
 def _plot(run: RunFile, output: Output, as_json: Json = False) -> None:
-    with needs_extra("drawing"):
+    with needs_extra("drawing", "runs"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.runs.recorder import open_recording
         from motorcade.runs.tracks import draw_tracks

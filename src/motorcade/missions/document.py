@@ -16,8 +16,7 @@ from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
-from motorcade.missions.places import place_in_words
-from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema
+from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema, place_in_words
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.extras import needs_extra
 from motorcade.runs.recording import (
     DATA_ENDING,
     FILM_ENDING,
@@ -31,12 +32,12 @@ EVERY_MS = 100
 Target = str | Path | Sink
 
 
+@needs_extra("recording", "runs")
 def open_recording(path: str | Path) -> Recording:
     """Open the recording in an .mcap file.
 
     Raises:
-        MotorcadeError: it can't be read, or is not the recording of a run.
-        ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
+        MotorcadeError: it can't be read, is not the recording of a run, or needs an extra that isn't installed.
     """
     path = Path(path)
     if path.suffix.lower() != DATA_ENDING and path.suffixes[-2:] != [DATA_ENDING, PART]:
@@ -46,6 +47,7 @@ def open_recording(path: str | Path) -> Recording:
     return McapRecording(path)
 
 
+@needs_extra("drawing", "runs")
 def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
     """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError."""
     if path.suffix.lower() == FILM_ENDING:
@@ -79,8 +81,7 @@ class Recorder:
         events: whether to record events too, for which the world was made with ``events=True``.
 
     Raises:
-        MotorcadeError: a file can't be written, or has another ending.
-        ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
+        MotorcadeError: a file can't be written, has another ending, or needs an extra that isn't installed.
     """
 
     def __init__(
@@ -189,6 +190,7 @@ class Recorder:
             self._spooled.remove()
 
 
+@needs_extra("recording", "runs")
 def _new_file(path: Path, about: Description) -> Sink:
     from motorcade.runs.mcap_file import McapSink
 

@@ -16,7 +16,7 @@ from starlette.responses import FileResponse, HTMLResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.service.programs import error_answer
 
@@ -98,22 +98,19 @@ def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
     return [Route(_REMOTE, remote), Mount("/", GZipMiddleware(files, minimum_size=1024, compresslevel=6))]
 
 
+def check_page(folder: Path = PAGE) -> None:
+    """Raise MotorcadeError where Motorcade was installed without its pages."""
+    if not (folder / "index.html").is_file():
+        raise MotorcadeError("page-missing", folder=folder)
+
+
 def page_not_built() -> HTMLResponse:
-    """Return a page that says how to build the pages, in every language."""
-    texts = [
-        f'<h1 lang="{language}">{Phrase("page-not-built").sentence(language)}</h1>'
-        f'<p lang="{language}">{Phrase("how-to-build-page").sentence(language)}</p>'
-        for language in languages()
-    ]
-    return _plain_page(texts, 503)
+    """Return a page that says how to get the pages, in every language."""
+    return refusal_page(MotorcadeError("page-missing", folder=PAGE))
 
 
 def refusal_page(problem: MotorcadeError) -> HTMLResponse:
     """Return a page with an error's sentence in every language, in place of one that isn't served."""
     texts = [f'<p lang="{language}">{escape(problem.sentence(language))}</p>' for language in languages()]
-    return _plain_page(texts, problem.http_status)
-
-
-def _plain_page(texts: list[str], status: int) -> HTMLResponse:
     head = "<!doctype html><meta charset=utf-8><meta name=viewport content=width=device-width><title>Motorcade</title>"
-    return HTMLResponse(head + "".join(texts), status)
+    return HTMLResponse(head + "".join(texts), problem.http_status)

@@ -54,7 +54,7 @@ def site_files(page: Path = PAGE) -> dict[str, bytes]:
         MotorcadeError: the page isn't built.
     """
     if not (page / _ENTRY).is_file():
-        raise MotorcadeError("site-page-missing", folder=page)
+        raise MotorcadeError("page-missing", folder=page)
     files = {name: (page / name).read_bytes() for name in _page_files(page)}
     worker = files.pop(_WORKER)
     python = {"python.zip": python_zip(), "engine.wasm": (PACKAGE / "engine" / "engine.wasm").read_bytes()}

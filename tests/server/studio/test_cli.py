@@ -23,6 +23,7 @@ from websockets.sync.client import connect
 
 from motorcade.cli import pages
 from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.extras import install_command
 from support.command_line import refusal
 from support.running_studio import started, stop
 
@@ -181,7 +182,7 @@ def test_an_endless_message_is_refused(studio):
 def test_a_missing_library_gives_a_sentence_with_the_extra(missing):
     code = f"import sys; sys.modules[{missing!r}] = None; from motorcade.cli import main; main()"
     ran = subprocess.run([sys.executable, "-c", code, "studio", "--no-browser"], capture_output=True, text=True)
-    sentence = f'motorcade: the studio needs {missing}: pip install "motorcade[studio]"\n'
+    sentence = f"motorcade: the studio needs {missing}: {install_command('studio')}\n"
     assert (ran.returncode, ran.stdout, ran.stderr) == (2, "", sentence)
 
 

@@ -11,6 +11,7 @@ import psutil
 import segno
 
 from motorcade.errors import MotorcadeError
+from motorcade.extras import install_command
 from motorcade.server.running import url_of
 
 if TYPE_CHECKING:
@@ -175,7 +176,9 @@ class Announcement:
             from zeroconf import NonUniqueNameException, ServiceInfo
             from zeroconf.asyncio import AsyncZeroconf
         except ModuleNotFoundError:
-            raise MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME) from None
+            raise MotorcadeError(
+                "local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class")
+            ) from None
         found = list(addresses)
         info = ServiceInfo(
             _SERVICE,
