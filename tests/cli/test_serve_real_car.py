@@ -3,6 +3,7 @@
 import json
 import os
 import shlex
+import shutil
 import signal
 import socket
 import subprocess
@@ -16,7 +17,7 @@ import pytest
 
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
 from motorcade.drive.connection import CarRefusesError
-from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.certificates import CarKeys, make_keys, revoke_drivers
 from motorcade.words.upload import ok_line
 from support.command_line import refusal
 from support.mock_pi import ENABLED, HEAD, LEDS
@@ -136,7 +137,6 @@ def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp
     both = ("--upload-tcp", "127.0.0.1:0", "--upload-serial", "/dev/ttyS9")
     assert "--upload-serial and --upload-tcp exclude" in refusal(2, *real, *both)
     assert "uploads know no keys" in refusal(2, *real, "--store", tmp_path / "i", "--upload-tcp", "0.0.0.0:0")
-    assert "exclude each other" in refusal(2, *real, "--voice", "keyboard", "--stick", "keyboard")
     assert "no receiver in [infrared]" in refusal(1, *real, "--store", tmp_path / "i", "--role", "follower")
 
 
@@ -149,6 +149,7 @@ def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path)
         "${CREDENTIALS_DIRECTORY}/car.pem": str(tmp_path / "car-ada.pem"),
         "/var/lib/motorcade/car.image": str(tmp_path / "car.image"),
         "/var/lib/motorcade/activity.jsonl": str(tmp_path / "activity.jsonl"),
+        "/etc/motorcade/revoked.txt": str(tmp_path / "revoked.txt"),
         "7700": "0",
     }
     for key, begins in (("ExecStart", ["drive", "serve", "--port", "0"]), ("ExecStopPost", ["car", "neutral"])):
@@ -158,3 +159,54 @@ def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path)
         assert arguments[:2] == begins[:2]
         # Only the hardware is missing here.
         assert refusal(3, *begins, *[installed.get(argument, argument) for argument in arguments[2:]])
+
+
+def installed_service(tmp_path: Path) -> list[str]:
+    """The arguments that the delivered unit starts the car with, its folders being in ``tmp_path``."""
+    (tmp_path / "credentials").mkdir()
+    unit = (LINUX / "motorcade-drive.service").read_text(encoding="utf-8").splitlines()
+    for line in unit:
+        if line.startswith("LoadCredential="):
+            name, _, source = line.removeprefix("LoadCredential=").partition(":")
+            shutil.copy(tmp_path / Path(source).name, tmp_path / "credentials" / name)
+    (line,) = [line.removeprefix("ExecStart=") for line in unit if line.startswith("ExecStart=")]
+    for folder, here in (
+        ("${CREDENTIALS_DIRECTORY}", "credentials"),
+        ("/etc/motorcade", "."),
+        ("/var/lib/motorcade", "."),
+    ):
+        line = line.replace(folder, str(tmp_path / here))
+    arguments = shlex.split(line)[1:]
+    # What a test has not: a serial port, and fixed ports for the page and commands.
+    at = arguments.index("--upload-serial")
+    del arguments[at : at + 2]
+    arguments[arguments.index("--web") + 1] = "0"
+    return [*arguments, "--port", "0", "--json"]
+
+
+def test_the_service_refuses_a_driver_whose_keys_are_revoked_and_says_where_its_list_is_missing(
+    tmp_path: Path, files: tuple[Path, Path]
+) -> None:
+    make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], ["lin"], datetime.now(UTC))
+    shutil.copy(tmp_path / "car-ada.pem", tmp_path / "car.pem")
+    lost = shutil.copy(tmp_path / "driver-lin.pem", tmp_path / "lost.pem")
+    command = [sys.executable, str(NOTED), str(tmp_path / "pins.txt"), *installed_service(tmp_path)]
+    command += ["--profile", str(files[1])]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
+        try:
+            line = process.stdout.readline()
+            assert line, process.stderr.read()
+            told = json.loads(line)
+            assert "revoked.txt can't be read" in told["revoked_problem"]
+            port = {"port": told["port"], "telemetry_port": told["telemetry_port"]}
+            with BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada") as driver:
+                assert "revoked.txt can't be read" in driver.next_telemetry().last_fault
+                revoke_drivers(tmp_path, ["lin"])
+                wait_until(lambda: not driver.connected, process)
+            with (
+                pytest.raises(CarRefusesError),
+                BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada", patience_s=1) as driver,
+            ):
+                wait_until(driver.next_telemetry, process)
+        finally:
+            process.kill()

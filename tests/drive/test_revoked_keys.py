@@ -1,6 +1,5 @@
 """Keys that were revoked: who is connected is hung up, who comes is refused, and nobody else notices; by real TLS."""
 
-import os
 import socket
 import struct
 from contextlib import suppress
@@ -9,10 +8,9 @@ from datetime import UTC, datetime
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.certificates import CarKeys, list_keys, make_keys, revoke_drivers
 from motorcade.drive.tls.keys import client_context, server_context
-from motorcade.drive.tls.revocation import list_keys, revoke_drivers
-from motorcade.drive.tls.revoked import RevokedKeys
+from motorcade.drive.tls.revoked import RevokedKeys, read_revoked
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from support.driven_car import PATIENT, DrivenCar
@@ -39,7 +37,7 @@ def test_a_driver_whose_keys_are_revoked_is_hung_up_and_the_wheels_stand_still(f
     # Somebody who has lost a file may still have a copy.
     copy = folder / "copy.pem"
     copy.write_bytes((folder / "driver-lin.pem").read_bytes())
-    revoked = RevokedKeys(folder / "revoked.crl", keys)
+    revoked = RevokedKeys(folder / "revoked.txt", is_expected=False)
     with (
         DrivenCar(server_context(keys), profile=PATIENT, revoked=revoked) as car,
         opened(copy, car.port) as lin,
@@ -50,7 +48,7 @@ def test_a_driver_whose_keys_are_revoked_is_hung_up_and_the_wheels_stand_still(f
         wait_until(lambda: car.control.telemetry().driver)
         lin.sendall(MOVE)
         wait_until(car.board.has_moved)
-        revoke_drivers(folder, ["lin"], NOW)
+        revoke_drivers(folder, ["lin"])
         assert not lin.recv(1)
         wait_until(lambda: not car.board.moves)
         wait_until(lambda: [each.client for each in car.server.commands] == ["mei"])
@@ -74,11 +72,13 @@ def client_of(car, keys):
 def test_the_list_is_there_when_the_car_starts_and_new_keys_of_that_name_are_taken(folder):
     lost = folder / "lost.pem"
     lost.write_bytes((folder / "driver-lin.pem").read_bytes())
-    revoke_drivers(folder, ["lin"], NOW)
+    revoke_drivers(folder, ["lin"])
     assert not (folder / "driver-lin.pem").exists()
     make_keys(folder, [], ["lin"], NOW)
     keys = folder / "car-ada.pem"
-    with DrivenCar(server_context(keys), profile=PATIENT, revoked=RevokedKeys(folder / "revoked.crl", keys)) as car:
+    with DrivenCar(
+        server_context(keys), profile=PATIENT, revoked=RevokedKeys(folder / "revoked.txt", is_expected=False)
+    ) as car:
         with suppress(OSError), opened(lost, car.telemetry_port) as line:
             assert not line.recv(1)
         with client_of(car, folder / "driver-lin.pem") as client:
@@ -87,33 +87,50 @@ def test_the_list_is_there_when_the_car_starts_and_new_keys_of_that_name_are_tak
     assert listed == [("ada", False), ("lin", True), ("mei", False), ("lin", False)]
 
 
-def test_a_list_that_is_damaged_or_of_somebody_else_changes_nothing_while_a_car_runs(folder, tmp_path):
-    revoke_drivers(folder, ["lin"], NOW)
-    file, problems = folder / "revoked.crl", []
+def test_a_list_that_is_damaged_or_gone_keeps_what_it_had_and_the_car_says_so(folder):
+    file = revoke_drivers(folder, ["lin"])
     (lin,) = (each.number for each in list_keys(folder) if each.is_revoked)
-    revoked = RevokedKeys(file, folder / "car-ada.pem", problems.append)
-    make_keys(tmp_path / "others", [], ["eve"], NOW)
-    foreign = revoke_drivers(tmp_path / "others", ["eve"], NOW).read_bytes()
-    for at, data in enumerate((b"", b"nonsense", foreign), 1):
-        file.write_bytes(data)
-        os.utime(file, ns=(at, at))
-        assert not revoked.reload()
+    whole = file.read_bytes()
+    revoked = RevokedKeys(file)
+    with DrivenCar(profile=PATIENT, revoked=revoked) as car:
+        assert not car.control.telemetry().last_fault
+        file.write_bytes(b"# all is well\nno number\n")
+        wait_until(lambda: "line 2 is no serial number" in car.control.telemetry().last_fault)
         assert lin in revoked
-        with pytest.raises(MotorcadeError, match=r"is no list of revoked keys"):
-            RevokedKeys(file, folder / "car-ada.pem")
-    file.unlink()
-    assert not revoked.reload()
+        file.unlink()
+        wait_until(lambda: "can't be read" in car.control.telemetry().last_fault and not file.exists())
+        assert lin in revoked
+        file.write_bytes(whole)
+        wait_until(lambda: revoked.problem is None)
     assert lin in revoked
-    assert [each.code for each in problems] == ["revoked-keys-unreadable"] * 3
+
+
+def test_a_car_whose_list_can_not_be_read_at_its_start_says_so(folder):
+    for missing in (True, False):
+        if not missing:
+            (folder / "revoked.txt").write_bytes(b"\xff")
+        revoked = RevokedKeys(folder / "revoked.txt")
+        with DrivenCar(profile=PATIENT, revoked=revoked) as car:
+            wait_until(lambda: car.control.telemetry().faults)
+            assert "revoked.txt can't be read" in car.control.telemetry().last_fault
+    assert RevokedKeys(folder / "none.txt", is_expected=False).problem is None
+
+
+def test_a_list_is_a_text_that_its_owner_may_edit(folder):
+    file = folder / "mine.txt"
+    file.write_text("# lost at the fair\n\n4A3f  # lin\n  10\n", encoding="utf-8")
+    assert read_revoked(file) == {0x4A3F, 0x10}
+    (mei,) = (each.number for each in list_keys(folder) if each.name == "mei")
+    assert read_revoked(revoke_drivers(folder, [f"{mei:x}"])) == {mei}
 
 
 def test_nobody_is_revoked_by_a_wrong_name_or_twice(folder):
     for name in ("eve", "ada"):
         with pytest.raises(MotorcadeError, match=f"driver {name}"):
-            revoke_drivers(folder, ["lin", name], NOW)
-    assert not (folder / "revoked.crl").exists()
-    revoke_drivers(folder, ["lin"], NOW)
+            revoke_drivers(folder, ["lin", name])
+    assert not (folder / "revoked.txt").exists()
+    revoke_drivers(folder, ["lin"])
     with pytest.raises(MotorcadeError, match="driver lin"):
-        revoke_drivers(folder, ["lin"], NOW)
-    revoke_drivers(folder, ["mei"], NOW)
+        revoke_drivers(folder, ["lin"])
+    revoke_drivers(folder, ["mei"])
     assert [each.is_revoked for each in list_keys(folder)] == [False, True, True]

@@ -58,7 +58,7 @@ def _serve(
     port: TcpPortNumber = 5005,
     telemetry_port: OptionalTcpPort = None,
     keys: KeysFile = None,
-    revoked: Annotated[Path | None, typer.Option(exists=True, dir_okay=False)] = None,
+    revoked: Path | None = None,
     log: LogFile = None,
     insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
     byte_order: ByteOrder = ByteOrder.BIG,
@@ -104,7 +104,7 @@ def _serve(
     tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
     notes: deque[Note] = deque()
-    refused = _open_revoked(keys, revoked, notes)
+    refused = _open_revoked(keys, revoked)
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
@@ -130,16 +130,15 @@ def _serve(
         print_lines([translated("serve-ended")])
 
 
-def _open_revoked(keys: Path | None, file: Path | None, notes: "deque[Note]") -> "RevokedKeys | None":
+def _open_revoked(keys: Path | None, file: Path | None) -> "RevokedKeys | None":
     """The drivers' keys that the car doesn't take, in ``file`` or beside its own. Raises MotorcadeError."""
-    from motorcade.drive.tls.revoked import RevokedKeys
+    from motorcade.drive.tls.revoked import REVOKED, RevokedKeys
 
     if keys is None:
         if file:
             raise MotorcadeError("revoked-without-keys")
         return None
-    with needs_extra("making-keys", "drive"):
-        return RevokedKeys(file or keys.with_name("revoked.crl"), keys, notes.append)
+    return RevokedKeys(file or keys.with_name(REVOKED), is_expected=file is not None)
 
 
 def _check_options(options: CarOptions, is_real: bool) -> None:

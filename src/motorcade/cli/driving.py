@@ -77,20 +77,19 @@ def _keys(
     folder: Annotated[Path, typer.Argument(file_okay=False)],
     car: list[str] | None = None,
     driver: list[str] | None = None,
-    revoke: Annotated[list[str] | None, typer.Option(metavar="DRIVER")] = None,
+    revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
     as_json: Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
-        from motorcade.drive.tls.certificates import CarKeys, make_keys
-        from motorcade.drive.tls.revocation import revoke_drivers
+        from motorcade.drive.tls.certificates import CarKeys, make_keys, revoke_drivers
     if sum(map(bool, (car or driver, revoke, list_all))) > 1:
         raise MotorcadeError("options-exclude-each-other", first="--revoke", second="--list / --car / --driver")
     if list_all:
         _list_keys(folder, as_json)
         return
     if revoke:
-        file = revoke_drivers(folder, revoke, datetime.now(UTC))
+        file = revoke_drivers(folder, revoke)
         sentence = translated("keys-revoked", names=", ".join(revoke), file=file)
         print_result({"revoked": revoke, "file": str(file)}, sentence, wants_json(as_json))
         return
@@ -108,10 +107,16 @@ def _keys(
 
 
 def _list_keys(folder: Path, as_json: bool) -> None:
-    from motorcade.drive.tls.revocation import list_keys
+    from motorcade.drive.tls.certificates import list_keys
 
     rows = [
-        {"role": each.role, "name": each.name, "until": f"{each.valid_until:%Y-%m-%d}", "revoked": each.is_revoked}
+        {
+            "role": each.role,
+            "name": each.name,
+            "number": f"{each.number:x}",
+            "until": f"{each.valid_until:%Y-%m-%d}",
+            "revoked": each.is_revoked,
+        }
         for each in list_keys(folder)
     ]
     if wants_json(as_json):
@@ -120,7 +125,7 @@ def _list_keys(folder: Path, as_json: bool) -> None:
     for row in rows:
         key = "keys-listed-revoked" if row["revoked"] else "keys-listed"
         role = Phrase(f"role-{row['role']}")
-        print_lines([translated(key, role=role, name=row["name"], until=row["until"])])
+        print_lines([translated(key, role=role, name=row["name"], until=row["until"], number=row["number"])])
 
 
 def address_of(text: str) -> tuple[str, int]:

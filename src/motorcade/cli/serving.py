@@ -13,7 +13,7 @@ from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanag
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.cli.language import current_language, translated
-from motorcade.cli.options import print_result
+from motorcade.cli.options import print_note, print_result
 from motorcade.drive.activity_log import ActivityLog
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
@@ -92,12 +92,16 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
 def _print_addresses(addresses: dict[str, Any], url: str | None, options: ServeOptions) -> None:
     parts = options.parts
     data = addresses | {"tls": options.tls is not None} | ({"url": url} if url else {})
+    if options.revoked:
+        data["revoked_problem"] = str(options.revoked.problem) if options.revoked.problem else None
     if parts:
         data |= {"uploads": parts.address, "store": str(parts.store)}
     more = translated("serve-uploads", address=parts.address) if parts and parts.address else ""
     if url:
         more += translated("serve-page", url=url)
     print_result(data, translated("serve-begins", **addresses, more=more), options.as_json)
+    if options.revoked and options.revoked.problem:
+        print_note(options.revoked.problem.sentence(current_language()))
 
 
 @contextmanager

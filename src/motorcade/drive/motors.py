@@ -126,7 +126,7 @@ class Wheels:
         except OSError as problem:
             self.count_fault(problem)
 
-    def count_fault(self, problem: OSError) -> None:
+    def count_fault(self, problem: Exception) -> None:
         """Count a fault, and keep its reason."""
         self.faults += 1
         self.last_fault = str(problem) or type(problem).__name__

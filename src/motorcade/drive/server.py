@@ -11,7 +11,7 @@ from motorcade.drive.listener import Listener
 from motorcade.drive.session import CarControl
 from motorcade.drive.tls.revoked import RevokedKeys
 
-_REVOKED_EVERY_S = 1.0
+_REVOKED_EVERY_S = 0.5
 
 
 class DriveServer:
@@ -78,11 +78,15 @@ class DriveServer:
             await asyncio.sleep(max(0.0, begin_s + PERIOD_S - loop.time()))
 
     async def check_revoked(self) -> None:
-        """Look for newly revoked keys once a second, until cancelled."""
+        """Look for newly revoked keys twice a second, until cancelled; a list that can't be read is a fault."""
+        if self.revoked and self.revoked.problem:
+            self.control.fail(self.revoked.problem, stops=False)
         while self.revoked:
             await asyncio.sleep(_REVOKED_EVERY_S)
             # The file may be on a slow card.
             if await asyncio.to_thread(self.revoked.reload):
+                if self.revoked.problem:
+                    self.control.fail(self.revoked.problem, stops=False)
                 channels: list[CommandChannel | TelemetryChannel] = [*self.commands, *self.channels]
                 for channel in channels:
                     self._check_keys(channel)

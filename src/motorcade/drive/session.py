@@ -278,12 +278,13 @@ class CarControl:
         with self._lock:
             self._wheels.before_moving = may_move
 
-    def fail(self, problem: OSError) -> None:
-        """Stop the wheels because what watches over them has failed; a command with speed 0 has to arm the car."""
+    def fail(self, problem: Exception, stops: bool = True) -> None:
+        """Count a fault; one of what watches over the wheels ``stops`` them: then speed 0 has to arm the car."""
         with self._lock:
             self._wheels.count_fault(problem)
-            self._arbiter.stall()
-            self._follow()
+            if stops:
+                self._arbiter.stall()
+                self._follow()
 
     def close(self) -> None:
         """End all sessions, stop the wheels and free the hardware. Raises OSError where the wheels don't stop."""

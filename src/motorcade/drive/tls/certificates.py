@@ -1,7 +1,8 @@
 """Make the keys files of cars and drivers (`motorcade.drive.tls.keys`), as a small certificate authority.
 
 One folder is one authority, for a class or a household. Whoever has a driver's keys file of it can drive every car of
-it, until the keys are revoked (`motorcade.drive.tls.revocation`).
+it, until the keys are revoked (`motorcade.drive.tls.revoked`). The folder keeps what was
+issued, so that keys whose file is lost can be revoked.
 """
 
 import ipaddress
@@ -18,6 +19,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from motorcade.drive.tls.keys import CAR, DRIVER, title
+from motorcade.drive.tls.revoked import REVOKED, number_of, read_revoked, write_revoked
 from motorcade.errors import MotorcadeError, Phrase
 
 AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
@@ -36,6 +38,7 @@ _NAMES = {
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,250}[A-Za-z0-9])?")
 # So that a car can be tried on its own computer.
 _OWN = ("localhost", "127.0.0.1", "::1")
+_MOST_BYTES = 1 << 20
 
 
 class CarKeys(NamedTuple):
@@ -43,6 +46,16 @@ class CarKeys(NamedTuple):
 
     name: str
     hosts: tuple[str, ...] = ()
+
+
+class IssuedKeys(NamedTuple):
+    """Keys that an authority has made; ``number`` is the certificate's serial number."""
+
+    role: str
+    name: str
+    number: int
+    valid_until: datetime
+    is_revoked: bool
 
 
 class _Authority(NamedTuple):
@@ -79,7 +92,7 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
         if not (folder / AUTHORITY).exists():
             made += (folder / AUTHORITY, folder / AUTHORITY_PUBLIC)
             _found_authority(folder, now)
-        authority = read_authority(folder / AUTHORITY)
+        authority = _read_authority(folder / AUTHORITY)
         for (role, name), purpose in zip(names, purposes, strict=True):
             made.append(folder / f"{role}-{name}.pem")
             own = _certified(name, now, _KEYS_DAYS, purpose, authority)
@@ -93,6 +106,59 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             file.unlink(missing_ok=True)
         raise
     return made
+
+
+def list_keys(folder: Path) -> list[IssuedKeys]:
+    """Return all keys of the authority in ``folder``, the oldest first. Raises MotorcadeError where there is none."""
+    _read_authority(folder / AUTHORITY)
+    revoked = read_revoked(folder / REVOKED) if (folder / REVOKED).exists() else frozenset()
+    return [_described(each, each.serial_number in revoked) for each in _certificates(folder / ISSUED)]
+
+
+def revoke_drivers(folder: Path, drivers: Sequence[str]) -> Path:
+    """Revoke keys of drivers, and remove the files of those that are named from ``folder``.
+
+    Args:
+        drivers: a driver's name, for all their keys, or the serial number of one.
+
+    Returns:
+        The file with the list, which cars have to have.
+
+    Raises:
+        MotorcadeError: there is no authority, or a driver has no keys that are valid; nothing has changed then.
+        OSError: a file can't be written.
+    """
+    keys = list_keys(folder)
+    revoked = {each.number: each.name for each in keys if each.is_revoked}
+    valid = [each for each in keys if each.role == DRIVER and not each.is_revoked]
+    for driver in drivers:
+        found = {each.number: each.name for each in valid if driver == each.name or number_of(driver) == each.number}
+        if not found:
+            raise MotorcadeError("no-keys-to-revoke", name=driver, folder=folder)
+        revoked |= found
+    write_revoked(folder / REVOKED, revoked)
+    for driver in drivers:
+        # Now there may be new keys of that name.
+        (folder / f"{DRIVER}-{driver}.pem").unlink(missing_ok=True)
+    return folder / REVOKED
+
+
+def _certificates(file: Path) -> list[x509.Certificate]:
+    try:
+        with file.open("rb") as opened:
+            return x509.load_pem_x509_certificates(opened.read(_MOST_BYTES))
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError):
+        raise MotorcadeError("not-a-keys-file", file=file, reason="PEM") from None
+
+
+def _described(certificate: x509.Certificate, is_revoked: bool) -> IssuedKeys:
+    purposes = certificate.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
+    role = DRIVER if ExtendedKeyUsageOID.CLIENT_AUTH in purposes else CAR
+    (name,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    number, until = certificate.serial_number, certificate.not_valid_after_utc
+    return IssuedKeys(role, str(name.value), number, until, is_revoked)
 
 
 def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:
@@ -122,7 +188,7 @@ def _found_authority(folder: Path, now: datetime) -> None:
     (folder / AUTHORITY_PUBLIC).write_bytes(public)
 
 
-def read_authority(file: Path) -> _Authority:
+def _read_authority(file: Path) -> _Authority:
     """Return the key and the certificate in an authority's file. Raises MotorcadeError, or OSError."""
     try:
         data = file.read_bytes()
@@ -166,7 +232,7 @@ def _usage(signs_certificates: bool) -> x509.KeyUsage:
     return x509.KeyUsage(
         digital_signature=not signs_certificates,
         key_cert_sign=signs_certificates,
-        crl_sign=signs_certificates,
+        crl_sign=False,
         content_commitment=False,
         key_encipherment=False,
         data_encipherment=False,

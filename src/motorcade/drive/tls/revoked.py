@@ -1,52 +1,88 @@
-"""The drivers' keys that a car no longer takes, read again whenever the list changes."""
+"""The drivers' keys that a car no longer takes: a text file of serial numbers, read again whenever it changes."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
-from motorcade.errors import MotorcadeError
+from motorcade.config.files import disk_reason, replace_file
+from motorcade.errors import MotorcadeError, Phrase
 
-_Stamp = tuple[int, int]
+REVOKED = "revoked.txt"
+_HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"
+# A certificate's serial number has at most 20 bytes (RFC 5280).
+_NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
+_MOST_BYTES = 1 << 20
+
+_Stamp = tuple[int, int, int]
+
+
+def number_of(text: str) -> int | None:
+    """The serial number that ``text`` is in hexadecimal digits; None where it is none."""
+    return int(text, 16) if _NUMBER.fullmatch(text) else None
+
+
+def read_revoked(file: Path) -> frozenset[int]:
+    """The serial numbers in a list: hexadecimal, one a line; what stands behind a # is a remark.
+
+    Raises MotorcadeError where the file can't be read or has another line.
+    """
+    try:
+        with file.open("rb") as opened:
+            lines = opened.read(_MOST_BYTES).decode().splitlines()
+    except (OSError, UnicodeDecodeError) as problem:
+        reason = disk_reason(problem) if isinstance(problem, OSError) else Phrase("is-no-text")
+        raise MotorcadeError("revoked-keys-unreadable", file=file, reason=reason) from None
+    numbers = set()
+    for at, line in enumerate(lines, 1):
+        if text := line.partition("#")[0].strip():
+            if (number := number_of(text)) is None:
+                raise MotorcadeError("revoked-keys-unreadable", file=file, reason=Phrase("revoked-line", line=at))
+            numbers.add(number)
+    return frozenset(numbers)
+
+
+def write_revoked(file: Path, keys: Mapping[int, str]) -> None:
+    """Write a list of these serial numbers, each with its remark. Raises OSError."""
+    lines = [f"{number:x}  # {remark}\n" for number, remark in keys.items()]
+    replace_file(file, "".join([_HEADING, *lines]).encode())
 
 
 class RevokedKeys:
-    """The revoked keys in a list of `motorcade drive keys --revoke`. Raises MotorcadeError where it can't be read.
+    """The revoked keys in a list that `motorcade drive keys --revoke` writes, or its owner.
 
     Args:
-        file: the list; it may come later.
-        keys: the car's keys file, whose authority has to have signed the list.
-        report: called with the reason where a changed list can't be read; the old one stays valid then.
+        file: the list.
+        is_expected: whether it counts as a problem that there is no such file when the car starts.
+
+    Attributes:
+        problem: why the list can't be read now; what it had before stays valid then.
     """
 
-    def __init__(self, file: Path, keys: Path, report: Callable[[MotorcadeError], None] = lambda problem: None) -> None:
+    def __init__(self, file: Path, is_expected: bool = True) -> None:
+        self.problem: MotorcadeError | None = None
         self._file = file
-        self._keys = keys
-        self._report = report
-        self._stamp = _stamp_of(file)
-        self._numbers = self._read() if self._stamp else frozenset()
+        self._numbers: frozenset[int] = frozenset()
+        self._stamp: _Stamp | None = None
+        if is_expected or file.exists():
+            self._read()
 
     def __contains__(self, number: int | None) -> bool:
         """Whether the keys whose certificate has this serial number are revoked."""
         return number in self._numbers
 
     def reload(self) -> bool:
-        """Read the list again where its file has changed. Returns whether it has."""
-        stamp = _stamp_of(self._file)
-        # A list that was removed stays valid until the car is started again.
-        if stamp in (None, self._stamp):
-            return False
-        self._stamp = stamp
+        """Read the list again where its file has changed. Returns whether the list or `problem` is another one now."""
+        return _stamp_of(self._file) != self._stamp and self._read()
+
+    def _read(self) -> bool:
+        before = self._numbers, str(self.problem)
+        # The file may change while it is read: then it is read once more.
+        self._stamp = _stamp_of(self._file)
         try:
-            self._numbers = self._read()
+            self._numbers, self.problem = read_revoked(self._file), None
         except MotorcadeError as problem:
-            self._report(problem)
-            return False
-        return True
-
-    def _read(self) -> frozenset[int]:
-        # A car without such a list needs no cryptography but Python's own.
-        from motorcade.drive.tls.revocation import authority_of, read_revoked
-
-        return read_revoked(self._file, authority_of(self._keys))
+            self.problem = problem
+        return (self._numbers, str(self.problem)) != before
 
 
 def _stamp_of(file: Path) -> _Stamp | None:
@@ -54,4 +90,4 @@ def _stamp_of(file: Path) -> _Stamp | None:
         found = file.stat()
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size
+    return found.st_mtime_ns, found.st_size, found.st_ino
