@@ -16,7 +16,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 266
+MOST_FILES = 265
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 
