@@ -121,6 +121,27 @@ def type_seconds(studio: StudioPage, seconds: str) -> None:
     studio.page.keyboard.press("Enter")
 
 
+def test_a_block_that_is_not_attached_looks_so_and_a_sentence_says_so(open_page) -> None:
+    studio = open_page()
+    studio.drag_out("leader", "drive", "drive", below=studio.hat("leader"))
+    loose = studio.page.locator("g.motorcade-loose")
+    expect(loose).to_have_count(0)
+    sentence = studio.page.get_by_text(studio.say("editors.loose"))
+    expect(sentence).to_have_count(0)
+    block = studio.box(studio.block("leader", "drive"))
+    mouse = studio.page.mouse
+    mouse.move(block["x"] + 12, block["y"] + block["height"] / 2)
+    mouse.down()
+    mouse.move(block["x"] + 60, block["y"] + 160, steps=6)
+    expect(loose).to_have_count(0)
+    mouse.up()
+    expect(loose).to_have_count(1)
+    expect(sentence).to_be_visible()
+    studio.undo()
+    expect(loose).to_have_count(0)
+    expect(sentence).to_have_count(0)
+
+
 def test_a_block_highlights_its_bits_and_bits_select_their_block(show) -> None:
     studio = show(project=LIT)
     studio.block("leader", "light up").click(position={"x": 12, "y": 12})

@@ -1,6 +1,7 @@
 """Missions in the page: the map, goals, hints, stars, and a mission of one's own."""
 
 import json
+import re
 
 from playwright.sync_api import expect
 
@@ -8,7 +9,8 @@ from motorcade.missions.document import built_in_mission, missions
 from motorcade.server.studio.library import FolderStorage
 from motorcade.service.library import mission_shelf
 from support.barriers import serious_barriers
-from support.studio_page import PHONE
+from support.studio_page import PHONE, SHARED
+from support.studio_programs import EXAMPLE
 
 
 def open_map(studio):
@@ -124,6 +126,29 @@ def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_stu
     studio.wait_until_ready()
     page.get_by_role("button", name="Leave the mission").click()
     expect(page.get_by_role("button", name="Level: Words")).to_be_visible()
+
+
+def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(open_page):
+    studio = open_page(project=EXAMPLE)
+    page = studio.page
+    open_map(studio)
+    page.locator("[data-mission=flip-the-lamp]").click()
+    expect(page.get_by_text(studio.say("missions.byBits"))).to_be_visible()
+    blocks = page.get_by_role("region", name=studio.say("editors.leaderBlocks"), exact=True)
+    seconds = studio.box(blocks.locator("text.blocklyText", has_text=re.compile("^3$")))
+    page.mouse.click(seconds["x"] + 3, seconds["y"] + 8)
+    expect(page.locator(".blocklyHtmlInput")).to_have_count(0)
+    expect(studio.editor("leader").get_by_role("treeitem").first).to_be_hidden()
+    studio.look_up("swarm")
+    expect(page.get_by_text(studio.say("missions.matStays"))).to_be_visible()
+    expect(page.get_by_label(studio.say("mat.range"))).to_have_count(0)
+    page.reload()
+    studio.wait_until_ready()
+    page.get_by_role("button", name=studio.say("missions.leave")).click()
+    expect(studio.name).to_have_value(SHARED)
+    expect(page.get_by_text(studio.say("project.unsaved"), exact=True)).to_be_visible()
+    expect(studio.block("leader", "left")).to_be_visible()
+    expect(studio.editor("leader").get_by_role("treeitem").first).to_be_visible()
 
 
 def test_the_map_fits_a_phone(open_page):

@@ -139,7 +139,7 @@ def test_unsaved_work_is_not_replaced_without_asking(open_page) -> None:
     studio.page.get_by_role("alertdialog").get_by_role("button", name="Cancel").click()
     studio.expect_words(TURNED_WORDS)
     studio.project_menu("menu.new")
-    studio.page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
+    studio.page.get_by_role("alertdialog").get_by_role("button", name="Open without saving").click()
     studio.expect_words(["00000000"])
 
 

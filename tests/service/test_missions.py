@@ -17,7 +17,7 @@ from motorcade.server.studio.simulation import build_world
 from motorcade.service.messages import Capabilities, MissionChoice
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
-from motorcade.service.world_messages import Furnish, Goals, Move, Play, Reset, Seek, SetWorld, Shown, State, Step
+from motorcade.service.world_messages import Furnish, Goals, Move, Play, Reset, Seek, SetWorld, Shown, State
 from motorcade.service.world_session import WorldSession
 
 NAME = "forward-and-stop"
@@ -250,18 +250,18 @@ def test_goals_tick_while_the_run_goes_on_and_follow_the_shown_time():
     assert page.progress() == ["open", "holds", "open"]
 
 
-def test_after_the_end_the_world_goes_on_if_the_page_wants_that():
-    page = Page(built_in_mission(NAME), built_in_mission(NAME).solution)
-    page.send(Step(500))
-    for _ in range(8):
-        page.send(Step(1000))
-    # The last step ended with the mission.
-    assert page.states[-1].t_ms == 8000
-    assert page.progress() == ["met"] * 3
-    page.send(Play())
-    page.look(1)
-    assert page.states[-1].t_ms > 8500
-    assert page.progress() == ["met"] * 3
+def test_after_the_end_play_begins_a_run_that_is_judged_again():
+    mission = built_in_mission(NAME)
+    page = Page(mission, mission.near_miss)
+    page.send(Play(speed=16))
+    page.look(mission.duration_ms / 16000 + 1)
+    lost = page.progress()
+    assert (page.states[-1].playing, lost[0]) == (False, "lost")
+    page.send(Play(speed=16))
+    assert (page.states[-1].t_ms, page.progress()) == (0, ["open", "holds", "open"])
+    page.look(mission.duration_ms / 16000 + 1)
+    assert (page.states[-1].t_ms, page.states[-1].playing) == (mission.duration_ms, False)
+    assert page.progress() == lost
 
 
 OWN_MAT = built_in_mission(NAME).mat_document

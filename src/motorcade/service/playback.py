@@ -127,7 +127,9 @@ class Playback:
     # What a page requests.
 
     def play(self, speed: float) -> None:
-        """Go on from the present, ``speed`` simulated seconds in a real one."""
+        """Go on from the present, ``speed`` simulated seconds in a real one; after a mission's end begin again."""
+        if self._is_over:
+            self.reset(self.world.seed)
         self.speed = speed
         self.seek(None)
         self.playing = True

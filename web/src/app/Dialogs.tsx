@@ -27,13 +27,18 @@ function QuestionDialog() {
   const question = useDialogs((state) => state.question);
   if (!question) return null;
   return (
-    <Sheet title={question.title} onClose={() => question.answer(false)} role="alertdialog">
+    <Sheet title={question.title} onClose={() => question.answer("no")} role="alertdialog">
       <p>{question.text}</p>
       <footer className={controls.sheetFoot}>
-        <Button className={buttons.button} autoFocus onPress={() => question.answer(false)}>
+        <Button className={buttons.button} autoFocus onPress={() => question.answer("no")}>
           {t("app.cancel")}
         </Button>
-        <Button className={classes(buttons.button, buttons.primary)} onPress={() => question.answer(true)}>
+        {question.other && (
+          <Button className={buttons.button} onPress={() => question.answer("other")}>
+            {question.other}
+          </Button>
+        )}
+        <Button className={classes(buttons.button, buttons.primary)} onPress={() => question.answer("yes")}>
           {question.yes}
         </Button>
       </footer>

@@ -14,8 +14,7 @@ import {
 import { useTranslation } from "react-i18next";
 import type { Language } from "../api/types";
 import { changeLanguage, LANGUAGES, nameOf } from "../i18n";
-import { exportCsv, exportPicture, openFile, save, saveFile } from "../projects/actions";
-import { startNew } from "../projects/project";
+import { exportCsv, exportPicture, openFile, save, saveFile, startNew } from "../projects/actions";
 import { openDialog } from "../state/dialogs";
 import { redo, undo, useHistory } from "../state/history";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";

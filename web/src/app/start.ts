@@ -75,7 +75,7 @@ async function openFirstProject(): Promise<void> {
   const { key, stored } = useStudio.getState().capabilities?.classroom === "pupil" ? await findPupilsWork() : await findWork();
   place = key;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
-  useStudio.setState({ stored: stored?.stored ?? false });
+  useStudio.setState({ stored: stored?.stored ?? false, kept: stored?.kept ?? null, attempts: stored?.attempts ?? {} });
   void resumeMission();
   if (!stored?.unsaved) return;
   useStudio.setState({ unsaved: true });

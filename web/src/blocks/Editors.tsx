@@ -13,7 +13,7 @@ import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { noteEdit } from "../words/compiling";
 import { Mistake } from "./Mistake";
-import { forgetMarks, markDiagnostics, markRunning } from "./marks";
+import { forgetMarks, markDiagnostics, markLoose, markRunning } from "./marks";
 import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
 import { createWorkspace, disposeWorkspace, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
 import css from "./blocks.module.css";
@@ -24,6 +24,7 @@ function refill(editor: EditorName): void {
   forgetMarks(editor);
   fill(editor, useStudio.getState()[editor] ?? {});
   useStudio.setState({ [editor]: read(editor), selection: null });
+  markLoose(editor);
 }
 
 function onEvent(editor: EditorName, event: Blockly.Events.Abstract): void {
@@ -32,7 +33,10 @@ function onEvent(editor: EditorName, event: Blockly.Events.Abstract): void {
     const selection = useStudio.getState().selection;
     if (block) useStudio.setState({ selection: { editor, block } });
     else if (selection?.editor === editor) useStudio.setState({ selection: null });
+  } else if (event instanceof Blockly.Events.BlockDrag && !event.isStart) {
+    markLoose(editor);
   } else if (!event.isUiEvent) {
+    markLoose(editor);
     noteEdit(editor);
     if (event.recordUndo) noteUndo(editor, event.group);
   }
@@ -71,6 +75,7 @@ function Editor({ editor }: { editor: EditorName }) {
       resized.disconnect();
       document.removeEventListener("input", onInput);
       disposeWorkspace(editor);
+      markLoose(editor);
     };
   }, [editor]);
 

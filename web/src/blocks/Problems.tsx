@@ -26,10 +26,19 @@ export function Problems() {
   // Until cars were to drive, nobody is warned that they have no blocks yet.
   const isBegun = useMat(({ tMs }) => tMs > 0);
   const shown = diagnostics?.filter(({ code }) => isBegun || code !== "empty-program");
-  if (!shown?.length) return null;
+  const loose = useStudio((studio) => studio.loose[0]);
+  if (!shown?.length && !loose) return null;
   return (
     <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
-      {bySentence(shown).map((group, index) => (
+      {loose && (
+        <li data-severity="warning">
+          <Icon name="warning" />
+          <Button className={css.diagnostic} onPress={() => showBlock(loose.editor, loose.block)}>
+            {t("editors.loose")}
+          </Button>
+        </li>
+      )}
+      {bySentence(shown ?? []).map((group, index) => (
         <li key={`${group[0]!.code} ${group[0]!.path} ${index}`} data-severity={group[0]!.severity}>
           <Icon name={group[0]!.severity} />
           <span>

@@ -3,7 +3,9 @@
 import type { BlockSvg } from "blockly/core";
 import type { Diagnostic, EditorName } from "../api/types";
 import { inLanguage } from "../i18n";
-import { liveWorkspaces } from "./workspaces";
+import { useStudio } from "../state/studio";
+import { hatOf } from "./definitions";
+import { liveWorkspaces, workspaceOf } from "./workspaces";
 
 const WARNING = "motorcade";
 const marked = new Map<EditorName, Map<string, string>>();
@@ -39,6 +41,22 @@ function mark(block: BlockSvg | null, text: string | null, wrong: boolean): void
   if (!block) return;
   block.setWarningText(text, WARNING);
   setClass(block, "motorcade-wrong", wrong);
+}
+
+/** Show which blocks are attached to no hat, and so belong to no program; not while a hand moves one. */
+export function markLoose(editor: EditorName): void {
+  const workspace = workspaceOf(editor);
+  if (workspace?.isDragging()) return;
+  const all = useStudio.getState().loose;
+  const now = workspace?.getTopBlocks(true).filter(({ type }) => type !== hatOf(editor)) ?? [];
+  for (const { block: id } of all.filter((each) => each.editor === editor)) {
+    const block = workspace?.getBlockById(id);
+    if (block && !now.includes(block)) setClass(block, "motorcade-loose", false);
+  }
+  for (const block of now) setClass(block, "motorcade-loose", true);
+  if (now.length || all.length) {
+    useStudio.setState({ loose: [...all.filter((each) => each.editor !== editor), ...now.map(({ id }) => ({ editor, block: id }))] });
+  }
 }
 
 /** Forget the marks of an editor that was filled with new blocks. */

@@ -22,6 +22,24 @@ export function liveWorkspaces(): [EditorName, Blockly.WorkspaceSvg][] {
   return [...live];
 }
 
+/** What a mission lets the user do with blocks: which kinds it offers (null: all), and whether only their bits change them. */
+let offer: { steps: readonly string[] | null; locked: boolean } = { steps: null, locked: false };
+
+/** Offer the blocks of a mission in all editors, also in those that are created later. */
+export function offerBlocks(steps: readonly string[] | null, locked: boolean): void {
+  offer = { steps, locked };
+  for (const [editor, workspace] of live) {
+    workspace.updateToolbox(toolboxOf(editor, steps));
+    lock(workspace);
+  }
+}
+
+/** Blocks that are changed by their bits alone can't be dragged, and their menus stay closed. */
+function lock(workspace: Blockly.WorkspaceSvg): void {
+  workspace.setIsReadOnly(offer.locked);
+  (workspace.getToolbox() as Blockly.Toolbox | null)?.setVisible(!offer.locked);
+}
+
 /** An editor with nothing but its hat. */
 export function emptyState(editor: EditorName): WorkspaceState {
   return { blocks: { languageVersion: 0, blocks: [{ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }] } };
@@ -30,7 +48,7 @@ export function emptyState(editor: EditorName): WorkspaceState {
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
   registerPictures();
   const workspace = Blockly.inject(host, {
-    toolbox: toolboxOf(editor),
+    toolbox: toolboxOf(editor, offer.steps),
     theme: themeOf(useSettings.getState().theme),
     renderer: "zelos",
     plugins: DRAWER_PLUGINS,
@@ -46,6 +64,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   workspace.getSvgGroup().setAttribute("aria-label", i18next.t(`editors.${editor}Blocks`));
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
+  lock(workspace);
   return workspace;
 }
 

@@ -23,16 +23,52 @@ const MOST_SEED = 2 ** 32 - 1;
 export const CarsPanel = memo(function CarsPanel({ session }: { session: Session }) {
   const { t } = useTranslation();
   const mat = useStudio((studio) => studio.mat);
-  const rangeMm = useStudio((studio) => studio.rangeMm);
+  const inMission = useStudio(({ mission }) => mission !== null);
   const { tracks, air, hello } = useMat();
   const caption = useSettings((settings) => settings.caption);
-  const loss = lossOf(mat);
   return (
     <div className={fields.swarm}>
+      {inMission ? <p>{t("missions.matStays")}</p> : <Conditions session={session} />}
+      <div className={fields.row}>
+        <span>{t("mat.floor")}</span>
+        <Choice
+          label={t("mat.floor")}
+          value={floorOf(mat)}
+          all={FLOOR_NAMES}
+          name={(each) => t(`mat.floors.${each}`)}
+          onChange={(floor) => editMat({ ...mat, floor })}
+        />
+      </div>
+      <div className={fields.row}>
+        <ToolSwitch label={t("mat.tracks")} isSelected={tracks} onChange={(on) => useMat.setState({ tracks: on })} />
+        <ToolSwitch label={t("mat.air")} isSelected={air} onChange={(on) => useMat.setState({ air: on })} />
+        <ToolSwitch label={t("mat.account.title")} isSelected={caption} onChange={(on) => useSettings.setState({ caption: on })} />
+      </div>
+      {!inMission && (
+        <ToolButton
+          icon="present"
+          label={t("mat.startHere")}
+          wide
+          isDisabled={!hello || hello.cars > MOST_ONE_BY_ONE}
+          onPress={() => startHere(session)}
+        />
+      )}
+    </div>
+  );
+});
+
+/** What a mission fixes: how many cars there are, and how messages reach them. */
+function Conditions({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const mat = useStudio((studio) => studio.mat);
+  const rangeMm = useStudio((studio) => studio.rangeMm);
+  const hello = useMat((now) => now.hello);
+  return (
+    <>
       <Followers />
       <NumberSlider
         label={t("mat.loss")}
-        value={Math.round(loss * 100) / 100}
+        value={Math.round(lossOf(mat) * 100) / 100}
         most={MOST_LOSS}
         step={0.01}
         format={{ style: "percent", maximumFractionDigits: 0 }}
@@ -50,31 +86,9 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
         onEnd={endEdit}
       />
       <Seed session={session} />
-      <div className={fields.row}>
-        <span>{t("mat.floor")}</span>
-        <Choice
-          label={t("mat.floor")}
-          value={floorOf(mat)}
-          all={FLOOR_NAMES}
-          name={(each) => t(`mat.floors.${each}`)}
-          onChange={(floor) => editMat({ ...mat, floor })}
-        />
-      </div>
-      <div className={fields.row}>
-        <ToolSwitch label={t("mat.tracks")} isSelected={tracks} onChange={(on) => useMat.setState({ tracks: on })} />
-        <ToolSwitch label={t("mat.air")} isSelected={air} onChange={(on) => useMat.setState({ air: on })} />
-        <ToolSwitch label={t("mat.account.title")} isSelected={caption} onChange={(on) => useSettings.setState({ caption: on })} />
-      </div>
-      <ToolButton
-        icon="present"
-        label={t("mat.startHere")}
-        wide
-        isDisabled={!hello || hello.cars > MOST_ONE_BY_ONE}
-        onPress={() => startHere(session)}
-      />
-    </div>
+    </>
   );
-});
+}
 
 /** While the slider moves, each number is made from the mat of its beginning: one that grew for 1,000 cars shrinks again. */
 function Followers() {

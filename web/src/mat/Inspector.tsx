@@ -31,12 +31,13 @@ export function Inspector({ session }: InspectorProps) {
   const { t } = useTranslation();
   const chosen = useMat((now) => now.chosen);
   const car = chosen && "car" in chosen ? chosen.car : null;
+  const inMission = useStudio(({ mission }) => mission !== null);
   return (
     <div className={css.inspector}>
-      <Palette session={session} />
+      {inMission ? <p>{t("missions.matStays")}</p> : <Palette session={session} />}
       <div className={fields.row}>
         <CarPicker session={session} car={car} />
-        {chosen && (
+        {chosen && !inMission && (
           <>
             <ToolButton icon="copy" label={t("mat.duplicate")} onPress={() => duplicateChosen(session)} />
             <ToolButton icon="trash" label={t("mat.remove")} onPress={() => removeChosen(session)} />
@@ -45,8 +46,12 @@ export function Inspector({ session }: InspectorProps) {
       </div>
       <DrivenCars session={session} car={car} />
       {car !== null && <CarInspector session={session} car={car} />}
-      <PieceInspector />
-      <Voices />
+      {!inMission && (
+        <>
+          <PieceInspector />
+          <Voices />
+        </>
+      )}
     </div>
   );
 }
@@ -83,6 +88,7 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
   const followed = useMat((now) => now.followed);
   const chase = useMat((now) => now.chase);
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
+  const inMission = useStudio(({ mission }) => mission !== null);
   const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
   return (
     <section aria-label={t("mat.car", { number: car })}>
@@ -91,8 +97,12 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
           {t("mat.car", { number: car })} · {leads ? t("mat.things.leader") : t("mat.things.follower")}
         </h3>
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
-        <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
-        <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
+        {!inMission && (
+          <>
+            <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
+            <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
+          </>
+        )}
         <ToolSwitch label={t("mat.chase")} isSelected={chase} onChange={(on) => useMat.setState({ chase: on })} />
         {canDrive && (
           <Link className={classes(buttons.button, buttons.small)} href={`/drive?session=${session.name}&car=${car}`} target="_blank">

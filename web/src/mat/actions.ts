@@ -8,7 +8,7 @@ import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type 
 import type { Grip } from "./pointer";
 import { freePoint, hasRoomForCar, hasRoomForPiece, type Standing } from "./room";
 import type { Session } from "./session";
-import { choose, editMat, useMat } from "./store";
+import { choose, editMat, isFixed, useMat } from "./store";
 
 export type NewKind = FurnitureKind | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
@@ -33,6 +33,7 @@ function isBeginning(session: Session): boolean {
 
 /** Put a car elsewhere. At the beginning of a run that is its new start; later, a reset puts it back. */
 export function putCar(session: Session, car: number, [x, y]: Point, headingDeg: number): void {
+  if (isFixed()) return;
   const at_m: Point = [rounded(x), rounded(y)];
   const mat = isBeginning(session) ? separate(session) : null;
   const old = mat?.car?.[car];
@@ -74,6 +75,7 @@ export function turnCar(session: Session, car: number, degrees: number): void {
 
 /** Change how far infrared reaches, in millimetres. */
 export function setRange(rangeMm: number): void {
+  if (isFixed()) return;
   const before = useStudio.getState().rangeMm;
   const show = (shown: number | null) => () => useStudio.setState({ rangeMm: shown });
   useStudio.setState({ rangeMm });

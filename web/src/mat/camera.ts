@@ -93,6 +93,8 @@ export interface Cast {
   zones?: readonly Box[];
   /** The mat, where it has a size. */
   mat?: Box | null;
+  /** All cars are seen, however small: goals are about all of them. */
+  all?: boolean;
 }
 
 const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box.bottom - by, right: box.right + by, top: box.top + by });
@@ -114,12 +116,12 @@ function boxToFrame({ x, y, carM, zones = [], mat }: Cast, size: Size): Box | nu
 
 /** Frame the cars with air around them: large, but none so small that it can't be told what it does. */
 export function framed(cast: Cast, size: Size): Camera | null {
-  const { x, y, carM, first } = cast;
+  const { x, y, carM, first, all = false } = cast;
   const box = boxToFrame(cast, size);
   if (!box) return null;
   const camera = fitted(box, size, LONGEST_PX / carM);
   const least = SHORTEST_PX / carM;
-  if (x.length > FEW_CARS || camera.scale >= least) return camera;
+  if (all || x.length > FEW_CARS || camera.scale >= least) return camera;
   const [cx, cy] = [x[first] ?? x[0]!, y[first] ?? y[0]!];
   return fitted({ left: cx, right: cx, bottom: cy, top: cy }, size, least);
 }
@@ -135,7 +137,7 @@ export function isWellFramed(camera: Camera, cast: Cast, size: Size): boolean {
   const [left, top] = toScreen(camera, size, [box.left, box.top]);
   const [right, bottom] = toScreen(camera, size, [box.right, box.bottom]);
   const isWhole = left >= 0 && top >= 0 && right <= size.width && bottom <= size.height - OVER_PX.bottom / 2;
-  return isWhole || (wished.scale <= SHORTEST_PX / cast.carM + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
+  return isWhole || (!cast.all && wished.scale <= SHORTEST_PX / cast.carM + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
 }
 
 /** On the way from one camera to another; the scale changes evenly to the eye. */

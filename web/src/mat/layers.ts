@@ -161,11 +161,12 @@ export class TrackLayer {
   private open: Graphics | null = null;
   shown = true;
 
-  constructor(private theme: MatTheme) {}
+  constructor(theme: MatTheme) {
+    this.setTheme(theme);
+  }
 
   setTheme(theme: MatTheme): void {
-    this.theme = theme;
-    this.clear();
+    this.view.tint = theme.track;
   }
 
   clear(): void {
@@ -221,7 +222,7 @@ export class TrackLayer {
     this.open.clear();
     // A path is one shape: a shape for each of its lines would take half a kilobyte of memory a line.
     for (const path of this.paths) this.open.poly(path, false);
-    this.open.stroke({ width: 14, color: this.theme.track });
+    this.open.stroke({ width: 14, color: 0xffffff });
     if (this.lines < LINES_A_STRIP) return;
     this.closeStrip();
     const strips = this.view.children;

@@ -70,7 +70,6 @@ export class Scene {
   drawMs = 0;
   /** Another view covers this one. */
   private covered = false;
-
   private readonly stage = new Container();
   private readonly world = new Container();
   private readonly furniture: FurnitureLayer;
@@ -82,12 +81,13 @@ export class Scene {
   private readonly drawnListeners = new Set<() => void>();
   private theme: MatTheme;
   private zonesNow: readonly MissionZone[] = [];
+  private all = false;
   private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
   private requested = 0;
   private undrawn = false;
-  /** Whether the camera frames the cars by itself; else the user holds it. */
+  /** The camera frames the cars by itself; else the user holds it. */
   private frames = true;
   /** Where the camera is going. */
   private wanted: Camera | null = null;
@@ -167,8 +167,8 @@ export class Scene {
     this.draw();
   }
 
-  setZones(zones: readonly MissionZone[]): void {
-    this.zonesNow = zones;
+  setZones(zones: readonly MissionZone[], all: boolean): void {
+    [this.zonesNow, this.all] = [zones, all];
     this.zones.setZones(zones);
     this.draw();
   }
@@ -333,7 +333,7 @@ export class Scene {
   private wish(): Camera | null {
     const { x, y } = this.motion.drawn;
     if (this.motion.picture === null) return null;
-    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zonesNow.map(boxOfZone), mat: this.mat && boxOfMat(this.mat) };
+    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zonesNow.map(boxOfZone), mat: this.mat && boxOfMat(this.mat), all: this.all };
     return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
 

@@ -1,10 +1,12 @@
 /** What the parts of the mat share: the state of the world, the view, and how the document is edited. */
 
+import i18next from "i18next";
 import { create } from "zustand";
 import type { CarDetails, Goals, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
+import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
-import type { Mat, PieceId } from "./document";
+import { drivesLike, type Mat, type PieceId } from "./document";
 import type { Scene } from "./scene";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
@@ -76,10 +78,18 @@ export function chosenCar(): number | null {
 /** Number edits without a name, none of which joins another. */
 let edits = 0;
 
+/** Whether a mission fixes mat, cars and infrared; says so where somebody wants to change them. */
+export function isFixed(): boolean {
+  if (!useStudio.getState().mission) return false;
+  notify(i18next.t("missions.matStays"));
+  return true;
+}
+
 /** Change the mat. Edits with the same name one after another, such as the steps of a drag, are undone together. */
 export function editMat(mat: Mat, name: string | null = null): void {
   const { mat: before } = useStudio.getState();
-  if (mat === before) return;
+  // A mission's floor may look otherwise: that changes no run.
+  if (mat === before || (!drivesLike(mat, before) && isFixed())) return;
   const show = (shown: Mat) => () => {
     useMat.setState({ chosen: null });
     useStudio.setState({ mat: shown });

@@ -30,6 +30,7 @@ export function BitEditor() {
   const words = useWords();
   return (
     <div className={css.bits} role="group" aria-label={t("missions.bits")}>
+      <p>{t("missions.byBits")}</p>
       {words.map((word, place) =>
         word.part === "header" ? null : (
           <div key={place} className={css.bitRow}>

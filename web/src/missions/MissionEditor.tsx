@@ -10,7 +10,7 @@ import { IconButton } from "../ui/controls";
 import {
   boxAt,
   boxOf,
-  closeDraft,
+  leaveDraft,
   discAt,
   type Draft,
   type DraftGoal,
@@ -46,7 +46,7 @@ export function MissionEditor({ draft }: { draft: Draft }) {
         <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => void tryDraft(draft)}>
           {t("missions.try")}
         </Button>
-        <IconButton icon="close" label={t("missions.closeEditor")} onPress={closeDraft} />
+        <IconButton icon="close" label={t("missions.closeEditor")} onPress={leaveDraft} />
       </header>
       <div className={css.row}>
         <TextField value={draft.name} onChange={(name) => editDraft({ name }, "name")}>

@@ -1,21 +1,20 @@
 import { useEffect, useRef } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { toolboxOf } from "../blocks/definitions";
-import { focusBlocks, liveWorkspaces } from "../blocks/workspaces";
+import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
+import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
-import { useStudio } from "../state/studio";
 import { IconButton } from "../ui/controls";
 import { classes } from "../ui/classes";
 import { BitEditor } from "./BitEditor";
 import { editPlayed, useDraft } from "./draft";
 import { MissionEditor } from "./MissionEditor";
 import { Stars } from "./Stars";
-import { leaveMission, TRIES_BEFORE_HINTS, useMission } from "./store";
+import { TRIES_BEFORE_HINTS, useMission } from "./store";
 import buttons from "../ui/buttons.module.css";
 import css from "./missions.module.css";
 
@@ -24,19 +23,10 @@ export function MissionStrip({ session }: { session: Session }) {
   const mission = useMission((now) => now.mission);
   const draft = useDraft((now) => now.draft);
   const scene = useMat((now) => now.scene);
-  useEffect(() => scene?.setZones(mission?.zones ?? draft?.zones ?? []), [scene, mission, draft]);
-  useToolbox(mission?.steps ?? null);
+  useEffect(() => scene?.setZones(mission?.zones ?? draft?.zones ?? [], mission !== null), [scene, mission, draft]);
+  useEffect(() => offerBlocks(mission?.steps ?? null, mission?.edits === "bits"), [mission]);
   if (draft) return <MissionEditor draft={draft} />;
   return mission && <Task mission={mission} session={session} />;
-}
-
-/** Offer only the blocks of the mission. */
-function useToolbox(steps: readonly string[] | null): void {
-  const { i18n } = useTranslation();
-  const generation = useStudio((studio) => studio.generation);
-  useEffect(() => {
-    for (const [editor, workspace] of liveWorkspaces()) workspace.updateToolbox(toolboxOf(editor, steps));
-  }, [steps, generation, i18n.language]);
 }
 
 function Task({ mission, session }: { mission: Mission; session: Session }) {
@@ -86,7 +76,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
             {t("missions.edit")}
           </Button>
         )}
-        <IconButton icon="close" label={t("missions.leave")} onPress={leaveMission} />
+        <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
       {told && <p>{inLanguage(mission.story)}</p>}
       <ul className={css.goals} aria-label={t("missions.goals")}>

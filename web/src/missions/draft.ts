@@ -8,7 +8,7 @@ import type { Mission, MissionZone } from "../generated/messages";
 import { type Mat, type Point, rounded, without } from "../mat/document";
 import { useMat } from "../mat/store";
 import { attempt, chooseFile, download, fileName } from "../projects/actions";
-import { openProject, replaceBy } from "../projects/project";
+import { comeBack, openProject, replaceBy } from "../projects/project";
 import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
@@ -58,6 +58,12 @@ export function editMission(mission: Mission): void {
 
 export function closeDraft(): void {
   useDraft.setState({ draft: null });
+}
+
+/** Stop writing; whoever came from a mission comes back to the own project. */
+export function leaveDraft(): void {
+  closeDraft();
+  comeBack();
 }
 
 let edits = 0;

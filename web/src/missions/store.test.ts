@@ -2,14 +2,17 @@ import { afterAll, beforeAll, expect, it, vi } from "vitest";
 import { connectTo } from "../api/service";
 import type { Mission } from "../generated/messages";
 import { startLanguages } from "../i18n";
-import { markSaved, watchUnsaved } from "../projects/project";
+import { setRange } from "../mat/actions";
+import { editMat } from "../mat/store";
+import { workOf } from "../projects/autosave";
+import { comeBack, markSaved, watchUnsaved } from "../projects/project";
 import { useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import { playMission, useMission } from "./store";
+import { playMission, useMission, watchMissions } from "./store";
 
 const BEGINNING = { blocks: { beginning: true } };
 const mission = (id: string) =>
-  ({ id, name: { en: id, zh: id }, leader: BEGINNING, followers: null, profile: "classroom", mat: { format: "motorcade-mat/1", name: id }, level: "start", goals: [] }) as unknown as Mission;
+  ({ id, name: { en: id, zh: id }, leader: BEGINNING, followers: null, profile: "classroom", mat: { format: "motorcade-mat/1", name: id }, seed: 0, level: "start", goals: [] }) as unknown as Mission;
 
 async function play(id: string): Promise<void> {
   void playMission({ id });
@@ -21,12 +24,14 @@ beforeAll(() => {
   startLanguages();
   connectTo({ ask: (_: string, choice: unknown) => Promise.resolve(mission((choice as { id: string }).id) as never), openStream: vi.fn() });
   watchUnsaved();
+  watchMissions();
   markSaved();
 });
 
 afterAll(() => {
-  useDialogs.getState().question?.answer(false);
+  useDialogs.getState().question?.answer("no");
   useDialogs.setState({ notices: [] });
+  useStudio.setState({ mission: null, kept: null, attempts: {}, name: "" });
   vi.useRealTimers();
 });
 
@@ -42,14 +47,49 @@ it("from one mission to another nothing is asked, and nothing is lost", async ()
   // The notice offers the beginning of the mission; that loses the blocks, so it is asked about.
   useDialogs.getState().notices.find(({ action }) => action)?.action?.run();
   await vi.advanceTimersByTimeAsync(100);
-  useDialogs.getState().question?.answer(true);
+  useDialogs.getState().question?.answer("yes");
   await vi.advanceTimersByTimeAsync(100);
   expect(useStudio.getState()).toMatchObject({ name: "first", leader: BEGINNING });
 });
 
-it("a project is asked about before a mission replaces it", async () => {
+it("the own project comes back as it stood when a mission was opened, unsaved changes included", async () => {
+  const own = { name: "Mine", leader: { blocks: { project: true } }, rangeMm: 700 };
   useMission.setState({ mission: null });
-  useStudio.setState({ mission: null, leader: { blocks: { project: true } } });
+  useStudio.setState({ mission: null, kept: null, attempts: {}, ...own });
+  markSaved();
+  const changed = { blocks: { project: true, more: true } };
+  useStudio.setState({ leader: changed });
+  await play("first");
+  expect(useDialogs.getState().question).toBeNull();
+  const tried = { blocks: { tried: true } };
+  useStudio.setState({ leader: tried });
   await play("second");
-  expect(useDialogs.getState().question).not.toBeNull();
+  comeBack();
+  await vi.advanceTimersByTimeAsync(100);
+  expect(useStudio.getState()).toMatchObject({ ...own, leader: changed, unsaved: true, mission: null, kept: null });
+  // It knows what was saved, too.
+  useStudio.setState({ leader: own.leader });
+  expect(useStudio.getState().unsaved).toBe(false);
+  await play("first");
+  expect(useStudio.getState()).toMatchObject({ name: "first", leader: tried });
+});
+
+it("the own project is kept over a reload of the page", async () => {
+  comeBack();
+  useStudio.setState({ name: "Mine", leader: { blocks: { project: true } } });
+  await play("second");
+  expect(workOf(useStudio.getState(), 1).kept).toMatchObject({ name: "Mine", leader: { blocks: { project: true } } });
+});
+
+it("a mission's mat, cars and range stay as they are, and a sentence says so", async () => {
+  await play("first");
+  const { mat, rangeMm } = useStudio.getState();
+  useDialogs.setState({ notices: [] });
+  editMat({ ...mat, size_m: [9, 9] });
+  setRange(5000);
+  expect(useStudio.getState()).toMatchObject({ mat, rangeMm });
+  expect(useDialogs.getState().notices.map(({ text }) => text)).toEqual([expect.stringContaining("The mission fixes")]);
+  // Its floor changes no run.
+  editMat({ ...mat, floor: "moon" });
+  expect(useStudio.getState().mat.floor).toBe("moon");
 });

@@ -5,13 +5,12 @@ import { create } from "zustand";
 import * as api from "../api/requests";
 import { inLanguage } from "../i18n";
 import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
-import { drivesLike, type Mat } from "../mat/document";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
-import { loadProject, markUnsaved, openProject, replaceBy } from "../projects/project";
-import { notify } from "../state/dialogs";
+import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
+import { confirm, notify } from "../state/dialogs";
 import { type Level, useSettings } from "../state/settings";
-import { useStudio } from "../state/studio";
+import { type Studio, useStudio } from "../state/studio";
 
 type Blocks = Pick<Project, "leader" | "followers">;
 
@@ -36,40 +35,28 @@ export const TRIES_BEFORE_HINTS = 2;
 
 export const useMission = create<Playing>(() => NOTHING);
 
-/** The blocks with which missions that come with Motorcade were left for another one, by id, until the page is closed. */
-const attempts = new Map<string, Blocks>();
-
 /** The mission as the server knows it: an id, or the document of the user's own. */
 export function choiceOf(mission: Mission): MissionChoice {
   return mission.id === "own" ? { document: mission.document } : { id: mission.id };
 }
 
-/** Keep the changed blocks of the mission that is left for another one; false where they aren't kept. */
-function keepAttempt(next: Mission): boolean {
-  const { mission } = useMission.getState();
-  const { leader, followers } = openProject();
-  if (!mission || mission.id === "own" || mission.id === next.id || !useStudio.getState().unsaved) return false;
-  attempts.set(mission.id, { leader, followers });
-  return true;
-}
+/** What a mission's blocks are kept under when it is left. */
+const keyOf = ({ id, name }: Mission): string => (id === "own" ? `own ${name.en}` : id);
 
 /**
- * Open a mission in place of the project, once the user agrees to lose unsaved changes; false if they do not.
- * With `blocks` these stay, and nothing is lost. From one mission to another nothing is lost either: each goes on with the
- * blocks that it was left with.
+ * Open a mission; the user's own project is put aside as it stands. Each mission goes on with the blocks that it was left
+ * with, unless it begins `anew`. With `blocks` these stay. False where it can't be opened, or the user doesn't want to lose
+ * the blocks.
  */
-export async function playMission(choice: MissionChoice, blocks: Blocks | null = null): Promise<boolean> {
+export async function playMission(choice: MissionChoice, blocks: Blocks | null = null, anew = false): Promise<boolean> {
   let opened = false;
   await attempt(async () => {
     const mission = await api.mission(choice);
-    const kept = !blocks && keepAttempt(mission);
-    const before = blocks ? undefined : attempts.get(mission.id);
+    if (anew && useStudio.getState().unsaved && !(await confirm(beginAnewQuestion()))) return;
+    const before = blocks || anew ? undefined : useStudio.getState().attempts[keyOf(mission)];
     const { leader, followers } = blocks ?? before ?? mission;
-    const project = { name: inLanguage(mission.name), leader, followers, profile: mission.profile, mat: mission.mat as Mat, range_mm: null };
-    if (blocks) loadProject(project);
-    else if (!(await replaceBy(project, { kept }))) return;
+    putAside({ name: inLanguage(mission.name), leader, followers, profile: mission.profile, mat: mission.mat, range_mm: null });
     opened = true;
-    attempts.delete(mission.id);
     useSettings.setState(({ drawer, level, levelBefore }) => ({
       level: mission.level as Level,
       levelBefore: levelBefore ?? level,
@@ -77,14 +64,26 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
       drawer: { ...drawer, open: false },
     }));
     useMission.setState({ ...NOTHING, mission });
+    useMat.setState({ seed: mission.seed });
     useStudio.setState({ mission: choiceOf(mission) });
     if (!before) return;
     setTimeout(markUnsaved);
     const { generation } = useStudio.getState();
-    const action = { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice) };
+    const action = { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice, null, true) };
     notify(i18next.t("missions.goOn"), "info", action, (now) => now.generation === generation && now.mission !== null);
   });
   return opened;
+}
+
+const beginAnewQuestion = () => ({
+  title: i18next.t("missions.beginAnew"),
+  text: i18next.t("missions.beginAnewText"),
+  yes: i18next.t("missions.beginAnew"),
+});
+
+/** Keep the changed blocks of a mission that is left. */
+function keepBlocks(mission: Mission, { leader, followers, unsaved, stored, attempts }: Studio): void {
+  if (unsaved || stored) useStudio.setState({ attempts: { ...attempts, [keyOf(mission)]: { leader, followers } } });
 }
 
 /** Go on with the mission that was played when the page was left; without it where there is none any more. */
@@ -99,18 +98,13 @@ export async function resumeMission(): Promise<void> {
     if (useStudio.getState().mission === choice) useMission.setState({ ...NOTHING, mission });
   });
   if (!useMission.getState().mission) {
-    leaveMission();
+    comeBack();
     restoreLevel();
   }
 }
 
 function restoreLevel(): void {
   useSettings.setState(({ level, levelBefore }) => ({ level: levelBefore ?? level, levelBefore: null }));
-}
-
-/** Go on with the blocks as a project of one's own. */
-export function leaveMission(): void {
-  useStudio.setState({ mission: null });
 }
 
 /** A run has ended: have the program checked on all seeds, and count the try. */
@@ -135,11 +129,8 @@ export function watchMissions(): void {
     if (!mission) return;
     if (!now.mission) {
       useMission.setState(NOTHING);
+      keepBlocks(mission, before);
       restoreLevel();
-    } else if (now.mat !== before.mat && !drivesLike(now.mat, mission.mat)) {
-      // Stars are earned on the mission's own mat.
-      useStudio.setState({ mat: mission.mat });
-      notify(i18next.t("missions.matStays"));
     } else if (now.compiled?.image !== before.compiled?.image) useMission.setState({ result: null });
   });
   useMat.subscribe(({ goals }, { goals: before }) => {

@@ -2,15 +2,13 @@
 
 import i18next from "i18next";
 import * as api from "../api/requests";
-import type { Project } from "../api/types";
-import type { SavedVersion } from "../generated/messages";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
-import { confirm, notify, openDialog } from "../state/dialogs";
+import { notify, openDialog } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { wordsCsv } from "../words/bits";
-import { markSaved, markUnsaved, openProject, replaceBy } from "./project";
+import { BLANK, markSaved, markUnsaved, openProject, replaceBy, saveNamed } from "./project";
 import { fragmentOf, projectIn } from "./share";
 
 const PROJECT_ENDING = ".motorcade.json";
@@ -35,6 +33,12 @@ export function openFile(): Promise<void> {
   });
 }
 
+export function startNew(): Promise<void> {
+  return attempt(async () => {
+    await replaceBy(BLANK);
+  });
+}
+
 export function saveFile(): Promise<void> {
   return attempt(async () => {
     const { text } = await api.projectText(openProject());
@@ -54,31 +58,9 @@ export async function saveToLibrary(): Promise<boolean> {
   const name = useStudio.getState().name.trim();
   if (!name) return false;
   await attempt(async () => {
-    const saved = await saveVersion(name, openProject());
-    if (!saved) return;
-    const { version, stays } = saved;
-    markSaved();
-    useStudio.setState({ stored: true, base: { name, version } });
-    if (stays) notify(i18next.t("library.saved", { name, version }), "success");
-    else notify(i18next.t("library.savedForNow", { name, version }), "warning");
+    await saveNamed();
   });
   return true;
-}
-
-/** Save the next version; ask first where it isn't made from the newest one. Null where the user doesn't agree. */
-async function saveVersion(name: string, project: Project): Promise<SavedVersion | null> {
-  const { base } = useStudio.getState();
-  try {
-    return await api.saveProject(name, project, base?.name === name ? base.version : 0);
-  } catch (error) {
-    if (!(error instanceof api.RefusedError) || !["saved-elsewhere", "project-exists"].includes(error.code)) throw error;
-    const agreed = await confirm({
-      title: i18next.t("library.elsewhereTitle", { name }),
-      text: `${inLanguage(error.sentence)} ${i18next.t("library.elsewhereText")}`,
-      yes: i18next.t("library.saveNext"),
-    });
-    return agreed ? api.saveProject(name, project, null) : null;
-  }
 }
 
 export async function shareLink(): Promise<string> {

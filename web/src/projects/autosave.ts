@@ -69,6 +69,9 @@ export interface StoredWork extends OpenedProject {
   unsaved: boolean;
   /** Whether a file or the library held it; older work does not say. */
   stored?: boolean;
+  /** As in `Studio`; work of before missions kept anything does not say. */
+  kept?: Studio["kept"];
+  attempts?: Studio["attempts"];
   /** When it was stored, in milliseconds. */
   at: number;
 }
@@ -76,10 +79,10 @@ export interface StoredWork extends OpenedProject {
 const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
-  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, mission, unsaved, stored, base } = studio;
+  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, mission, kept, attempts, unsaved, stored, base } = studio;
   const version = base?.name === name.trim() ? base.version : undefined;
   const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, mission };
-  return { ...project, unsaved, stored, at };
+  return { ...project, kept, attempts, unsaved, stored, at };
 }
 
 const isObject = (value: unknown): value is Record<string, unknown> =>

@@ -1,11 +1,14 @@
 /** The open project: new ones, opening another in its place, and whether it is saved. */
 
 import i18next from "i18next";
+import * as api from "../api/requests";
 import type { OpenedProject, Project, WorkspaceState } from "../api/types";
-import { confirm } from "../state/dialogs";
+import type { SavedVersion } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import { ask, confirm, notify } from "../state/dialogs";
 import { forgetEdits } from "../state/history";
 import { useSettings } from "../state/settings";
-import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
+import { EMPTY_MAT, type OwnProject, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
 
 export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
@@ -75,30 +78,111 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
 }
 
 /**
- * Open another project in place of this one, once the user agrees to lose unsaved changes; false if they do not.
- * `stored`: a file or the library holds it. `kept`: what is replaced isn't lost, so nobody is asked.
+ * Open another project in place of the user's own, once unsaved changes are saved or the user agrees to lose them; false
+ * if they do not. `stored`: a file or the library holds it.
  */
-export async function replaceBy(project: OpenedProject, { stored = false, kept = false } = {}): Promise<boolean> {
+export async function replaceBy(project: OpenedProject, { stored = false } = {}): Promise<boolean> {
   collectEdits();
-  if (useStudio.getState().unsaved && !kept) {
-    const agreed = await confirm({
+  const { kept, unsaved } = useStudio.getState();
+  if (kept?.unsaved ?? unsaved) {
+    const chosen = await ask({
       title: i18next.t("project.replaceTitle"),
       text: i18next.t("project.replaceText"),
-      yes: i18next.t("project.replaceYes"),
+      yes: i18next.t("project.saveAndOpen"),
+      other: i18next.t("project.replaceYes"),
     });
-    if (!agreed) return false;
+    if (chosen === "no") return false;
+    if (chosen === "yes" && !(await saveOwn())) return false;
   }
+  useStudio.setState({ kept: null });
+  fillBy(project, { stored });
+  return true;
+}
+
+/** Fill the page with a project, which a file or the library holds, or that is as new. */
+function fillBy(project: OpenedProject, { stored = false } = {}): void {
   loadProject(project);
   // The editors are filled in the same turn; what they hold then is the saved project.
   setTimeout(() => {
     markSaved();
     useStudio.setState({ stored });
   });
+}
+
+/** Of the project that a mission has put aside; null after the page was loaded anew. */
+let savedOwn: SavedParts | "nowhere" | null = null;
+
+/** Open a mission's project; the user's own is kept as it stands, until `comeBack`. */
+export function putAside(project: OpenedProject): void {
+  collectEdits();
+  const { kept, name, leader, followers, parkedFollowers, profile, mat, python, rangeMm, unsaved, stored, base } = useStudio.getState();
+  const own: OwnProject = { name, leader, followers, parkedFollowers, profile, mat, python, rangeMm, unsaved, stored, base };
+  if (!kept) savedOwn = saved;
+  useStudio.setState({ kept: kept ?? own });
+  fillBy(project);
+}
+
+/** Come back to the user's own project as it stood; where none was put aside, the open one becomes it. */
+export function comeBack(): void {
+  collectEdits();
+  const { kept } = useStudio.getState();
+  if (!kept) {
+    useStudio.setState({ mission: null });
+    return;
+  }
+  const { rangeMm, unsaved, stored, base, parkedFollowers, ...project } = kept;
+  loadProject({ ...project, range_mm: rangeMm }, parkedFollowers);
+  useStudio.setState({ kept: null, stored, base });
+  setTimeout(() => {
+    if (!unsaved) markSaved();
+    else markUnsaved();
+    saved = unsaved && savedOwn ? savedOwn : saved;
+  });
+}
+
+/** Save the user's own project to the library, under a free name where it has none; false where it isn't saved. */
+async function saveOwn(): Promise<boolean> {
+  if (useStudio.getState().kept) {
+    comeBack();
+    await new Promise((resolve) => setTimeout(resolve));
+  }
+  if (!useStudio.getState().name.trim()) {
+    const taken = new Set((await api.projects()).map(({ name }) => name));
+    const plain = i18next.t("project.unnamed");
+    let name = plain;
+    for (let number = 2; taken.has(name); number++) name = `${plain} ${number}`;
+    useStudio.setState({ name });
+  }
+  return saveNamed();
+}
+
+/** Save the project to the library under its name; false where the user doesn't agree to the next version. */
+export async function saveNamed(): Promise<boolean> {
+  const name = useStudio.getState().name.trim();
+  const saved = await saveVersion(name, openProject());
+  if (!saved) return false;
+  const { version, stays } = saved;
+  markSaved();
+  useStudio.setState({ stored: true, base: { name, version } });
+  if (stays) notify(i18next.t("library.saved", { name, version }), "success");
+  else notify(i18next.t("library.savedForNow", { name, version }), "warning");
   return true;
 }
 
-export function startNew(): Promise<boolean> {
-  return replaceBy(BLANK);
+/** Save the next version; ask first where it isn't made from the newest one. Null where the user doesn't agree. */
+async function saveVersion(name: string, project: Project): Promise<SavedVersion | null> {
+  const { base } = useStudio.getState();
+  try {
+    return await api.saveProject(name, project, base?.name === name ? base.version : 0);
+  } catch (error) {
+    if (!(error instanceof api.RefusedError) || !["saved-elsewhere", "project-exists"].includes(error.code)) throw error;
+    const agreed = await confirm({
+      title: i18next.t("library.elsewhereTitle", { name }),
+      text: `${inLanguage(error.sentence)} ${i18next.t("library.elsewhereText")}`,
+      yes: i18next.t("library.saveNext"),
+    });
+    return agreed ? api.saveProject(name, project, null) : null;
+  }
 }
 
 export function markSaved(): void {

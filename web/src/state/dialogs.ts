@@ -15,13 +15,16 @@ export interface Notice {
   holds?: (now: Studio) => boolean;
 }
 
-/** A question that must be answered before something is lost. */
+/** A question that must be answered before something is lost; `other` is a second way to go on, beside the safe `yes`. */
 export interface Question {
   title: string;
   text: string;
   yes: string;
-  answer: (agreed: boolean) => void;
+  other?: string;
+  answer: (chosen: Choice) => void;
 }
+
+export type Choice = "yes" | "other" | "no";
 
 interface Dialogs {
   open: DialogName | null;
@@ -35,13 +38,18 @@ export function openDialog(open: DialogName | null): void {
   useDialogs.setState({ open });
 }
 
-/** Ask the user; true if they agree. A second question answers the first one with no. */
-export function confirm(question: Omit<Question, "answer">): Promise<boolean> {
-  useDialogs.getState().question?.answer(false);
+/** Ask the user; true if they agree. */
+export async function confirm(question: Omit<Question, "answer" | "other">): Promise<boolean> {
+  return (await ask(question)) === "yes";
+}
+
+/** Ask the user which way to go on. A second question answers the first one with no. */
+export function ask(question: Omit<Question, "answer">): Promise<Choice> {
+  useDialogs.getState().question?.answer("no");
   return new Promise((resolve) => {
-    const answer = (agreed: boolean) => {
+    const answer = (chosen: Choice) => {
       useDialogs.setState({ question: null });
-      resolve(agreed);
+      resolve(chosen);
     };
     useDialogs.setState({ question: { ...question, answer } });
   });

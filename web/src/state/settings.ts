@@ -77,8 +77,9 @@ export function startSettings(): void {
   const { shares, ...others } = stored();
   useSettings.setState({ theme: preferredTheme(), ...others, shares: { ...useSettings.getState().shares, ...shares } });
   applyTheme();
-  useSettings.subscribe((settings) => {
-    applyTheme();
+  useSettings.subscribe((settings, before) => {
+    // The stage is painted anew whenever the attribute is set.
+    if (settings.theme !== before.theme) applyTheme();
     localStorage.setItem(KEY, JSON.stringify(settings));
   });
 }

@@ -28,6 +28,10 @@ export interface Studio {
   rangeMm: number | null;
   /** The mission that the project is played for. */
   mission: MissionChoice | null;
+  /** The user's own project, as it stood when a mission was opened. */
+  kept: OwnProject | null;
+  /** The blocks with which missions were left, by mission. */
+  attempts: Readonly<Record<string, Pick<Studio, "leader" | "followers">>>;
   /** Whether the project differs from what a file or the library holds. */
   unsaved: boolean;
   /** Whether a file or the library holds a version of it. */
@@ -42,6 +46,8 @@ export interface Studio {
   capabilities: Capabilities | null;
   compiled: Compiled | null;
   selection: Selection | null;
+  /** The first blocks of stacks that are attached to no hat. */
+  loose: readonly Selection[];
   /** The blocks that some car executes now. */
   running: ReadonlyMap<EditorName, readonly string[]>;
   /** Whether requests are answered. */
@@ -55,6 +61,11 @@ export interface Studio {
   /** Sound in the projector view, which is silent unless somebody asks for it. */
   loudProjector: boolean;
 }
+
+export type OwnProject = Pick<
+  Studio,
+  "name" | "leader" | "followers" | "parkedFollowers" | "profile" | "mat" | "python" | "rangeMm" | "unsaved" | "stored" | "base"
+>;
 
 export const EMPTY_MAT: Mat = {
   format: "motorcade-mat/1",
@@ -75,6 +86,8 @@ export const useStudio = create<Studio>(() => ({
   python: null,
   rangeMm: null,
   mission: null,
+  kept: null,
+  attempts: {},
   unsaved: false,
   stored: false,
   base: null,
@@ -83,6 +96,7 @@ export const useStudio = create<Studio>(() => ({
   capabilities: null,
   compiled: null,
   selection: null,
+  loose: [],
   running: new Map(),
   service: "ready",
   editor: "leader",

@@ -1,0 +1,27 @@
+import { expect, it } from "vitest";
+import { framed, isWellFramed, toScreen } from "./camera";
+import type { MatTheme } from "./colours";
+import { TrackLayer } from "./layers";
+import { pictureOf } from "./testPictures";
+
+it("tracks stay when the stage is painted anew", () => {
+  const tracks = new TrackLayer({ track: 0x112233 } as unknown as MatTheme);
+  const at = (tMs: number, x: number) => tracks.take({ ...pictureOf([{}]), tMs, x: new Float32Array([x]) });
+  [0, 0.1, 0.2].forEach((x, k) => at(100 * (k + 1), x));
+  expect(tracks.view.children).toHaveLength(1);
+  tracks.setTheme({ track: 0x445566 } as unknown as MatTheme);
+  expect(tracks.view.children).toHaveLength(1);
+  expect(tracks.view.tint).toBe(0x445566);
+});
+
+it("the camera shows all cars of a mission, however small", () => {
+  const size = { width: 800, height: 600 };
+  const some = { x: [0.5, 10.1], y: [1, 1], carM: 0.15, first: 0 };
+  const long = { ...some, all: true };
+  const camera = framed(long, size)!;
+  for (const x of long.x) {
+    const [px] = toScreen(camera, size, [x, 1]);
+    expect(px > 0 && px < size.width).toBe(true);
+  }
+  expect(isWellFramed(framed(some, size)!, long, size)).toBe(false);
+});
