@@ -7,6 +7,7 @@ Debian's wasm-ld links it. The same sources, Python, llvmlite, Numba and wasm-ld
 Print the sizes: ``python scripts/engine_module.py``. Write the file: ``python scripts/generate.py``.
 """
 
+import ast
 import gzip
 import hashlib
 import json
@@ -49,18 +50,35 @@ class BadKernelError(Exception):
 
 
 def engine_module() -> bytes:
-    """Return the module, from the folder ``build`` where it was made before of the same sources and tools."""
+    """Return the module, made in a process of its own, because Numba reads the environment once."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder, "engine.wasm")
+        subprocess.run([sys.executable, __file__, str(made)], env={**os.environ, **NUMBA}, check=True)
+        return made.read_bytes()
+
+
+def fingerprints(module: bytes) -> str:
+    """Return two lines: digests of what ``module`` is made of, and of itself. They tell quickly whether it is stale.
+
+    Docstrings, comments and the form of the code don't count.
+    """
     package = ROOT / "src" / "motorcade"
     sources = sorted(path for folder in ("car", "engine", "words") for path in (package / folder).rglob("*.py"))
-    digest = hashlib.sha256(f"{sys.version_info[:2]} {version('numba')} {version('llvmlite')}".encode())
+    digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')} {LINKER}".encode())
     for path in (*sources, Path(__file__)):
-        digest.update(path.read_bytes())
-    made = ROOT / "build" / "engine" / f"{digest.hexdigest()[:32]}.wasm"
-    if not made.exists():
-        made.parent.mkdir(parents=True, exist_ok=True)
-        # A process of its own, because Numba reads the environment once.
-        subprocess.run([sys.executable, __file__, str(made)], env={**os.environ, **NUMBA}, check=True)
-    return made.read_bytes()
+        digest.update(ast.dump(_without_docstrings(ast.parse(path.read_text(encoding="utf-8")))).encode())
+    return f"sources {digest.hexdigest()}\nmodule {hashlib.sha256(module).hexdigest()}\n"
+
+
+def _without_docstrings(tree: ast.Module) -> ast.Module:
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            node.body = [each for each in node.body if not _is_text(each)]
+    return tree
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
 def obstacle() -> str:

@@ -4,8 +4,6 @@ import ast
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "motorcade"
 FILES = sorted(SOURCE.rglob("*.py"))
@@ -97,12 +95,14 @@ def files_imported_by(name):
             yield target
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_file_imports_only_what_its_package_may(name):
-    package = name.partition(".")[0]
-    assert package in ARROWS, f"say in ARROWS what {package} may import"
-    allowed = tuple(f"{each}.".lstrip(".") for each in (package, *COMMON, *ARROWS[package]))
-    assert [each for each in imported_by(name) if not f"{each}.".startswith(allowed)] == []
+def test_a_file_imports_only_what_its_package_may():
+    assert {name.partition(".")[0] for name in NAMES} <= set(ARROWS), "say in ARROWS what a new package may import"
+    wrong = []
+    for name in NAMES:
+        package = name.partition(".")[0]
+        allowed = tuple(f"{each}.".lstrip(".") for each in (package, *COMMON, *ARROWS[package]))
+        wrong += [(name, each) for each in imported_by(name) if not f"{each}.".startswith(allowed)]
+    assert wrong == []
 
 
 def test_real_cars_import_no_engine():
@@ -121,9 +121,10 @@ def test_every_arrow_is_used():
     assert listed - used == set()
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("boards.") and name not in SIMULATED])
-def test_no_real_car_imports_the_simulator(name):
-    assert [each for each in imported_by(name) if each.startswith(("cameras.", "engine.", "runs."))] == []
+def test_no_real_car_imports_the_simulator():
+    real = [name for name in NAMES if name.startswith("boards.") and name not in SIMULATED]
+    wrong = [(name, each) for name in real for each in imported_by(name)]
+    assert [pair for pair in wrong if pair[1].startswith(("cameras.", "engine.", "runs."))] == []
 
 
 def test_no_files_import_each_other_in_a_circle():
@@ -141,9 +142,9 @@ def test_the_package_has_few_files():
     assert len(FILES) <= MOST_FILES
 
 
-@pytest.mark.parametrize("file", [*FILES, *OTHER_FILES], ids=lambda file: file.relative_to(ROOT).as_posix())
-def test_a_file_is_short_enough_to_read(file):
-    assert len(file.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
+def test_files_are_short_enough_to_read():
+    lines = {file: len(file.read_text(encoding="utf-8").splitlines()) for file in (*FILES, *OTHER_FILES)}
+    assert {file.relative_to(ROOT).as_posix(): count for file, count in lines.items() if count > MOST_LINES} == {}
 
 
 def parameters_of(function):
@@ -152,11 +153,11 @@ def parameters_of(function):
     return names[1:] if names[:1] in (["self"], ["cls"]) else names
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_function_has_few_parameters(name):
+def test_functions_have_few_parameters():
     """A command of the command line has one for each of its options, and doesn't count."""
     too_many = [
         f"{name}.{node.name}"
+        for name in NAMES
         for node in ast.walk(tree_of(name))
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
         and len(parameters_of(node)) > MOST_PARAMETERS

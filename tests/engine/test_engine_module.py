@@ -12,6 +12,7 @@ import pytest
 import wasmtime
 
 from motorcade.engine.linear_memory import PATH
+from support.soak import SOAK
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 ARRAY = np.zeros(4)
@@ -79,3 +80,11 @@ def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
     module = wasmtime.Module(wasmtime.Engine(), PATH.read_bytes())
     assert module.imports == []
     assert {each.name for each in module.exports} >= {"memory", "__heap_base", "run", "wake"}
+
+
+if SOAK:
+
+    def test_the_committed_module_is_what_its_sources_make(builder: ModuleType) -> None:
+        if reason := builder.obstacle():
+            pytest.skip(reason)
+        assert builder.engine_module() == PATH.read_bytes()
