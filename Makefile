@@ -1,10 +1,10 @@
-# The two commands that matter: `make run` and `make test`. All that they install lives in .venv.
+# The two commands that matter: `make run` and `make test`. While you work: `make quick`. All that they install lives in .venv.
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 STAMP := .venv/.installed
 
-.PHONY: setup run demo page wheel site test soak lint types format generate stale docs bench screenshots lock clean
+.PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots lock clean
 
 run: setup ## the studio, in the browser
 	$(BIN)/motorcade studio
@@ -30,6 +30,16 @@ wheel: page ## the package with its page, into dist; other computers install it 
 
 site: page ## the studio as static files, into build/studio
 	$(BIN)/motorcade site -o build/studio
+
+# Which tests are quick: they need no browser, chip or network.
+QUICK := tests/words tests/car tests/program tests/config tests/test_architecture.py tests/test_locales.py \
+	tests/drive/test_wire.py tests/drive/test_deadman.py tests/drive/test_command_stream.py tests/drive/test_stamps.py
+
+quick: setup ## lint, types, and the tests of words, cars, programs and driving that need nothing else: in 45 s
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK)
 
 test: setup
 	$(BIN)/python hatch_build.py test

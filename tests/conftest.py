@@ -12,8 +12,23 @@ from hypothesis import settings
 
 # The same examples in each run, so that a failure comes from the change; `make soak` draws many more.
 settings.register_profile("quick", deadline=None, derandomize=True)
+settings.register_profile("few", deadline=None, derandomize=True, max_examples=20)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
 settings.load_profile("quick")
+
+
+HERE = Path(__file__).parent
+# What the tests of a folder need besides Python; `make quick` runs those that need nothing.
+MARKERS = {"browser": "browser", "site": "browser", "arduino": "chip", "portable": "chip", "firmware": "chip"}
+MARKERS |= {"server": "server", "classroom": "server", "upload": "server", "cameras": "server"}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark each test by its folder."""
+    for item in items:
+        folder = item.path.relative_to(HERE).parts[0]
+        if folder in MARKERS:
+            item.add_marker(MARKERS[folder])
 
 
 @pytest.fixture(scope="session")

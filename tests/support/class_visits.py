@@ -79,7 +79,7 @@ class Visit:
             self.page.evaluate("link => { location.hash = new URL(link).hash }", link)
 
     def wait_for_studio(self) -> None:
-        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=300_000)
+        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=30_000)
         expect(self.bar).to_be_visible()
 
     @property

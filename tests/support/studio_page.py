@@ -14,9 +14,7 @@ from motorcade.locales import catalogue
 DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
 # Long enough for a machine that is busy with other tests.
-PATIENCE_MS = 60_000
-# The first world after an install waits for its engine to be compiled.
-FIRST_WORLD_MS = 300_000
+PATIENCE_MS = 30_000
 expect.set_options(timeout=PATIENCE_MS)
 
 
@@ -117,7 +115,7 @@ class StudioPage:
     def wait_until_ready(self) -> None:
         """Wait for blocks, words and cars, whether or not the words show."""
         expect(self.page.locator("main[data-compiled]")).to_be_attached()
-        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=FIRST_WORLD_MS)
+        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=PATIENCE_MS)
         expect(self.page.locator("#stage canvas").first).to_be_attached()
 
     def take(self, project: dict[str, Any]) -> None:
