@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from support.layout import SIZES, Windows
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
-from support.studio_programs import FOLLOWED
+from support.studio_programs import FOLLOWED, FURNISHED
 
 LEVELS = {"words": ("words", "timeline"), "python": ("python",)}
 DIALOGS = ("upload", "library", "examples", "share", "help")
@@ -98,3 +98,14 @@ def test_the_program_is_back_in_its_place_after_a_block_was_dropped(open_page) -
     expect(studio.editor("leader").get_by_role("option")).to_have_count(0)
     # The outline of what has the focus belongs to the box.
     assert studio.box(hat)["x"] == pytest.approx(before, abs=10)
+
+
+def test_a_long_number_shows_whole(open_page) -> None:
+    studio = open_page(size=SIZES[-1], plain=True, project=FURNISHED)
+    studio.look_up("things")
+    studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
+    coordinate = studio.page.get_by_role("tabpanel").get_by_role("textbox").nth(2)
+    coordinate.fill("99999999999")
+    coordinate.press("Tab")
+    expect(coordinate).to_have_value("100,000")
+    assert Windows(studio.page, FEW["en"]).faults("a long number") == []

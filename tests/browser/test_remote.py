@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 from motorcade.locales import catalogue
 from support.barriers import serious_barriers
 from support.driven_car import PATIENT, DrivenCar
+from support.layout import Windows
 from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, StudioPage
 from support.studio_programs import FOLLOWED
 
@@ -209,6 +210,8 @@ def test_a_finger_on_a_phone_drives(drive) -> None:
 )
 def test_the_page_has_no_barriers(drive, language, theme, size) -> None:
     remote = drive(language, theme, size)
+    assert Windows(remote.page).faults("drive") == []
+    remote.page.set_viewport_size({"width": size[0], "height": size[1]})
     remote.page.locator("summary").click()
     assert serious_barriers(remote.page) == []
 
