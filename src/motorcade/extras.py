@@ -12,7 +12,6 @@ from motorcade.errors import MotorcadeError, Phrase
 _EXTRA_OF = {
     "dask": "cluster",
     "distributed": "cluster",
-    "joblib": "sim",
     "matplotlib": "runs",
     "mcap": "runs",
     "numba": "sim",

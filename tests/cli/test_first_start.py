@@ -13,7 +13,7 @@ from websockets.sync.client import ClientConnection, connect
 from support.command_line import PARADE
 from support.waiting import DEADLINE_S
 
-MISSING = ("numba", "llvmlite", "matplotlib", "pyarrow", "scipy", "joblib", "mcap")
+MISSING = ("numba", "llvmlite", "matplotlib", "pyarrow", "scipy", "mcap")
 WORLD = {
     "format": "motorcade-mat/1",
     "name": "a table",

@@ -257,7 +257,7 @@ def test_programs_and_mats_that_are_not_valid_are_named(spec, tmp_path):
     )
 
 
-@pytest.mark.parametrize(("missing", "extra"), [("pyarrow", "sim"), ("joblib", "sim"), ("distributed", "cluster")])
+@pytest.mark.parametrize(("missing", "extra"), [("pyarrow", "sim"), ("distributed", "cluster")])
 def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeypatch, missing, extra):
     monkeypatch.setitem(sys.modules, missing, None)
     for name in [each for each in sys.modules if each.startswith("motorcade.experiments.")]:
@@ -270,4 +270,4 @@ def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeyp
 def test_the_command_line_starts_without_what_a_sweep_needs():
     code = "import sys, motorcade.cli; print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
-    assert not {"numpy", "numba", "pyarrow", "joblib", "dask", "matplotlib"} & set(ran.stdout.split())
+    assert not {"numpy", "numba", "pyarrow", "dask", "matplotlib"} & set(ran.stdout.split())

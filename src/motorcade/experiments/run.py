@@ -12,14 +12,14 @@ import shutil
 import signal
 import sys
 import threading
-import time
-import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, closing, contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
+from multiprocessing.synchronize import Event
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import msgspec
@@ -28,7 +28,7 @@ import pyarrow.parquet as pq
 
 from motorcade.config.files import locked, replace_file
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.plan import Plan, Task
+from motorcade.experiments.plan import Plan
 from motorcade.experiments.task import run_task, table_schema
 
 GROUP_ROWS = 1 << 16
@@ -40,8 +40,6 @@ _PARENT_CHECK_S = 0.5
 _MANIFEST = "sweep.json"
 _LOCK = "lock"
 _CONTENTS = b"motorcade.sweep"
-# Warnings of joblib when it was stopped, and when it replaces a process that has grown.
-_IGNORED = ".* tasks (have been successfully executed|which were still being processed)|A worker stopped while"
 
 ProgressBar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 """Shows the progress of some total; the function that it yields is called with how much is done."""
@@ -209,106 +207,58 @@ def _contents(data: bytes) -> dict[str, str] | None:
 
 def on_this_computer(jobs: int) -> Workers:
     """Make workers that are processes of this computer, ``jobs`` of them; 0 is one for each core."""
-    from joblib import Parallel, cpu_count, delayed
-    from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     def run(plan: Plan, tasks: Sequence[int]) -> Results:
-        warnings.filterwarnings("ignore", _IGNORED)
-        parallel = Parallel(
-            n_jobs=min(jobs or cpu_count(), len(tasks)),
-            backend="loky",
-            return_as="generator_unordered",
-            batch_size=1,
-            initializer=_follow_parent,
-            initargs=(os.getpid(),),
-        )
-        ctrl_c = _CtrlC()
-        hook = threading.excepthook
-        # When joblib is stopped it kills its workers, which may raise errors in one of its threads.
-        threading.excepthook = lambda what: None if getattr(parallel, "_aborting", False) else hook(what)
+        # Spawned processes start clean on every system.
+        context = multiprocessing.get_context("spawn")
+        processes = min(jobs or os.cpu_count() or 1, len(tasks))
+        ends = context.Event()
+        pool = ProcessPoolExecutor(processes, context, _begin_worker, (ends,))
+        left, sent = iter(tasks), dict[Future[bytes], int]()
         try:
-            with ctrl_c.noted():
-                with ctrl_c.postponed():
-                    results = parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
-                with closing(results):
-                    ctrl_c.check()
-                    for result in results:
-                        yield result
-                        ctrl_c.check()
-            threading.excepthook = hook
-        except TerminatedWorkerError:
+            while True:
+                with _ctrl_c_postponed():
+                    for index in islice(left, _TASKS_PER_SLOT * processes - len(sent)):
+                        sent[pool.submit(run_task, plan.task(index))] = index
+                if not sent:
+                    return
+                for future in wait(sent, return_when=FIRST_COMPLETED).done:
+                    yield sent.pop(future), future.result()
+        except BrokenProcessPool:
             raise MotorcadeError("sweep-worker-ended") from None
+        finally:
+            ends.set()
+            pool.shutdown(cancel_futures=True)
 
     return run
 
 
-def _numbered(index: int, task: Task) -> tuple[int, bytes]:
-    return index, run_task(task)
-
-
-def _follow_parent(parent_pid: int) -> None:
-    """Ignore Ctrl-C, which the parent handles, and end when the parent ends."""
+def _begin_worker(ends: Event) -> None:
+    """Leave Ctrl-C to the parent; end when it ends, or when it sets ``ends``, in the middle of a task too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(parent_pid,), daemon=True).start()
 
-
-def _end_with(parent_pid: int) -> None:
-    if sys.platform == "win32":
+    def watch() -> None:
         parent = multiprocessing.parent_process()
-        if parent is None:
-            return
-        parent.join()
-    else:
-        while os.getppid() == parent_pid:
-            time.sleep(_PARENT_CHECK_S)
-    os._exit(1)
+        while not ends.wait(_PARENT_CHECK_S) and parent is not None and parent.is_alive():
+            pass
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
-class _CtrlC:
-    """Notes Ctrl-C, since a KeyboardInterrupt alone can get lost: Python drops one that is raised in a finalizer."""
-
-    def __init__(self) -> None:
-        self._pressed = False
-        self._postponed = False
-
-    @contextmanager
-    def noted(self) -> Iterator[None]:
-        """Raise KeyboardInterrupt at Ctrl-C, unless it is postponed, and have `check` raise it again."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        handler = signal.signal(signal.SIGINT, self._note)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, handler)
-
-    @contextmanager
-    def postponed(self) -> Iterator[None]:
-        """Postpone Ctrl-C while workers start: none may be left half started, or get Ctrl-C before it ignores it."""
-        if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        from multiprocessing import resource_tracker
-
-        resource_tracker.ensure_running()  # else joblib starts it here, which unblocks signals
-        self._postponed = True
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # workers inherit it
-        try:
-            yield
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-            self._postponed = False
-
-    def check(self) -> None:
-        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
-        if self._pressed:
-            raise KeyboardInterrupt
-
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        self._pressed = True
-        if not self._postponed:
-            raise KeyboardInterrupt
+@contextmanager
+def _ctrl_c_postponed() -> Iterator[None]:
+    """Postpone Ctrl-C while workers start: none may be left half started, or get Ctrl-C before it ignores it."""
+    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    # Started by the pool it would unblock signals.
+    resource_tracker.ensure_running()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def on_a_cluster(address: str) -> Workers:
@@ -317,7 +267,7 @@ def on_a_cluster(address: str) -> Workers:
     The rows come back to this computer, so the cluster needs no common disk. Dask gives the tasks of a worker that
     died to another one.
     """
-    from distributed import wait
+    from distributed import wait as wait_for
 
     def run(plan: Plan, tasks: Sequence[int]) -> Results:
         with _connected(address) as client:
@@ -330,7 +280,7 @@ def on_a_cluster(address: str) -> Workers:
                 if not sent:
                     return
                 try:
-                    ended = wait(list(sent), timeout=_WORKERS_S, return_when="FIRST_COMPLETED").done
+                    ended = wait_for(list(sent), timeout=_WORKERS_S, return_when="FIRST_COMPLETED").done
                 except TimeoutError:
                     continue
                 for future in ended:
