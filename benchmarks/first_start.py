@@ -111,7 +111,7 @@ def installed_mb(extras: str) -> float:
         python = next(path for path in Path(folder).glob("*/python*") if path.stem == "python")
         packages = Path(folder)
         before = size_of(packages)
-        install = [str(python), "-m", "pip", "install", "--quiet", "--no-compile", f"{ROOT}[{extras}]"]
+        install = [str(python), "-m", "pip", "install", "--quiet", f"{ROOT}[{extras}]"]
         subprocess.run(install, check=True)
         return (size_of(packages) - before) / 1e6
 
@@ -137,7 +137,7 @@ def main() -> None:
         build_page()
         add("studio: cars drive, from the browser's opening", best_s(studio_s), STUDIO_GOAL_S)
     if "--install" in sys.argv:
-        for extras in ("studio", "studio,sim"):
+        for extras in ("world", "studio", "studio,runs", "studio,sim"):
             table.add_row(f"installation of motorcade\\[{extras}]", f"{installed_mb(extras):.0f} MB", "", "")
     Console().print(table)
 

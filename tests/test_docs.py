@@ -85,7 +85,7 @@ def test_the_size_of_the_engine_is_that_of_its_file(page):
 def site(tmp_path_factory):
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "mkdocs", "build", "--site-dir", str(folder)]
-    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "MOTORCADE_STUDIO": "https://studio.example/"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder
@@ -116,7 +116,7 @@ def test_each_example_and_each_whole_program_opens_in_the_studio(site, language)
 
 def links_of(page):
     """The links of a page to the studio."""
-    return re.findall(r'href="(https://OWNER[^"]*#project=[^"]*)"', page.read_text(encoding="utf-8"))
+    return re.findall(r'href="(https://studio\.example/[^"]*#project=[^"]*)"', page.read_text(encoding="utf-8"))
 
 
 def project_in(link):
@@ -140,3 +140,13 @@ def test_the_reference_names_every_public_name(site):
 
     told = (site / "api.html").read_text(encoding="utf-8")
     assert [name for name in motorcade.__all__ if name != "__version__" and f'id="motorcade.{name}"' not in told] == []
+
+
+@pytest.mark.parametrize("name", ["README.md", "README.zh.md", "mkdocs.yml", "docs/hosting.md", "docs/hosting.zh.md"])
+def test_no_address_waits_for_an_owner(name):
+    assert "OWNER" not in (ROOT / name).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", [*DOCS.glob("*.md"), *READMES, ROOT / "README.zh.md"], ids=lambda page: page.name)
+def test_nothing_is_installed_from_where_it_is_not_published(page):
+    assert 'install "motorcade' not in page.read_text(encoding="utf-8")

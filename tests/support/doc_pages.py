@@ -155,6 +155,8 @@ class Reader:
             code, printed = self._on_a_terminal(["make", "--dry-run", "--directory", str(ROOT), *words[1:]])
             assert code == 0, printed
             return printed
+        if words[0] == "MOTORCADE_NO_PAGE=1":
+            words = words[1:]
         if words[:2] == ["pip", "install"]:
             (what,) = words[2:]
             source, _, extras = what.removesuffix("]").partition("[")
