@@ -12,6 +12,9 @@ const PAGES = ["index.html", "drive.html", "class.html", "site.html", "src/site/
 /** Where `python hatch_build.py` puts msgspec's wheel for Pyodide. */
 const WHEELS = join(import.meta.dirname, "node_modules", ".wheels");
 
+/** Where `motorcade studio` answers what `vite dev` asks for. */
+const STUDIO = "http://127.0.0.1:7700";
+
 /**
  * The modules `virtual:texts/studio`, `…/remote` and `…/class`: the texts of one page in every language, from the files
  * that Python reads too. The environment variable MOTORCADE_LOCALES names another folder of such files.
@@ -121,6 +124,12 @@ export default defineConfig({
       output: { entryFileNames: (chunk) => (chunk.name === "sw" ? "sw.js" : "assets/[name]-[hash].js") },
     },
   },
-  server: { proxy: { "^/(api/|drive/|camera)": { target: "http://127.0.0.1:7700", ws: true, changeOrigin: true } } },
+  // `vite dev` shows the pages that a server answers; the site needs files that only a build makes.
+  optimizeDeps: { entries: ["index.html", "drive.html", "class.html"] },
+  // At the host of the studio, whose cookie the browser then sends to both ports; the studio takes its own origin alone.
+  server: {
+    host: "127.0.0.1",
+    proxy: { "^/(api/|drive/|camera)": { target: STUDIO, ws: true, changeOrigin: true, headers: { origin: STUDIO } } },
+  },
   test: { environment: "jsdom", isolate: false, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });
