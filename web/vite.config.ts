@@ -129,7 +129,7 @@ export default defineConfig({
   // At the host of the studio, whose cookie the browser then sends to both ports; the studio takes its own origin alone.
   server: {
     host: "127.0.0.1",
-    proxy: { "^/(api/|drive/|camera)": { target: STUDIO, ws: true, changeOrigin: true, headers: { origin: STUDIO } } },
+    proxy: { "^/(api/|drive/|camera|assets/blockly/)": { target: STUDIO, ws: true, changeOrigin: true, headers: { origin: STUDIO } } },
   },
   test: { environment: "jsdom", isolate: false, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });
