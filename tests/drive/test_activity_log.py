@@ -4,19 +4,23 @@ import json
 import os
 import socket
 import struct
+import subprocess
 import sys
 import threading
-from datetime import UTC, datetime
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
+from motorcade.drive import activity_log
 from motorcade.drive.activity_log import MOST_BYTES, OLD_FILES, ActivityLog
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
+from support.command_line import INSTALLED
 from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until
 
@@ -50,10 +54,11 @@ def test_it_says_who_drove_stopped_and_cleared_by_the_names_in_certificates(tmp_
     assert [(each["car"], each["did"], each["who"].partition(":")[0]) for each in told] == [
         ("ada", "drives", "lin"),
         ("ada", "stops", "小美"),
-        ("ada", "stops", "小美"),
         ("ada", "clears", "小美"),
         ("ada", "ends", "lin"),
+        ("ada", "stops", "小美"),
     ]
+    assert [each.get("more") for each in told] == [None, None, None, None, 1]
     assert all(datetime.fromisoformat(each["at"]).tzinfo for each in told)
 
 
@@ -77,12 +82,42 @@ def test_it_goes_on_behind_what_is_there_and_takes_bounded_space(tmp_path):
     assert [(tmp_path / f"log.jsonl.{number}").read_text() for number in (2, 3, 4, 5)] == ["0", "1", "2", "4"]
 
 
+def test_a_flood_of_stops_is_counted_and_pushes_nobody_out(tmp_path):
+    """220 stops a second of one client, of new connections and other names too, for an hour."""
+    now = [AT]
+    log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None, lambda: now[0])
+    log.record("drives", "lin:1", "ada")
+    for second in range(3600):
+        now[0] = AT + timedelta(seconds=second)
+        for number in range(220):
+            log.record("stops", f"name {number} · 192.168.1.7:{number}", "ada")
+    log.record("stops", "mei:1", "ada")
+    log.close()
+    told = entries(tmp_path / "log.jsonl")
+    assert not (tmp_path / "log.jsonl.1").exists()
+    assert (told[0]["who"], told[1]["who"]) == ("lin:1", "name 0 · 192.168.1.7:0")
+    assert (told[2]["more"], told[2]["in_s"]) == (2199, 10)
+    assert len(told) < 800
+    assert sum(each.get("more", 1) for each in told) == 2 + 3600 * 220
+
+
+def test_a_count_is_written_though_nothing_else_happens(tmp_path, monkeypatch):
+    monkeypatch.setattr(activity_log, "TOGETHER_S", 0.01)
+    now = [AT]
+    log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None, lambda: now[0])
+    for _ in range(3):
+        log.record("stops", "lin:1")
+    now[0] = AT + timedelta(seconds=1)
+    wait_until(lambda: len(entries(tmp_path / "log.jsonl")) == 2)
+    log.close()
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_a_full_disk_is_reported_once_and_stops_nothing():
     problems = []
     log = ActivityLog("/dev/full", problems.append, lambda: AT)
-    for _ in range(100):
-        log.record("stops", "lin")
+    for number in range(100):
+        log.record("stops", f"lin{number}:1")
     log.close()
     (problem,) = problems
     assert problem.code == "log-not-written"
@@ -100,8 +135,8 @@ def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(t
         car.control.record = log.of_car()
         lin.sendall(ARM)
         wait_until(lambda: car.control.telemetry().driver)
-        for _ in range(3000):
-            car.control.stop("mei")
+        for number in range(3000):
+            car.control.stop(f"mei{number}:1")
         assert car.control.telemetry().state == "stopped"
         assert not car.board.moves
     os.set_blocking(reader, True)
@@ -119,3 +154,26 @@ def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(t
 def test_a_log_that_can_not_be_opened_is_a_sentence(tmp_path):
     with pytest.raises(MotorcadeError, match="can't be written: "):
         ActivityLog(tmp_path / "none" / "log.jsonl", print)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes among its files")
+def test_a_log_on_a_stuck_pipe_does_not_keep_a_car_s_server_from_ending(tmp_path):
+    hanging = tmp_path / "log.jsonl"
+    os.mkfifo(hanging)
+    reader = os.open(hanging, os.O_RDONLY | os.O_NONBLOCK)
+    writer = os.open(hanging, os.O_WRONLY | os.O_NONBLOCK)
+    with suppress(BlockingIOError):
+        while os.write(writer, b"x"):
+            pass
+    command = [INSTALLED, "drive", "serve", "--port", "0", "--telemetry-port", "0", "--json", "--log", str(hanging)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        try:
+            told = json.loads(process.stdout.readline())
+            with BlockingDriveClient("127.0.0.1", told["port"], telemetry_port=told["telemetry_port"]) as client:
+                client.stop()
+            process.terminate()
+            assert process.wait(DEADLINE_S) == 0
+        finally:
+            process.kill()
+            os.close(writer)
+            os.close(reader)
