@@ -3,8 +3,6 @@
 import dataclasses
 import io
 import math
-import signal
-from contextlib import nullcontext, suppress
 from random import Random
 from types import SimpleNamespace
 
@@ -19,7 +17,7 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.experiments import plan as planning
 from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import Store, on_this_computer, run_sweep
+from motorcade.experiments.run import Store, run_sweep
 from motorcade.experiments.spec import parse_sweep
 from motorcade.experiments.task import run_task
 from motorcade.mats import Pose, Starts, open_table
@@ -287,18 +285,6 @@ def test_parts_of_another_sweep_are_refused_and_the_change_is_named(tmp_path):
         refused = pytest.raises(MotorcadeError, match=rf"holds another sweep \({what} has changed\)")
         with refused, Store(table, changed).opened():
             pass
-
-
-def test_a_ctrl_c_that_is_swallowed_still_ends_the_sweep(tmp_path, monkeypatch):
-    def advance(done):
-        with suppress(KeyboardInterrupt):
-            if done:
-                signal.raise_signal(signal.SIGINT)
-
-    monkeypatch.setattr(planning, "TASK_CAR_STEPS", 1)
-    plan = plan_of("[grid]\ncars = [1, 2, 3, 4]")
-    with pytest.raises(KeyboardInterrupt):
-        run_sweep(plan, tmp_path / "table", on_this_computer(2), lambda verb, total: nullcontext(advance))
 
 
 def test_two_commands_do_not_write_the_same_table(tmp_path):
