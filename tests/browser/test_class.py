@@ -14,6 +14,7 @@ from support.barriers import serious_barriers
 from support.class_page import PROJECT
 from support.class_visits import DRAWN, SIZES, class_room, expect_leaders
 from support.driven_car import DrivenCar
+from support.layout import Windows
 from support.soak import SOAK
 from support.studio_page import PHONE
 from support.studio_programs import EXAMPLE
@@ -335,7 +336,7 @@ def test_no_page_of_the_class_has_barriers_or_is_too_wide(room, size, language, 
 
 def assert_clear(page) -> None:
     assert serious_barriers(page) == [], page.url
-    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), page.url
+    assert Windows(page).faults(page.url) == []
 
 
 def draft_name(room, pupil: str) -> str:

@@ -59,7 +59,7 @@ _FAULTS = """() => {
 
 
 class Windows:
-    """A page in windows of several sizes, one after another, the largest at last."""
+    """A page in windows of several sizes, one after another."""
 
     def __init__(self, page: Page, sizes: tuple[tuple[int, int], ...] = SIZES) -> None:
         self._page, self._sizes = page, sizes
@@ -72,10 +72,12 @@ class Windows:
         nothing above its centre, and shows all of its text. Blocks have room for the widest one beside the palette, and
         for the hat with two blocks.
         """
-        found = []
+        found, before = [], self._page.viewport_size
         for width, height in self._sizes:
             self._device.send("Emulation.setTouchEmulationEnabled", {"enabled": (width, height) in TOUCHED})
             self._page.set_viewport_size({"width": width, "height": height})
             wait_for_picture(self._page)
             found += [f"{state}, {width}×{height}: {fault}" for fault in self._page.evaluate(_FAULTS)]
+        if before and before != self._page.viewport_size:
+            self._page.set_viewport_size(before)
         return found
