@@ -244,12 +244,13 @@ def test_a_different_project_of_the_same_name_gets_a_new_name(make_storage):
     report = imported(one, exported(other))
     assert sorted((each.name, each.stored_as, each.versions) for each in report.projects) == [
         ("a", "a (2)", 1),
-        ("b", "b", 1),
+        ("b", "b (2)", 2),
     ]
     assert shelf(one) == {
         "a": [project("mine 1"), project("mine 2")],
         "a (2)": [project("theirs")],
-        "b": [project("1"), project("2")],
+        "b": [project("1")],
+        "b (2)": [project("1"), project("2")],
     }
     assert (report.stars, one.stars("")) == (1, {"square": [1, 2]})
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
@@ -121,9 +122,8 @@ def _all_of(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Ite
 def import_all(storage: Storage, owner: str, text: str) -> Imported:
     """Add the projects of a file to those of ``owner``: nothing that is stored is lost.
 
-    Versions that continue a project of the same name become its next versions. A different project of that name stays
-    as it is, and the file's gets a new name. Importing a file again adds nothing. Raises MotorcadeError where the text
-    isn't such a file, or the storage refuses it.
+    A project whose name is taken is stored beside the old one under a new name, unless all of its versions are there
+    already. Raises MotorcadeError where the text isn't such a file, or the storage refuses it.
     """
     file = _read(text)
     left_out: list[str] = []
@@ -162,13 +162,16 @@ def _is_file(text: str, file_format: str) -> bool:
 
 
 def _add(storage: Storage, owner: str, name: str, versions: list[_Version]) -> ImportedProject:
-    """Add the versions to the first project of that name, or a similar one, which they continue."""
+    """Store the versions under the first name like ``name`` that is free; nothing where they are there already."""
+    texts = {version.text.encode() for version in versions}
     for stored_as in _similar_names(name):
-        new = _continuation(_texts(storage, owner, stored_as), versions)
-        if new is not None:
-            for version in new:
+        stored = _texts(storage, owner, stored_as)
+        if stored is None:
+            for version in versions:
                 storage.write_version(owner, stored_as, version.text.encode(), saved_at_s=version.saved_at_s())
-            return ImportedProject(name, stored_as, len(new))
+            return ImportedProject(name, stored_as, len(versions))
+        if texts <= stored:
+            return ImportedProject(name, stored_as, 0)
     raise AssertionError
 
 
@@ -181,33 +184,17 @@ def _similar_names(name: str) -> Iterator[str]:
         number += 1
 
 
-def _texts(storage: Storage, owner: str, name: str) -> list[bytes | None]:
-    """Return the texts of a project's versions, the oldest first, None for a damaged one; [] for no project."""
+def _texts(storage: Storage, owner: str, name: str) -> set[bytes] | None:
+    """Return the texts of a project's versions that can be read; None for no project."""
     try:
         history = storage.history(owner, name)
     except MotorcadeError:
-        return []
-    texts: list[bytes | None] = []
-    for version in reversed(history):
-        try:
-            texts.append(storage.read(owner, name, version.version))
-        except MotorcadeError:
-            texts.append(None)
+        return None
+    texts = set()
+    for version in history:
+        with suppress(MotorcadeError):
+            texts.add(storage.read(owner, name, version.version))
     return texts
-
-
-def _continuation(stored: list[bytes | None], versions: list[_Version]) -> list[_Version] | None:
-    """Return those versions that aren't stored yet; None where they don't continue the stored ones.
-
-    They do where all of them up to the newest stored one are stored.
-    """
-    texts = [version.text.encode() for version in versions]
-    if not stored:
-        return versions
-    if set(texts) <= set(stored):
-        return []
-    newest = max((number for number, text in enumerate(texts) if text == stored[-1]), default=-1)
-    return versions[newest + 1 :] if newest >= 0 and set(texts[:newest]) <= set(stored) else None
 
 
 def _add_stars(storage: Storage, owner: str, stars: dict[str, list[int]]) -> int:
