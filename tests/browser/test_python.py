@@ -50,6 +50,9 @@ def test_the_text_and_the_blocks_follow_each_other(open_page) -> None:
     studio.page.keyboard.type("x")
     expect(studio.page.get_by_role("status").filter(has_text="Did you mean 'wait'?")).to_be_visible()
     expect(studio.block("leader", "wait")).to_be_visible()
+    # It is told with the drawer closed, too, and leads back to the text.
+    studio.page.get_by_role("button", name=studio.say("drawer.close")).click()
+    studio.diagnostics.get_by_role("button", name="Did you mean 'wait'?").click()
     studio.page.get_by_role("button", name=studio.say("python.writeAnew")).click()
     expect(text).to_contain_text("wait(2),")
     assert studio.faults == []

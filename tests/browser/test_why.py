@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 
 from motorcade.locales import catalogue
 from support.soak import SOAK
+from support.studio_page import PHONE
 from support.studio_programs import EXAMPLE, FORWARD
 
 TABLE = {"format": "motorcade-mat/1", "name": "Table", "size_m": [4, 3]}
@@ -63,6 +64,29 @@ QUICK = [("range_mm", "en", "mouse"), ("remove-wall", "zh", "keyboard")]
 def answer(language: str, code: str) -> re.Pattern[str]:
     """A sentence of the catalogue, with any values."""
     return re.compile(".+".join(map(re.escape, re.split(r"\{\w+\}", catalogue(language)["phrases"][code]))))
+
+
+@pytest.mark.parametrize(("cure", "size"), [("range_mm", (1366, 768)), ("remove-wall", PHONE)])
+def test_a_tapped_bubble_and_a_tapped_car_answer_on_the_stage(open_page, cure: str, size: tuple[int, int]) -> None:
+    given, car, code, _ = CASES[cure]
+    studio = open_page(project=given, level="start", plain=True, size=size, language="zh")
+    studio.play()
+    bubble = studio.page.locator(f"[data-car='{car}']")
+    bubble.click()
+    card = studio.page.locator("#stage").get_by_role("region", name=studio.say("mat.car", number=car))
+    expect(card.get_by_text(answer("zh", code))).to_be_visible()
+    expect(studio.mat_button(f"cures.{cure}")).to_be_visible()
+    inner, outer = studio.box(card), studio.box(studio.page.locator("#stage"))
+    assert outer["x"] <= inner["x"]
+    assert inner["x"] + inner["width"] <= outer["x"] + outer["width"]
+    assert outer["y"] <= inner["y"]
+    assert inner["y"] + inner["height"] <= outer["y"] + outer["height"]
+    card.get_by_role("button", name=studio.say("app.dismiss")).click()
+    expect(card).to_have_count(0)
+    # The tip of the bubble is the car.
+    place = studio.box(bubble)
+    studio.page.mouse.click(place["x"] + place["width"] / 2, place["y"] + place["height"] + 12)
+    expect(card).to_be_visible()
 
 
 @pytest.mark.parametrize(("cure", "language", "way"), WAYS if SOAK else QUICK)

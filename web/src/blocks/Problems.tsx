@@ -3,6 +3,8 @@ import { useTranslation } from "react-i18next";
 import type { Diagnostic } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useMat } from "../mat/store";
+import { usePython } from "../python/text";
+import { openDrawer, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { MendButtons } from "./MendButtons";
@@ -19,6 +21,14 @@ function bySentence(diagnostics: readonly Diagnostic[]): Diagnostic[][] {
   return [...groups.values()];
 }
 
+/** What is wrong with the project's Python text, where its own drawer doesn't say so. */
+function useWrongText(): Diagnostic | undefined {
+  const text = useStudio(({ python }) => python);
+  const said = useSettings(({ drawer, level }) => level !== "python" || (drawer.open && drawer.tab === "python"));
+  const wrong = usePython(({ text: read, diagnostics }) => (read === text ? diagnostics.find(({ severity }) => severity === "error") : undefined));
+  return said ? undefined : wrong;
+}
+
 /** What the compiler says of the blocks, each with a link to its block. */
 export function Problems() {
   const { t } = useTranslation();
@@ -27,9 +37,18 @@ export function Problems() {
   const isBegun = useMat(({ tMs }) => tMs > 0);
   const shown = diagnostics?.filter(({ code }) => isBegun || code !== "empty-program");
   const loose = useStudio((studio) => studio.loose[0]);
-  if (!shown?.length && !loose) return null;
+  const wrongText = useWrongText();
+  if (!shown?.length && !loose && !wrongText) return null;
   return (
     <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
+      {wrongText && (
+        <li data-severity="error">
+          <Icon name="error" />
+          <Button className={css.diagnostic} onPress={() => openDrawer("python")}>
+            {t("python.wrong", { line: wrongText.place?.line ?? 1, sentence: inLanguage(wrongText.sentence) })}
+          </Button>
+        </li>
+      )}
       {loose && (
         <li data-severity="warning">
           <Icon name="warning" />

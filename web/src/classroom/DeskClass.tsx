@@ -46,6 +46,7 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
               ))}
             </ul>
             {choosable && <p className={css.quiet}>{t("chooseAddress")}</p>}
+            {canChange && found.addresses.some((address) => !address.startsWith("https:")) && <p className={css.quiet}>{t("plainHttp")}</p>}
             {canChange && found.why_no_name && <p className={css.quiet}>{inLanguage(found.why_no_name)}</p>}
             {canChange && <Action onPress={renew}>{t("newCode")}</Action>}
           </div>

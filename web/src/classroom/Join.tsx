@@ -184,7 +184,6 @@ export function Join() {
       {about && !about.is_open && !about.me && <p className={css.notice}>{t("closed")}</p>}
       <Problem text={about && !about.me && !checked ? "" : problem} />
       {body()}
-      {about && !about.https && <p className={css.quiet}>{t("plainHttp")}</p>}
       <p>
         <a href="/privacy">{t("privacyTitle")}</a>
       </p>

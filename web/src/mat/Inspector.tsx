@@ -7,15 +7,14 @@ import { FORMATS } from "../generated/steps";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
-import { carryOut, changesBlocks, cureOf } from "./cures";
 import { colourWords, hexColour } from "./colours";
-import { inLanguage } from "../i18n";
 import { lastFrameText } from "./Narration";
 import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
 import { ToolButton, ToolSwitch } from "./fields";
+import { WhyAnswer } from "./Why";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 import buttons from "../ui/buttons.module.css";
@@ -152,12 +151,6 @@ function Details({ details }: { details: CarDetails }) {
   const words = useWords();
   const { t } = useTranslation();
   const { word, values, last_frame: last, lost } = details;
-  // The answer is about the present.
-  const past = useMat((now) => now.past);
-  // A mission's mat and range are fixed; the program is the pupil's.
-  const inMission = useStudio(({ mission }) => mission !== null);
-  const named = cureOf(details.why);
-  const cure = inMission && named && !changesBlocks(named) ? null : named;
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
@@ -175,19 +168,7 @@ function Details({ details }: { details: CarDetails }) {
           <Counter key={why} title={t(`mat.lost.${why}`)} count={lost[why] ?? 0} />
         ))}
       </dl>
-      {!past && (
-        <p>
-          <b>{t("mat.why")}</b> {inLanguage(details.why.sentence)}{" "}
-          {cure && (
-            <Button
-              className={classes(buttons.button, buttons.small)}
-              onPress={() => void carryOut(details.car, details.why)}
-            >
-              {t(`mat.cures.${cure}`)}
-            </Button>
-          )}
-        </p>
-      )}
+      <WhyAnswer details={details} />
       {last && (
         <p>{lastFrameText(last)}</p>
       )}

@@ -3,7 +3,7 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
-import { dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
+import { askWhy, dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
 import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
@@ -65,10 +65,17 @@ function connect(scene: Scene, session: Session): () => void {
       return gripAt(sight, point, reachPx / scene.camera.scale);
     },
     onChoose: (grip) => {
-      choose(grip && ("car" in grip ? { car: grip.car } : { piece: grip.piece }));
+      if (grip && "car" in grip) {
+        askWhy(session, grip.car);
+        return;
+      }
+      choose(grip && { piece: grip.piece });
       session.watch();
     },
-    onDrag: (grip, to, by) => dragTo(session, grip, to, by),
+    onDrag: (grip, to, by) => {
+      if (useMat.getState().asked) useMat.setState({ asked: false });
+      dragTo(session, grip, to, by);
+    },
     onDrop: endEdit,
   });
   return () => {
@@ -131,6 +138,7 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
     p: () => chooseNext(session, -1),
     Delete: () => removeChosen(session),
     Backspace: () => removeChosen(session),
+    Enter: () => chosen && "car" in chosen && askWhy(session, chosen.car),
     Escape: () => choose(null),
     r: () => chosen && "car" in chosen && turnCar(session, chosen.car, -TURN_DEG),
     R: () => chosen && "car" in chosen && turnCar(session, chosen.car, TURN_DEG),

@@ -3,6 +3,7 @@ import { useTranslation } from "react-i18next";
 import { useStudio } from "../state/studio";
 import { toScreen } from "./camera";
 import type { Session } from "./session";
+import { askWhy } from "./actions";
 import { chasedCar, useMat } from "./store";
 import { type Thought, thoughtsAt } from "./thoughts";
 import css from "./mat.module.css";
@@ -95,7 +96,7 @@ export function Thoughts({ session }: { session: Session }) {
   return (
     <div className={css.thoughts} ref={host} aria-hidden="true">
       {thoughts.map(({ car, thought }) => (
-        <p key={car} data-car={car}>
+        <p key={car} data-car={car} onClick={() => askWhy(session, car)}>
           {t(`mat.thoughts.${thought}`)}
         </p>
       ))}

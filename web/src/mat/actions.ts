@@ -153,6 +153,13 @@ export function startHere(session: Session): void {
   editMat(oneByOne(mat, picture, new Set(hello?.leads)));
 }
 
+/** Show on the stage why a car does what it does. */
+export function askWhy(session: Session, car: number): void {
+  choose({ car });
+  useMat.setState({ asked: true });
+  session.watch();
+}
+
 /** Let the cars drive: at once, or as soon as there are any, unless another project is opened before. */
 export function playWhenReady(): void {
   const { generation } = useStudio.getState();

@@ -25,6 +25,8 @@ export interface MatState {
   /** Where the chosen car is in that picture. */
   pose: Pose | null;
   chosen: Chosen;
+  /** Whether somebody asked the chosen car why it does what it does. */
+  asked: boolean;
   followed: boolean;
   /** The stage is seen from behind the chosen car, or else the first leader. */
   chase: boolean;
@@ -47,6 +49,7 @@ export const useMat = create<MatState>(() => ({
   past: false,
   pose: null,
   chosen: null,
+  asked: false,
   followed: false,
   chase: false,
   tracks: true,
@@ -57,7 +60,7 @@ export const useMat = create<MatState>(() => ({
 }));
 
 export function choose(chosen: Chosen): void {
-  useMat.setState({ chosen, details: null, pose: null, followed: false });
+  useMat.setState({ chosen, asked: false, details: null, pose: null, followed: false });
 }
 
 /** The car behind which the stage is seen; null while it is seen from above. */

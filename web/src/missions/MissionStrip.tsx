@@ -5,7 +5,7 @@ import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Session } from "../mat/session";
-import { useMat } from "../mat/store";
+import { choose, useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
 import { IconButton } from "../ui/controls";
@@ -121,6 +121,12 @@ function GoalLine({ goal, now, checked, seed, session }: GoalLineProps) {
   const { t } = useTranslation();
   const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
   const lost = progress === "lost" ? (checked ?? now) : undefined;
+  const show = (tMs: number | null, car: number | undefined) => {
+    session.seek(tMs);
+    // A ring shows who did not do what was asked.
+    choose(car === undefined ? null : { car });
+    session.watch();
+  };
   const seen = !checked || checked.met || checked.seed === seed;
   return (
     <li data-progress={progress}>
@@ -133,7 +139,7 @@ function GoalLine({ goal, now, checked, seed, session }: GoalLineProps) {
           <span className={css.why}>
             {inLanguage(lost.why)}
             {seen && lost.t_ms !== null && lost.t_ms > 0 && (
-              <Button className={classes(buttons.button, buttons.small)} onPress={() => session.seek(lost.t_ms)}>
+              <Button className={classes(buttons.button, buttons.small)} onPress={() => show(lost.t_ms, lost.cars[0])}>
                 {t("missions.showMoment", { seconds: lost.t_ms / 1000 })}
               </Button>
             )}
