@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
+import venv
 import zlib
 from contextlib import ExitStack
 
@@ -16,8 +17,9 @@ from motorcade.engine import linear_memory
 from motorcade.service.documents import example, examples, open_text
 from motorcade.service.messages import Blocks
 from motorcade.service.programs import compile_blocks
-from support import roverhat
+from support import doc_pages, roverhat
 from support.doc_pages import ROOT, Reader, blocks_of, furnish
+from support.soak import SOAK
 
 DOCS = ROOT / "docs"
 PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.endswith(".zh.md"))
@@ -48,6 +50,20 @@ def test_the_blocks_of_a_page_run(page, tmp_path):
                 reader.follow(block)
             except Exception as problem:
                 raise AssertionError(f"{page.name}, line {block.line}: {problem}") from problem
+
+
+@posix_only
+@pytest.mark.skipif(not SOAK, reason="pip downloads what the page installs; make soak does")
+@pytest.mark.parametrize("page", [*READMES, DOCS / "tutorial.md"], ids=lambda page: page.stem)
+def test_the_blocks_run_in_what_pip_really_installs(page, tmp_path, monkeypatch):
+    def install(folder, extras):
+        venv.create(folder, with_pip=True)
+        what = f"{ROOT}[{','.join(sorted(extras))}]"
+        subprocess.run([folder / "bin" / "python", "-m", "pip", "install", "--quiet", what], check=True)
+        return folder / "bin"
+
+    monkeypatch.setattr(doc_pages, "make_environment", install)
+    test_the_blocks_of_a_page_run(page, tmp_path)
 
 
 @pytest.mark.parametrize("page", [*DOCS.glob("*.md"), *READMES, ROOT / "README.zh.md"], ids=lambda page: page.name)
