@@ -23,7 +23,7 @@ from statistics import median, quantiles
 
 import psutil
 from drive_cars import Note, ServerProcess, connect, server_process
-from drive_ends import ends_ms
+from drive_ends import HANG, ends_ms
 from rich.console import Console
 from rich.table import Table
 from swarm import result
@@ -236,8 +236,8 @@ def failsafe_rows(cuts: int) -> Rows:
 
 
 def end_rows(count: int) -> Rows:
-    for what, name in (("frozen", "SIGSTOP"), ("killed", "SIGKILL")):
-        if hasattr(signal, name):
+    for what, name in (("frozen", "SIGSTOP"), ("killed", "SIGKILL"), ("stuck with the interpreter's lock", HANG)):
+        if name == HANG or hasattr(signal, name):
             stops = ends_ms(name, count)
             fine = sum(stop <= FAILSAFE_GOAL_MS for stop in stops)
             shown = f"{fine} ({min(stops):.0f}–{max(stops):.0f} ms, median {median(stops):.0f} ms)"

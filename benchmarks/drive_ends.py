@@ -14,6 +14,8 @@ from pathlib import Path
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 DEADLINE_S = 30
 POLL_S = 0.002
+# In place of a signal: the interpreter's lock is held, so that no thread of the process runs.
+HANG = "hang"
 
 
 @contextmanager
@@ -47,7 +49,7 @@ def end_ms(name: str, after_s: float) -> float | None:
     """Send a signal to a driving car and return the time from its last command until the wheels stand still.
 
     Args:
-        name: the name of the signal.
+        name: the name of the signal, or HANG.
         after_s: when the signal is sent, from the start of the car.
 
     Returns:
@@ -57,8 +59,15 @@ def end_ms(name: str, after_s: float) -> float | None:
         file = Path(folder) / "wheels"
         with driving(file) as process:
             time.sleep(after_s)
-            os.killpg(process.pid, getattr(signal, name))
-            commands = notes(file)
+            if name == HANG:
+                assert process.stdin
+                process.stdin.write("hang\n")
+                process.stdin.flush()
+                # The next command of its loop may still come before it hangs.
+                process.wait(DEADLINE_S)
+            else:
+                os.killpg(process.pid, getattr(signal, name))
+            commands = [note for note in notes(file) if note[0] not in ("try", "rescue")]
             if commands[-1][0] != "apply":
                 return None
             end_s = time.monotonic() + DEADLINE_S

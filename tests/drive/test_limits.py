@@ -231,6 +231,26 @@ def test_a_low_battery_stops_the_program_too() -> None:
     assert (car.shown[0], car.board.applied[-1], car.board.programs) == ("discharged", (90, 1, 0), 1)
 
 
+def test_a_battery_that_can_not_be_read_any_more_counts_as_flat() -> None:
+    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    assert car.drive(AHEAD, 2 * SECOND_MS)[-1] == 255
+    car.board.battery_mv = broken_sensor
+    car.drive(AHEAD, (READINGS - 1) * SECOND_MS)
+    assert car.shown[0] == "moving"
+    car.drive(AHEAD, 4 * SECOND_MS)
+    assert (car.shown[0], car.board.applied[-1]) == ("discharged", (90, 1, 0))
+    assert car.control.telemetry().last_fault == "no answer from the sensor"
+    del car.board.battery_mv
+    drained(car, 7100)
+    car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
+    assert car.session.command(STILL) == APPLIED
+    assert car.drive(AHEAD, SECOND_MS)[-1] == 255
+
+
+def broken_sensor() -> int:
+    raise OSError("no answer from the sensor")
+
+
 @pytest.mark.parametrize("voltage_mv", [None, 7399, 6400])
 def test_a_battery_that_is_not_low_or_not_measured_changes_nothing(voltage_mv: int | None) -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000)

@@ -4,10 +4,11 @@ For test_motor_guard.py and benchmarks/drive_ends.py.
 
 ``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends each call to FILE, a line with the method and
 the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
-turn, and obeys two lines on its standard input: ``end`` and ``fail``.
+turn, and obeys three lines on its standard input: ``end``, ``fail``, and ``hang``, which holds the interpreter's lock.
 """
 
 import asyncio
+import ctypes
 import sys
 import threading
 import time
@@ -77,6 +78,9 @@ async def drive(file: str, failsafe_ms: int) -> None:
                 has_driven = True
                 print("drives", flush=True)
             await asyncio.wait([order], timeout=PERIOD_S)
+        if order.result() == "hang":
+            # Unlike CDLL it keeps the lock, so that no thread of this process runs.
+            ctypes.PyDLL(None).sleep(60)
         if order.result() == "fail":
             raise ZeroDivisionError
 

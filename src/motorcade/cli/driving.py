@@ -62,6 +62,8 @@ def _send(
         if not client.you.get("applied"):
             if telemetry.state == "stopped":
                 raise MotorcadeError("is-stopped", car=car)
+            if telemetry.state == "discharged" and telemetry.battery_mv is None:
+                raise MotorcadeError("battery-not-read", car=car, reason=telemetry.last_fault)
             if telemetry.state == "discharged":
                 raise MotorcadeError("is-discharged", car=car, battery_mv=telemetry.battery_mv)
             raise MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")

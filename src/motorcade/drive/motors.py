@@ -77,7 +77,7 @@ class Wheels:
         return _LIMITS_MS if self._is_limited and arbiter.state == MOVING else _BATTERY_MS
 
     def read_battery(self, now: int) -> None:
-        """Read the battery's voltage, once a second, for the limits too."""
+        """Read the battery's voltage, once a second, for the limits too: one that can't be read counts as flat."""
         if elapsed_ms(now, self._battery_read_ms) < _BATTERY_MS:
             return
         self._battery_read_ms = now
@@ -86,6 +86,8 @@ class Wheels:
         except OSError as problem:
             self.count_fault(problem)
             self.battery_mv = None
+            # Nobody knows how far it is from flat.
+            self.limiter.see_battery(0)
         if self.battery_mv is not None:
             self.limiter.see_battery(self.battery_mv)
 

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
@@ -20,7 +20,7 @@ QUICK_MS, PATIENT_MS = 1000, 30_000
 
 
 @contextmanager
-def driving(file: Path, failsafe_ms: int = PATIENT_MS) -> Iterator[subprocess.Popen]:
+def driving(file: Path, failsafe_ms: int = PATIENT_MS, stderr: int = subprocess.DEVNULL) -> Iterator[subprocess.Popen]:
     """A process whose car drives, and records the calls of its board in ``file``."""
     command = [sys.executable, "-m", "support.guarded_car", str(file), str(failsafe_ms)]
     path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
@@ -30,7 +30,7 @@ def driving(file: Path, failsafe_ms: int = PATIENT_MS) -> Iterator[subprocess.Po
         env=environment,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
+        stderr=stderr,
         text=True,
         start_new_session=True,
     ) as process:
@@ -95,6 +95,22 @@ def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: P
 def guard_of(process: subprocess.Popen | psutil.Process) -> psutil.Process:
     children = psutil.Process(process.pid).children()
     return next(child for child in children if "motorcade.drive.safety.motor_guard" in child.cmdline())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only POSIX lets a pipe's writer see that it is full")
+def test_a_log_that_nobody_reads_keeps_no_guard_from_the_wheels(tmp_path: Path) -> None:
+    file, (reader, writer) = tmp_path / "wheels", os.pipe()
+    os.set_blocking(writer, False)
+    with suppress(BlockingIOError):
+        while os.write(writer, b"x"):
+            pass
+    os.set_blocking(writer, True)
+    with driving(file, stderr=writer) as process:
+        process.kill()
+        process.wait(DEADLINE_S)
+        wait_for_last(file, "rescue")
+    os.close(reader)
+    os.close(writer)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
