@@ -40,7 +40,7 @@ class MotorGuard:
 
     Args:
         rescue: what stops the wheels: ``"module:function"`` and its arguments.
-        patience_ms: moving wheels stand still so long after the last report; over 150. A guard that answers nothing for
+        patience_ms: moving wheels stand still so long after the last report; over 100. A guard that answers nothing for
             half of it counts as frozen.
 
     Returns when the guard is ready; raises OSError where it isn't within 10 s.
@@ -111,6 +111,11 @@ class MotorGuard:
 
 def _gone() -> OSError:
     return OSError(str(MotorcadeError("motor-guard-gone")))
+
+
+def _waiting_s(patience_ms: int) -> float:
+    """How long a guard waits for a report: the rest of the patience is for a busy computer, and for the rescue."""
+    return patience_ms / 1000 - min(_RESCUE_S, patience_ms / 3000)
 
 
 class _Watch:
@@ -197,7 +202,7 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
     # After the death of that process there is no time for reading files.
     catalogue(system_language())
     _hurry()
-    outcome = _Watch(sys.stdin.buffer, sys.stdout.buffer).outcome(int(patience_ms) / 1000 - _RESCUE_S)
+    outcome = _Watch(sys.stdin.buffer, sys.stdout.buffer).outcome(_waiting_s(int(patience_ms)))
     if outcome == "dismissed":
         return 0
     if outcome == "frozen":
