@@ -132,9 +132,19 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
+  measureAgain(workspace);
   workspace.clearUndo();
   restoreHistory(editor, workspace);
   workspace.scroll(0, 0);
+}
+
+/** While a style sheet is loaded, WebKit knows no styles, and texts are measured in another font. */
+function measureAgain(workspace: Blockly.WorkspaceSvg): void {
+  for (const link of document.querySelectorAll<HTMLLinkElement>("link[rel=stylesheet]")) {
+    if (link.sheet) continue;
+    const measure = () => workspace.getAllBlocks(false).forEach((block) => [...block.getFields()].forEach((field) => field.forceRerender()));
+    link.addEventListener("load", measure, { once: true });
+  }
 }
 
 /** Restore the history of a closed editor: blocks keep their ids, so it still applies. */

@@ -1,7 +1,7 @@
 /** The drawn mat: layers, a camera, and a loop that draws only when something changed. */
 
 import "pixi.js/unsafe-eval";
-import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
+import { autoDetectRenderer, Container, DOMAdapter, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
 import { AirLayer, type Wave } from "./airLayer";
@@ -11,6 +11,7 @@ import { CarLayer, type Drawn, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
 import { type FloorName, floorOf, type Mat, type PieceId } from "./document";
 import { withFloor } from "./floors";
+import { hasFastWebGl, Pace, plainCanvas } from "./graphics";
 import { makeTextures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
 import type { MissionZone } from "../generated/messages";
@@ -19,18 +20,6 @@ import type { MissionZone } from "../generated/messages";
 const FOLLOW_MS = 350;
 /** A longer pause between two drawings doesn't make the camera jump. */
 const MOST_PASSED_MS = 50;
-const BY_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
-
-/** Whether WebGL is more than a program on the processor. Browsers rarely say so themselves. */
-function hasGraphicsProcessor(): boolean {
-  const gl = document.createElement("canvas").getContext("webgl");
-  if (!gl) return false;
-  const names = gl.getExtension("WEBGL_debug_renderer_info");
-  const name = String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
-  gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return !BY_SOFTWARE.test(name);
-}
-
 /** High contrast has no pictures on the floor. */
 function isContrast(): boolean {
   return useSettings.getState().theme === "contrast" || matchMedia("(forced-colors: active)").matches;
@@ -85,7 +74,7 @@ export class Scene {
   private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
-  private requested = 0;
+  private readonly pace = new Pace(() => this.drawNow());
   private undrawn = false;
   /** The camera frames the cars by itself; else the user holds it. */
   private frames = true;
@@ -120,9 +109,10 @@ export class Scene {
   }
 
   static async create(host: HTMLElement, listeners: SceneListeners): Promise<Scene> {
+    const fast = hasFastWebGl();
+    if (!fast) DOMAdapter.set({ ...DOMAdapter.get(), createCanvas: plainCanvas });
     const renderer = await autoDetectRenderer({
-      // Without a graphics processor a canvas is drawn ten times as fast as WebGL.
-      preference: hasGraphicsProcessor() ? ["webgl", "canvas"] : ["canvas"],
+      preference: fast ? ["webgl", "canvas"] : ["canvas"],
       antialias: true,
       autoDensity: true,
       resolution: Math.min(2, devicePixelRatio),
@@ -138,7 +128,7 @@ export class Scene {
   }
 
   destroy(): void {
-    cancelAnimationFrame(this.requested);
+    this.pace.stop();
     this.ends.forEach((end) => end());
     this.renderer.canvas.remove();
     this.stage.destroy({ children: true });
@@ -286,11 +276,10 @@ export class Scene {
 
   /** Ask for a drawing with the screen's next picture. */
   draw(): void {
-    if (!this.requested) this.requested = requestAnimationFrame(() => this.drawNow());
+    this.pace.request();
   }
 
   private drawNow(): void {
-    this.requested = 0;
     const now = performance.now();
     const slow = this.drawMs > SLOW_MS;
     const moves = this.motion.advance(slow ? Infinity : now);

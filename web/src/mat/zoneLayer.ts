@@ -7,6 +7,7 @@ import type { MatTheme } from "./colours";
 
 // Legible on each floor, by day and by night.
 const NAME_STYLE: Partial<TextStyleOptions> = {
+  fontFamily: "system-ui, sans-serif",
   fontSize: 14,
   fontWeight: "bold",
   fill: 0xffffff,
