@@ -10,6 +10,7 @@ from support.command_line import data
 from support.studio_page import StudioPage
 from support.studio_programs import ACCEPTING, EXAMPLE, LIT, PASSED_ON, SHELTERED, TOO_LONG
 
+TABLET = (1024, 768)
 NO_INFRARED = {
     "en": "A leader can't be set to accept infrared.",
     "zh": "无法设置主机接受红外信息",
@@ -37,6 +38,13 @@ def test_the_documents_example_is_built_with_the_mouse(open_page, example_words)
     studio.pick(studio.field(studio.block("leader", "forward"), "forward"), "left")
     studio.pick(studio.field(studio.block("leader", "left"), "60°"), "30°")
     studio.expect_words(example_words)
+
+
+def test_blocks_are_dragged_with_a_finger(open_page) -> None:
+    studio = open_page(size=TABLET, plain=True, has_touch=True)
+    studio.drag_out_by_touch("leader", "drive", "drive", below=studio.hat("leader"))
+    studio.drag_out_by_touch("leader", "drive", "wait", below=studio.block("leader", "forward"))
+    studio.expect_words(["02000000", "64800000", "60800000"])
 
 
 def test_the_documents_example_is_built_by_keyboard_alone(open_page, example_words) -> None:

@@ -2,6 +2,7 @@
 
 from playwright.sync_api import expect
 
+from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
 
 CHROMIUM_OPTIONS: list[str] = []
@@ -31,3 +32,11 @@ def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
     expect(studio.page.get_by_text("1000 followers stand still")).to_be_visible()
     studio.play()
     expect(studio.block("followers", "right")).to_contain_class(RUNNING)
+
+
+def test_webgl_that_is_a_program_is_found_by_its_speed_whatever_its_name(browser, studio) -> None:
+    name = "WebGLRenderingContext.prototype.getParameter = () => 'Apple GPU'"
+    studio = StudioPage.open(browser, studio.url, project=EXAMPLE, script=name)
+    stage = studio.page.locator("#stage canvas").first
+    assert stage.evaluate("canvas => canvas.getContext('2d') !== null")
+    studio.context.close()

@@ -27,7 +27,7 @@ _MINI_BROWSER = "/usr/lib/*/webkit2gtk-4.*/MiniBrowser"
 _NAMED = """
 const labelOf = (e) => (e.getAttribute("aria-label")
     ?? e.getAttribute("aria-labelledby")?.split(" ").map((id) => document.getElementById(id)?.textContent).join(" ")
-    ?? e.textContent).trim();
+    ?? (e.labels?.[0] ?? e).textContent).trim();
 const named = (selector, name) => [...document.querySelectorAll(selector)]
     .filter((e) => e.checkVisibility() && (name == null || labelOf(e).includes(name)))
     .sort((a, b) => (labelOf(b) === name) - (labelOf(a) === name));
@@ -47,7 +47,7 @@ addEventListener("unhandledrejection", (event) => self.faults.push(`${event.reas
 class EnginePage:
     """A page in one of the engines, in a browser profile of its own. ``faults`` are the errors on its console."""
 
-    name = ""
+    has_touch = False
 
     def __init__(self) -> None:
         self.faults: list[str] = []
@@ -112,23 +112,27 @@ class EnginePage:
 
     def press(self, *keys: str) -> None:
         """Press and release keys: characters, or WebDriver's codes of other keys."""
-        strokes = [{"type": stroke, "value": key} for key in keys for stroke in ("keyDown", "keyUp")]
-        self.perform({"type": "key", "id": "keyboard", "actions": strokes})
+        for key in keys:
+            self.hold(key)
+            self.release(key)
+
+    def hold(self, key: str) -> None:
+        """Press a key."""
+        self.perform({"type": "key", "id": "keyboard", "actions": [{"type": "keyDown", "value": key}]})
+
+    def release(self, key: str) -> None:
+        """Let go of a key."""
+        self.perform({"type": "key", "id": "keyboard", "actions": [{"type": "keyUp", "value": key}]})
 
     def expect(self, selector: str, name: str | None = None) -> None:
         """Wait until such an element is to be seen."""
         self.wait_for("return named(a[0], a[1]).length > 0", selector, name)
 
-    def text(self, selector: str) -> str:
-        """The text of the first such element that is to be seen; empty for none."""
-        found: str = self.evaluate(_NAMED + "return named(a[0])[0]?.textContent ?? ''", selector)
-        return found
-
 
 class Firefox(EnginePage):
     """Firefox without a window."""
 
-    name = "Firefox"
+    has_touch = True
 
     def __init__(self, socket: ClientConnection) -> None:
         super().__init__()
@@ -178,9 +182,7 @@ class Firefox(EnginePage):
 
 
 class WebKit(EnginePage):
-    """WebKitGTK's small browser, in a window."""
-
-    name = "WebKit"
+    """WebKitGTK's small browser, in a window. Its driver takes a finger for a mouse."""
 
     def __init__(self, address: str) -> None:
         super().__init__()

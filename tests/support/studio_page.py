@@ -49,6 +49,7 @@ class StudioPage:
         webgl: bool = False,
         level: str = "words",
         build: Path | None = None,
+        script: str = "",
         **options: Any,
     ) -> "StudioPage":
         """Open the page, at first with a project that somebody shared; without the tour, as if it had been seen before.
@@ -66,6 +67,7 @@ class StudioPage:
             webgl: draw the stage as if there were a graphics processor.
             level: of the page, as if it had been chosen before.
             build: a folder with another build of the page, shown in place of the studio's own.
+            script: runs in each page before its own.
             options: more of Playwright's options for a browser profile.
         """
         settings: dict[str, Any] = {"theme": theme, "toured": not tour, "level": level}
@@ -90,8 +92,11 @@ class StudioPage:
         if token:
             cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
             context.add_cookies([{"name": cookie, "value": token, "url": base}])
+        if script:
+            context.add_init_script(script)
         if webgl:
-            context.add_init_script("WebGLRenderingContext.prototype.getParameter = () => 'A graphics processor'")
+            # Nothing waits for the end of a drawing, so the page finds them all fast.
+            context.add_init_script("WebGLRenderingContext.prototype.readPixels = () => {}")
         if build:
             context.route(f"{base}**", lambda route: _answer_from(build, route))
         studio = cls(context, base, language or "en")
@@ -191,6 +196,21 @@ class StudioPage:
         mouse.move(x + 30, y + 30, steps=4)
         mouse.move(x, y, steps=4)
         mouse.up()
+
+    def drag_out_by_touch(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
+        """Drag a block out of a drawer with a finger and drop it below another; the profile has touch."""
+        self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).tap()
+        taken, place = self.box(self.editor(editor).get_by_role("option", name=block)), self.box(below)
+        x, y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
+        start = (taken["x"] + 12, taken["y"] + taken["height"] / 2)
+        finger = self.context.new_cdp_session(self.page)
+        for kind, *points in (
+            ("touchStart", start),
+            *(("touchMove", at) for at in ((start[0] + 40, start[1] + 10), (x + 30, y + 30), (x + 5, y + 5), (x, y))),
+            ("touchEnd",),
+        ):
+            touches = [{"x": left, "y": top} for left, top in points]
+            finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
 
     def box(self, thing: Locator) -> FloatRect:
         """The box of an element once it is in view."""
