@@ -102,6 +102,17 @@ def frames_table(frames: int) -> Table:
     return table
 
 
+def storing_table() -> Table:
+    """Return what storing an image takes, with the flash's typical times and its data sheet's longest."""
+    table = Table("an image is stored", "typical", "slowest flash", "frames lost of those in a row")
+    for chip in PLATFORMS:
+        script = UPLOAD + INFRARED
+        typical, slowest = [played(chip, "follower", "", script, SECONDS, False, slow)[0] for slow in (False, True)]
+        times = [f"{figures['storing_us'] / 1000:.0f} ms" for figures in (typical, slowest)]
+        table.add_row(chip, *times, " / ".join(str(40 - figures["heard"]) for figures in (typical, slowest)))
+    return table
+
+
 def bytes_table() -> Table:
     """Return how many bytes a turn allocates; a resting one those that the simulated clock itself does."""
     table = Table("bytes a turn, RP2040", "mean")
@@ -118,7 +129,7 @@ def main() -> int:
     frames = parser.parse_args().frames
     npm_packages.install(PORTABLE, "MicroPython's WebAssembly build")
     console = Console()
-    for table in (bundle_table, turns_table, bytes_table):
+    for table in (bundle_table, turns_table, storing_table, bytes_table):
         console.print(table())
     console.print(frames_table(frames))
     return 0

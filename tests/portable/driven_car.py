@@ -25,6 +25,9 @@ TICKS_A_LINE = 200
 # A loop's duration on a real board, with a few long ones for garbage collection and writes to flash.
 TICKS_MS = (2, 3, 3, 4, 5, 5, 7, 12)
 BYTE_US = 87
+PAGE_BYTES = 256
+# A file that is made, closed and renamed: a page of its folder each.
+PAGES_OF_FOLDER = 3
 # The clock wraps in the middle of the minute.
 START_MS = TICKS_MASK - 30_000
 
@@ -38,6 +41,8 @@ class Bench:
         self.clock = Clock(self.chip)
         self.usb = Usb(self.chip)
         self.flash = flash or Flash()
+        # For each image that was stored: how long that took, and whether a wheel turned meanwhile.
+        self.stored = []
         self._time_flash()
         self.flash.files[SETTINGS_FILE] = json.dumps(settings).encode()
         self.pins = settings["pins"]
@@ -62,12 +67,17 @@ class Bench:
         )
 
     def _time_flash(self):
-        """Make writing cost time; no soft interrupt runs meanwhile."""
+        """Make storing cost time; a file of an image takes a sector, and littlefs erases it as the first byte comes."""
         chip, append = self.chip, self.flash.append
 
         def append_slowly(path, data):
             if chip.meter:
-                chip.block(len(data) * chip.meter.costs.flash_byte_ns // 1000)
+                costs, slowest = chip.meter.costs, chip.meter.flash_is_slow
+                pages = -(-len(data) // PAGE_BYTES) + PAGES_OF_FOLDER
+                us = costs.erase_us[slowest] + pages * costs.page_us[slowest] + costs.file_us
+                turns = any(chip.duties.get(self.pins[each]["enable"]) for each in ("left_motor", "right_motor"))
+                self.stored.append((us, turns))
+                chip.block_all(us)
             append(path, data)
 
         self.flash.append = append_slowly

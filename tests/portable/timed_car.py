@@ -30,7 +30,7 @@ class Noted:
             self.lost += 1
 
 
-def lines(settings, platform, seconds, script, counts_bytes=False):
+def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow=False):
     bench = Bench(settings, platform)
     chip = bench.chip
     board = open_board(load_settings(bench.flash.open), bench.modules)
@@ -39,16 +39,21 @@ def lines(settings, platform, seconds, script, counts_bytes=False):
     play(bench, script)
     gc.collect()
     yield "turns"
-    chip.meter = meter = Meter(chip, executed, gc.mem_alloc if counts_bytes else None)
+    chip.meter = meter = Meter(chip, executed, gc.mem_alloc if counts_bytes else None, int(flash_is_slow))
     sleeps = Sleeps(bench.clock, chip)
-    longest_us, turns = 0, 0
+    longest_us, storing_us, turns = 0, 0, 0
     meter.stop()
     while chip.now_us < seconds * 1_000_000:
-        turn_us = chip.now_us
+        turn_us, stored = chip.now_us, len(bench.stored)
         meter.start()
         loop.turn()
         meter.stop()
-        longest_us = max(longest_us, chip.now_us - turn_us - sleeps.take())
+        took_us = chip.now_us - turn_us - sleeps.take()
+        if len(bench.stored) > stored:
+            # This turn stores an image, which takes long.
+            storing_us = took_us
+        else:
+            longest_us = max(longest_us, took_us)
         turns += 1
         bench.observed.look()
         if turns % TURNS_A_LINE == 0:
@@ -61,6 +66,8 @@ def lines(settings, platform, seconds, script, counts_bytes=False):
     for at_ms, what, value in bench.observed.seen:
         yield f"{at_ms} {what} {value!r}"
     yield f"longest_us {longest_us}"
+    yield f"storing_us {storing_us}"
+    yield f"turned_while_storing {len([1 for _, turns in bench.stored if turns])}"
     yield f"turns {turns}"
     if counts_bytes:
         yield f"bytes_a_turn {meter.bytes // turns}"

@@ -15,13 +15,17 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.words.check import ready_line
 from motorcade.words.image import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
-from motorcade.words.ticks import later_ms, reached
+from motorcade.words.ticks import elapsed_ms, later_ms, reached
 from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
 # On a slow chip: how many words of a new image one tick takes, and how often the brain runs while it watches for
 # obstacles or people. It allocates memory each time.
 _WORDS_A_TICK = 48
 _WATCH_MS = 10
+# Storing stops a slow chip for 70 ms, for 0.5 s at the longest: a follower does it where the air has been free for as
+# long as this, and at the latest so long after the image came. The uploader waits 2 s for the answer.
+_QUIET_MS = 100
+_STORE_WITHIN_MS = 500
 _ALL_BUT_PARITY = 0xFFFFFFFE
 _KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
 _LOSS_REASONS = {
@@ -39,6 +43,8 @@ class Car:
 
     On a slow chip (``board.words_a_tick`` below 511) a tick does either one piece of the work that uploads make, or all
     else; where there is much of that work, each second tick is for all else. An image begins some ticks later there.
+    It is stored while the wheels stand and nothing is on the air: a leader stops for it, and a follower waits up to
+    0.5 s for such a moment before it stops.
     """
 
     def __init__(self, board: Board) -> None:
@@ -53,6 +59,10 @@ class Car:
         self._has_worked = False
         # The words of a new image that doesn't run yet: as many as were taken so far. None where no image is new.
         self._words: array[int] | None = None
+        # A new image that isn't stored yet, when it came, and since when the air has been free.
+        self._unstored: CarEvent | None = None
+        self._came_ms = 0
+        self._free_since_ms = 0
         self._wheels = brain.STILL
         self._led = brain.NO_LED
         self._is_on = False
@@ -112,6 +122,8 @@ class Car:
         if self._words is not None:
             self._take_more_words(self._words, now)
             return True
+        if self._unstored is not None:
+            return self._store_at_rest(self._unstored, now)
         takes_long = self._serve_serial(now)
         if self._answers:
             self.board.write_serial(self._answers[: self.board.bytes_a_tick])
@@ -141,10 +153,33 @@ class Car:
             self._answers += self._stored
         elif event.kind == CHECK:
             self._answers += ready_line(event.answer, self._stored)
+        elif event.kind == IMAGE and self._is_slow:
+            self._unstored = event
+            self._came_ms = self._free_since_ms = now
         elif event.kind == IMAGE:
             self._take_image(event, now)
         else:
             self._answers += event.answer
+        return True
+
+    def _store_at_rest(self, event: CarEvent, now: int) -> bool:
+        """Store a new image if this is the moment for it, with the wheels at rest; return whether it was."""
+        is_busy = self.air_is_busy()
+        if is_busy:
+            self._free_since_ms = now
+        drives = self._wheels & 3 > 0
+        stands_in_silence = not drives and elapsed_ms(now, self._free_since_ms) >= _QUIET_MS
+        # A leader hears nothing, and the program that it leaves is over.
+        is_moment = not is_busy if self._leads else stands_in_silence
+        if not is_moment and elapsed_ms(now, self._came_ms) < _STORE_WITHIN_MS:
+            return False
+        self._unstored = None
+        if drives:
+            self._wheels = brain.STILL
+            self.board.set_wheels(0, 0)
+        # A follower whose word isn't over drives on afterwards.
+        self._wake_ms = now
+        self._take_image(event, now)
         return True
 
     def _take_image(self, event: CarEvent, now: int) -> None:

@@ -95,7 +95,7 @@ def test_garbage_is_collected_where_it_costs_no_frame_and_not_during_an_upload(b
     a_bench.collector.collect = lambda: (at_us.append(a_bench.chip.now_us), collect())
     for number in range(20_000_000 // begins_every_us):
         a_bench.hear(number * begins_every_us, frame_durations_us(FRAME))
-    a_bench.upload(12_500_000, bytes([1, 0, 0, 0]) * 400, 2000)
+    a_bench.upload(12_500_000, bytes.fromhex("FFFF0100") + bytes(4 * 399), 2000)
     while a_bench.chip.now_us < 20_000_000:
         loop.turn()
     assert 4 <= len(at_us) <= 8

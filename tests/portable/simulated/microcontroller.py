@@ -53,6 +53,8 @@ class Microcontroller:
         self._order = 0
         # Soft interrupts that wait until the program can be interrupted again; None while it can.
         self._waiting = None
+        # Pins whose hard interrupts wait for the end of a change of the flash; None while there is none.
+        self._held = None
         self._handling_us = 0
 
     def ticks_us(self):
@@ -88,7 +90,20 @@ class Microcontroller:
         self._waiting = []
         self.pass_time(duration_us)
         waiting, self._waiting = self._waiting, None
-        for pin in waiting:
+        self._catch_up(waiting)
+
+    def block_all(self, duration_us):
+        """Let time pass in which no interrupt can run: the flash changes, and programs are read from it.
+
+        A pin's edges are one hard interrupt afterwards.
+        """
+        self._held = []
+        self.block(duration_us)
+        held, self._held = self._held, None
+        self._catch_up(held)
+
+    def _catch_up(self, pins):
+        for pin in pins:
             self._call_handler(pin)
         self.pass_time(self._handling_us)
         self._handling_us = 0
@@ -119,7 +134,10 @@ class Microcontroller:
         late_us = self.late_us
         if self.meter:
             late_us = self.meter.costs.hard_us if is_hard else self.meter.costs.soft_us
-        if is_hard or self._waiting is None:
+        if is_hard and self._held is not None:
+            if pin not in self._held:
+                self._held.append(pin)
+        elif is_hard or self._waiting is None:
             self._later(late_us, pin)
         elif len(self._waiting) < COSTS[self.platform].soft_waiting:
             self._waiting.append(pin)

@@ -16,9 +16,11 @@ class Meter:
         chip: a Microcontroller.
         executed: returns the number of instructions executed so far, which wraps at 2^30.
         allocated: returns how many bytes are allocated; None where nobody wants to know.
+        flash_is_slow: 1 where the flash needs the longest times of its data sheet, 0 for the typical ones.
     """
 
-    def __init__(self, chip, executed, allocated=None):
+    def __init__(self, chip, executed, allocated=None, flash_is_slow=0):
+        self.flash_is_slow = flash_is_slow
         self.costs = COSTS[chip.platform]
         self.bytes = 0
         self._chip = chip
