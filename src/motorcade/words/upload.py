@@ -145,7 +145,8 @@ class CarEnd:
         r = self._memory
         if event == receiver.IMAGE:
             begin = r[receiver.START]
-            image = bytes(self._buffer[begin : begin + r[receiver.LENGTH]])
+            # A slice of the buffer itself would be a second copy, and a chip looks for room for each.
+            image = bytes(memoryview(self._buffer)[begin : begin + r[receiver.LENGTH]])
             return CarEvent(IMAGE, image, _ok_line(len(image) // WORD_BYTES, r[receiver.CRC]))
         if event == receiver.READBACK:
             return CarEvent(READBACK, b"", b"")
