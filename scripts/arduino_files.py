@@ -31,7 +31,7 @@ def _properties() -> str:
 
 def _settings(example: str) -> str:
     pins = load_pins(ROOT / LIBRARY / PIN_FILES[example])
-    return settings_header(pins, built_in_profile(PROFILE))
+    return settings_header(pins, built_in_profile(PROFILE), for_any_board=example == "AnyBoard")
 
 
 def _read(name: str) -> str:

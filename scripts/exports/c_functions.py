@@ -222,7 +222,8 @@ class _Body(Expressions):
                 raise self._source.fault(node, "c-outside")
             self.reads |= ANYTHING
             self.writes |= ANYTHING
-            lines = [f"{indent}uint32_t {name};"]
+            # A compiler that can't see that the method sets it would warn.
+            lines = [f"{indent}uint32_t {name} = 0;"]
             lines.append(f"{indent}while ({method.c_name}({ast.unparse(call.func).partition('.')[0]}, &{name})) {{")
         lines += self._block(node.body, indent + _INDENT)
         del self._types[name]

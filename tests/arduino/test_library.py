@@ -1,5 +1,7 @@
 """The Arduino library compiles without a warning, its examples too, for each board."""
 
+import subprocess
+
 import pytest
 
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
@@ -32,3 +34,14 @@ def test_a_car_with_a_voice_module_or_without_most_parts_compiles(compiled, file
         own = sketch_files(parse_pins(pins, file), CLASSROOM, is_leader=False, number=7, voice=voice)
         program = compiled("examples/Car", target, {**library_files(), **own})
         assert program.flash_bytes <= (MOST_FLASH_BYTES if target is UNO else 64 * 1024)
+
+
+@pytest.mark.parametrize(("example", "target", "board"), [("Uno", MEGA, "Arduino Uno"), ("Mega", UNO, "Arduino Mega")])
+def test_an_example_for_another_board_says_so(tools, tmp_path, example, target, board) -> None:
+    """Otherwise an Uno's pins give a Mega's carrier to a motor."""
+    folder = library_folder()
+    command = ["avr-gcc", f"-mmcu={target.mcu}", "-std=gnu++11", "-x", "c++", "-fsyntax-only", f"-I{folder / 'src'}"]
+    done = subprocess.run([*command, folder / "examples" / example / "car.h"], capture_output=True, encoding="utf-8")
+    assert done.returncode
+    assert f"This sketch is for the pins of an {board}" in done.stderr
+    assert "Choose that board in the menu Tools" in done.stderr

@@ -1048,7 +1048,7 @@ static void motorcade_step_follow(struct motorcade_car *car, uint32_t now)
         uint32_t over_ms = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_STARTED_MS], motorcade_brain_length_ms(s[MOTORCADE_BRAIN_WORD], levels));
         motorcade_car_note(car, MOTORCADE_STEP_OVER, over_ms, s[MOTORCADE_BRAIN_WORD], 0);
     }
-    uint32_t frame;
+    uint32_t frame = 0;
     while (motorcade_car_received_frames(car, &frame)) {
         uint8_t result = motorcade_frames_follower_hears(s, frame, now, levels);
         motorcade_car_note_frame(car, frame, result);

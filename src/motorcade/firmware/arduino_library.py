@@ -23,6 +23,8 @@ _NO_PIN = "NO_PIN"
 _LONGEST_PATTERN = 16
 _FASTEST_VOICE_BAUD = 19200
 _UNO = PLATFORMS[0]
+# How avr-gcc names the chip of each board.
+_AVR_NAMES = {"arduino-uno": ("ATmega328P", "ATmega328"), "arduino-mega": ("ATmega2560", "ATmega1280")}
 
 
 def library_folder() -> Path:
@@ -66,8 +68,11 @@ def sketch_files(
     }
 
 
-def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = None) -> str:
-    """Return car.h, in which a sketch finds its pins, levels, duties and voice patterns. Raises as sketch_files."""
+def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = None, for_any_board: bool = False) -> str:
+    """Return car.h, in which a sketch finds its pins, levels, duties and voice patterns. Raises as sketch_files.
+
+    On another AVR than the pin file's it doesn't compile, unless ``for_any_board``: a pin there may have another use.
+    """
     _check(pins, voice)
     fields = {
         "levels": _list(levels_of(profile)),
@@ -96,6 +101,7 @@ def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = Non
             "#ifndef MOTORCADE_CAR_SETTINGS",
             "#define MOTORCADE_CAR_SETTINGS",
             "",
+            *([] if for_any_board else _guard(pins)),
             "#include <MotorcadeSettings.h>",
             "",
             "using motorcade::NO_PIN;",
@@ -125,6 +131,17 @@ def write_library(output: Path, files: dict[str, bytes]) -> None:
             # A fixed time, so that the same files make the same bytes.
             archive.writestr(zipfile.ZipInfo(f"{LIBRARY}/{path}"), data, zipfile.ZIP_DEFLATED)
     output.write_bytes(packed.getvalue())
+
+
+def _guard(pins: PinMap) -> list[str]:
+    names = " && ".join(f"!defined(__AVR_{name}__)" for name in _AVR_NAMES[pins.chip.name])
+    return [
+        f"#if defined(__AVR__) && {names}",
+        f'#error "This sketch is for the pins of an {pins.chip.title}. Choose that board in the menu Tools, or the '
+        f'sketch for your own board."',
+        "#endif",
+        "",
+    ]
 
 
 def _check(pins: PinMap, voice: VoiceMap | None) -> None:

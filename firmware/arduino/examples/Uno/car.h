@@ -2,6 +2,10 @@
 #ifndef MOTORCADE_CAR_SETTINGS
 #define MOTORCADE_CAR_SETTINGS
 
+#if defined(__AVR__) && !defined(__AVR_ATmega328P__) && !defined(__AVR_ATmega328__)
+#error "This sketch is for the pins of an Arduino Uno or Nano. Choose that board in the menu Tools, or the sketch for your own board."
+#endif
+
 #include <MotorcadeSettings.h>
 
 using motorcade::NO_PIN;
