@@ -117,3 +117,43 @@ def test_late_ticks_cost_the_leader_no_time(tick_ms: int) -> None:
     frames = [(t_ms, word) for t_ms, kind, word, _ in late.noted if kind == "frame"]
     assert frames
     assert all(word == compiled.words[-2:][t_ms // 1000 % 2] for t_ms, word in frames)
+
+
+class SlowBoard(BenchBoard):
+    """A slow follower that gets an image while another car sends infrared."""
+
+    is_leader = False
+    words_a_tick = 4
+
+    def __init__(self) -> None:
+        super().__init__(bytes(4), 1)
+        self.coming, self.answers, self.is_busy = compile_program(Program([forward(2)])).image, b"", True
+
+    def read_serial(self) -> bytes:
+        data, self.coming = self.coming, b""
+        return data
+
+    def write_serial(self, data: bytes) -> None:
+        self.answers += data
+
+    def store_image(self, data: bytes) -> None:
+        self.image = data
+
+    def senses_carrier(self) -> bool:
+        return self.is_busy
+
+
+@pytest.mark.parametrize(("falls_silent_ms", "stored_ms"), [(200, 300), (5000, 500)])
+def test_an_image_that_waits_for_silence_is_neither_stored_nor_acknowledged(falls_silent_ms, stored_ms) -> None:
+    """A cut of power leaves the old one until then."""
+    board = SlowBoard()
+    car = Car(board)
+    for board.clock_ms in range(0, stored_ms - 20, 5):
+        board.is_busy = board.clock_ms < falls_silent_ms
+        car.tick()
+    assert (board.image, board.answers) == (bytes(4), b"")
+    for board.clock_ms in range(stored_ms - 20, stored_ms + 60, 5):
+        board.is_busy = board.clock_ms < falls_silent_ms
+        car.tick()
+    assert board.image == compile_program(Program([forward(2)])).image
+    assert board.answers.startswith(b"OK words=2")
