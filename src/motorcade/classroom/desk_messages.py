@@ -27,7 +27,7 @@ from motorcade.service.messages import (
     Sentence,
     StoredProject,
 )
-from motorcade.service.missions import MissionZone
+from motorcade.service.missions import MissionGoal, MissionZone
 
 
 class DeskAbout(Struct):
@@ -255,7 +255,7 @@ class ClassView(ClassAnswerBase, tag="class"):
 class WallWorld(Struct):
     """A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat.
 
-    ``zones`` are those of its mission.
+    ``zones`` and ``goals`` are those of its mission.
     """
 
     pupil: str
@@ -264,6 +264,7 @@ class WallWorld(Struct):
     radius_m: float
     cars: int
     zones: list[MissionZone]
+    goals: list[MissionGoal]
 
 
 class Wall(ClassAnswerBase, tag="wall"):

@@ -174,7 +174,7 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
         profile=document["profile"],
         mat=mission.mat_document,
         zones=mission_zones(mission),
-        goals=[MissionGoal(goal.kind, goal.star, sentences(goal_phrase(goal, mission))) for goal in mission.goals],
+        goals=mission_goals(mission),
         leader=leader,
         followers=followers,
         earned=stars.get(mission.id, []),
@@ -226,6 +226,11 @@ def _stars_in(mission: documents.Mission) -> list[int]:
 
 def _has_followers(mission: documents.Mission) -> bool:
     return len(mission.mat.starts.leaders) < len(mission.mat.starts)
+
+
+def mission_goals(mission: documents.Mission) -> list[MissionGoal]:
+    """The goals of a mission, as pages tell them."""
+    return [MissionGoal(goal.kind, goal.star, sentences(goal_phrase(goal, mission))) for goal in mission.goals]
 
 
 def mission_zones(mission: documents.Mission) -> list[MissionZone]:

@@ -9,8 +9,10 @@ import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.classroom.desk_messages import Wall
+from motorcade.missions.document import built_in_mission
 from motorcade.server.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures, first_cars
 from motorcade.server.studio.simulation import unpack_moment
+from motorcade.service.missions import mission_goals
 from motorcade.service.world_messages import Hello
 from support.class_page import PASSWORD, class_room
 from support.pictures import pack_moment
@@ -251,4 +253,8 @@ def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
     with room.teacher.open("desk/mat") as shown:
         (world,) = shown.until("wall", lambda wall: wall["worlds"])["worlds"]
     assert [zone["title"]["en"] for zone in world["zones"]] == ["the field"]
+    # The goals' own sentences stand below the mat.
+    assert [goal["text"]["zh"] for goal in world["goals"]] == [
+        goal.text["zh"] for goal in mission_goals(built_in_mission("follow-me"))
+    ]
     assert room.teacher.ask("desk/end", password=PASSWORD) == {}

@@ -110,7 +110,8 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
           {goals.goals.map((goal, place) => (
             <li key={place} data-progress={goal.progress}>
               {goal.progress === "met" ? "✓ " : ""}
-              {inLanguage(goal.why)}
+              {world?.goals[place] && inLanguage(world.goals[place].text)}
+              {goal.progress === "lost" && <span>: {inLanguage(goal.why)}</span>}
             </li>
           ))}
         </ul>

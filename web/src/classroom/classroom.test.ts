@@ -2,7 +2,9 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PupilRow, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { byNeed } from "./DeskPupils";
+import { groundOf } from "../mat/floors";
 import { boxOf, columnsFor, decodeWall, Tiles } from "./drawing";
+import { drawFloor } from "./floor";
 import { secretOf } from "./secret";
 
 // The first and the third world of list 5: one car, and none.
@@ -59,7 +61,7 @@ describe("the tiles of the wall", () => {
 });
 
 describe("what a small world shows", () => {
-  const world = (mat: object): WallWorld => ({ pupil: "a", mat, leads: [0], radius_m: 0.07, cars: 1, zones: [] }) as WallWorld;
+  const world = (mat: object): WallWorld => ({ pupil: "a", mat, leads: [0], radius_m: 0.07, cars: 1, zones: [], goals: [] }) as WallWorld;
   const cars = decodeWall(bytesOf(GOLDEN))!.worlds.get(0);
 
   it("is the whole mat where it has a size", () => {
@@ -182,4 +184,17 @@ describe("a stream", () => {
     wake();
     expect(Socket.opened).toHaveLength(1);
   });
+});
+
+it("the projector shows the floor of the mat, with its pattern where there is room", () => {
+  const filled: unknown[] = [];
+  const nothing = () => undefined;
+  const context = new Proxy({ fill: () => filled.push(context.fillStyle), fillRect: () => filled.push(context.fillStyle) } as unknown as CanvasRenderingContext2D, {
+    get: (target, key): unknown => Reflect.get(target, key) ?? nothing,
+  });
+  const size = { left: 0, bottom: 0, size_m: [2, 1] as const, plain: "#ffffff" };
+  drawFloor(context, "moon", { ...size, scale: 100 });
+  expect(filled).toEqual([groundOf("moon")]);
+  drawFloor(context, "moon", { ...size, scale: 600 });
+  expect(filled).toContain("#9f9d98");
 });

@@ -3,6 +3,8 @@
 import { type Picture, Flag, NO_LED } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { inLanguage } from "../i18n";
+import { floorOf } from "../mat/document";
+import { drawFloor } from "./floor";
 
 /** What the cars of one world show; the first columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
@@ -159,6 +161,7 @@ export function drawWorld(
   context.clearRect(0, 0, width, height);
   context.fillStyle = inks.floor;
   context.fillRect(X(box.left), Y(box.top), (box.right - box.left) * scale, (box.top - box.bottom) * scale);
+  if (mat.size_m) drawFloor(context, floorOf(world.mat), { left: X(0), bottom: Y(0), scale, size_m: mat.size_m, plain: inks.floor });
   drawZones(context, world, X, Y, scale, inks);
   context.fillStyle = context.strokeStyle = inks.thing;
   context.lineWidth = Math.max(2, 0.02 * scale);
@@ -191,6 +194,10 @@ export function drawWorld(
     context.fillStyle = inks.text;
     context.font = `600 ${Math.max(18, r)}px system-ui, sans-serif`;
     context.textAlign = "center";
+    // Dark floors need it.
+    context.strokeStyle = inks.floor;
+    context.lineWidth = 4;
+    context.strokeText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
     context.fillText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
   }
 }

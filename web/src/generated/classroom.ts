@@ -1,6 +1,6 @@
 /** Messages of a class's pages and the server. Written by scripts/generate.py; don't edit. */
 
-import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionZone, Nothing, Project, Sentence, StoredProject } from "./messages";
+import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionGoal, MissionZone, Nothing, Project, Sentence, StoredProject } from "./messages";
 
 /** What everybody may know before joining. */
 export interface ClassAbout {
@@ -318,6 +318,7 @@ export interface WallWorld {
   radius_m: number;
   cars: number;
   zones: MissionZone[];
+  goals: MissionGoal[];
 }
 
 /** The page has drawn the last picture of the wall, and wants the next. */

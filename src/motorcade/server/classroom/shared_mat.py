@@ -12,7 +12,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.simulation import ServerWorld, build_world
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
-from motorcade.service.missions import chosen_mission, mission_zones
+from motorcade.service.missions import chosen_mission, mission_goals, mission_zones
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes, words_to_bytes
@@ -61,7 +61,8 @@ def described(pupil: str, playback: Playback, mat: MatDocument) -> WallWorld:
     radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
     referee = playback.world.referee
     zones = mission_zones(referee.mission) if referee else []
-    return WallWorld(pupil, mat, leads, radius_m, hello.cars, zones)
+    goals = mission_goals(referee.mission) if referee else []
+    return WallWorld(pupil, mat, leads, radius_m, hello.cars, zones, goals)
 
 
 class SharedMat:
