@@ -7,6 +7,7 @@ from typing import Any
 
 from motorcade.locales import catalogue
 from motorcade.program import steps
+from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.parts import word_fields
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.field import WordFormat
@@ -25,6 +26,7 @@ def step_types() -> str:
     parts = {
         "STEP_KINDS": _step_kinds(),
         "CATEGORIES": categories,
+        "HAT_IN_START": [name.upper() for name in SETTINGS_IN_START],
         "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
         "WORD_FIELDS": _word_fields(),
         "HUES": groups,

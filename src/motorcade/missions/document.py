@@ -16,9 +16,10 @@ from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
-from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema, place_in_words
+from motorcade.missions.schema import GOALS, LEVELS, PATHS, goal_schema, mission_schema, place_in_words
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
+from motorcade.program.steps import KINDS
 
 # How many seconds of one car all seeds may take together; a computer simulates some 15,000 in a second.
 MOST_CAR_SECONDS = 60_000
@@ -120,6 +121,12 @@ class Mission:
     def seeds(self) -> tuple[int, ...]:
         """The seeds on which every goal must be met."""
         return tuple(self.document["seeds"])
+
+    @property
+    def palette(self) -> list[str]:
+        """The kinds of steps whose blocks the page offers: those of ``steps``, or else of its level."""
+        in_level = [kind for kind, step in KINDS.items() if step.in_start or self.document["level"] != LEVELS[0]]
+        return self.document.get("steps") or in_level
 
     @property
     def stars(self) -> int:

@@ -12,7 +12,8 @@ from typing import Any, Literal, NamedTuple
 from motorcade.car.brain import NO_LED
 from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
-from motorcade.missions.document import Goal, Mission, Zone
+from motorcade.locales import languages, page_text
+from motorcade.missions.document import Goal, Mission, Wording, Zone
 
 # What the watch of a goal says: not yet met, met at present but not for good, met for good, lost for good.
 Progress = Literal["open", "holds", "met", "lost"]
@@ -92,6 +93,7 @@ class CarsWatch(Watch):
         lost: the sentence for the car that misses it most, from ``car``, ``off`` (what ``test`` gave), ``done`` and
             ``count``.
         from_ms: moments before don't count.
+        at: when, for a kind of goal that doesn't say it.
     """
 
     def __init__(
@@ -100,10 +102,11 @@ class CarsWatch(Watch):
         test: "Callable[[int, Moment], float]",
         lost: "Callable[[int, float, int, int], Phrase]",
         from_ms: int = 0,
+        at: str = "end",
     ) -> None:
         self._cars = goal.cars
         self._needed = needed_of(goal.values["share"], len(goal.cars))
-        self._at = goal.values.get("at", "end")
+        self._at = goal.values.get("at", at)
         self._test, self._lost = test, lost
         self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
         self._until_ms = round(goal.values["until_s"] * 1000) if "until_s" in goal.values else None
@@ -156,6 +159,11 @@ class CarsWatch(Watch):
         why = self._lost(self._cars[place], self._off[place], done, count)
         t_ms = self._off_ms[place] if progress == "lost" else None
         return GoalState(progress, t_ms, done, self._needed, why, (self._cars[place],))
+
+
+def lamp_name(led: int | str) -> Wording:
+    """Name a lamp as blocks do; "off" has no name."""
+    return Wording({language: page_text(("levels", "light", str(led)), language) for language in languages()})
 
 
 def shown_m(metres: float) -> float:
@@ -227,10 +235,20 @@ def lit_watch(goal: Goal, mission: Mission) -> Watch:
     which = "off" if led == NO_LED else "on"
 
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return lost_phrase(f"goal-lit-{which}-{at}-lost", car, done, count, led=led)
+        return lost_phrase(f"goal-lit-{which}-{at}-lost", car, done, count, led=lamp_name(led))
 
     # Before the first tick no LED is on.
     return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost, from_ms=1 if at == "always" else 0)
+
+
+def not_lit_watch(goal: Goal, mission: Mission) -> Watch:
+    """The watch of not-lit: cars' LED is never on."""
+    led = goal.values["led"]
+
+    def lost(car: int, off: float, done: int, count: int) -> Phrase:
+        return lost_phrase("goal-not-lit-lost", car, done, count, led=lamp_name(led))
+
+    return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, at="always")
 
 
 class TravelledWatch(Watch):

@@ -109,6 +109,7 @@ GOALS: dict[str, GoalKind] = {
         },
         optional=(*_WINDOW,),
     ),
+    "not-lit": GoalKind({**_CARS, "led": whole(0, 3, title="the number of an LED"), **_WINDOW}, optional=(*_WINDOW,)),
     "lit": GoalKind({**_CARS, "led": _LED, "at": _at("some-moment"), **_WINDOW}, optional=(*_WINDOW,)),
     "together": GoalKind(
         {"who": _WHO, "metres": _metres("the distance between any two of them at most"), "at": _at("end")}

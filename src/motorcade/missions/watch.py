@@ -19,6 +19,7 @@ _CAR_WATCHES = {
     "out-of-zone": goals.outside_watch,
     "heading": goals.heading_watch,
     "lit": goals.lit_watch,
+    "not-lit": goals.not_lit_watch,
 }
 
 
@@ -180,6 +181,8 @@ def _whole_phrase(goal: Goal, mission: Mission) -> Phrase:
         details["who"] = _who_phrase(goal)
     if "zone" in goal.values:
         details["zone"] = mission.zone(goal.values["zone"]).title
+    if "led" in goal.values:
+        details["led"] = goals.lamp_name(goal.values["led"])
     if goal.kind == "travelled":
         bounds = [name for name in ("least_m", "most_m") if name in goal.values]
         return Phrase("goal-travelled-" + "-".join(bounds), **details)

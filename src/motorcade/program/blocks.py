@@ -30,6 +30,8 @@ MOST_IN_A_ROW = 400
 MOST_DEEP = 30
 
 _SETTINGS = ("accept_ir", "forward")
+# The settings of the followers' hat that the page's first level shows.
+SETTINGS_IN_START = ("forward",)
 _CHOICES = {"same": None, "yes": True, "no": False}
 _TICKS = {"TRUE": True, "FALSE": False}
 _TAGGED = {"auto": "auto", "yes": True, "no": False}

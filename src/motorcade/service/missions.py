@@ -63,7 +63,7 @@ class Mission(Struct):
 
     Attributes:
         edits: "blocks", or "bits" of the words.
-        steps: the kinds of steps that may be used; None for all.
+        steps: the kinds of steps whose blocks are offered.
         seed: the seed that the page plays with first.
         leader, followers: the blocks that the user begins with.
         document: what the file holds.
@@ -78,7 +78,7 @@ class Mission(Struct):
     order: int
     level: str
     edits: str
-    steps: list[str] | None
+    steps: list[str]
     seconds: float
     seed: int
     profile: str
@@ -168,7 +168,7 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
         order=document["order"],
         level=document["level"],
         edits=document["edits"],
-        steps=document.get("steps"),
+        steps=mission.palette,
         seconds=document["seconds"],
         seed=mission.seeds[0],
         profile=document["profile"],

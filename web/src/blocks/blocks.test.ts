@@ -6,6 +6,7 @@ import { FIRST_STEPS } from "../projects/project";
 import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
 import { BLOCK_TYPES, defineBlocks, canStandIn, toolboxOf } from "./definitions";
+import { emptyState } from "./workspaces";
 
 const profile = {
   speeds_mm_s: [0, 100, 200, 300],
@@ -96,6 +97,39 @@ describe("the blocks", () => {
     expect(offered).toHaveLength(6);
     expect([speed, figure]).toEqual(["medium", "200 mm/s"]);
     expect(now).toEqual(before);
+  });
+
+  it("let followers pass words on, with a switch that the first level shows too", () => {
+    const workspace = new Blockly.Workspace();
+    Blockly.serialization.workspaces.load(emptyState("followers"), workspace);
+    expect(workspace.getTopBlocks()[0]!.getFieldValue("FORWARD")).toBe("TRUE");
+    const isShown = (name: string) => {
+      const block = new Blockly.Workspace().newBlock("motorcade_followers");
+      return block.inputList.some((input) => input.isVisible() && input.fieldRow.some((field) => field.name === name));
+    };
+    const names = ["FORWARD", "ACCEPT_IR", "TAGGED", "DWELL"];
+    useSettings.setState({ level: "start" });
+    const first = names.map(isShown);
+    useSettings.setState({ level: "words" });
+    expect(first).toEqual([true, false, false, false]);
+    expect(names.map(isShown)).toEqual([true, true, true, true]);
+  });
+
+  it("of a mission are those that it names, on the first level too", () => {
+    const types = () => toolboxOf("followers", ["drive", "pir"]).contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
+    useSettings.setState({ level: "start" });
+    const first = types();
+    useSettings.setState({ level: "words" });
+    expect(first).toEqual(["motorcade_drive", "motorcade_pir"]);
+    expect(types()).toEqual(["motorcade_drive", "motorcade_pir", "motorcade_infrared"]);
+  });
+
+  it("name a lamp by its colour on every level", () => {
+    const lamp = () => new Blockly.Workspace().newBlock("motorcade_led").getField("WHICH")!.getText();
+    expect(lamp()).toBe("0 · yellow");
+    useSettings.setState({ level: "start" });
+    expect(lamp()).toBe("yellow");
+    useSettings.setState({ level: "words" });
   });
 });
 

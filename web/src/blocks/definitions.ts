@@ -4,7 +4,7 @@ import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { Profile, EditorName, Language } from "../api/types";
 import type { Texts } from "virtual:texts/studio";
-import { STEP_KINDS, CATEGORIES } from "../generated/steps";
+import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
 import { useSettings } from "../state/settings";
 import { levelText } from "./figures";
 import { IconField, iconOf } from "./icons";
@@ -113,13 +113,16 @@ export const BLOCK_TYPES = Object.keys(DEFINITIONS);
 export function jsonOf(type: string, profile: Profile): Record<string, unknown> {
   const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;
   const text = isStart() ? i18next.t(`startBlocks.${message}`) : i18next.t(`blocks.${message}`);
-  // The first level shows no settings of infrared: the block keeps them, unseen.
-  const hidden = isStart() && message === "followers";
   const own = fields?.(profile) ?? [];
+  // The first level shows few settings of infrared: the block keeps the others, unseen.
+  const isShown = ({ name }: Field) => !(isStart() && hat) || HAT_IN_START.some((each) => each === name);
+  const hidden = own.filter((field) => !isShown(field));
   const rows = [
     // The icon comes first, so every other field's number is one higher.
-    { message: `%1 ${text.replace(/%(\d)/g, (_, number) => `%${Number(number) + 1}`)}`, fields: [iconOf(message), ...(hidden ? [] : own)] },
-    ...(hidden ? [{ message: "%1 %2 %3 %4 %5", fields: [...own, { type: "input_dummy", name: HIDDEN }] }] : []),
+    { message: `%1 ${text.replace(/%(\d)/g, (_, number) => `%${Number(number) + 1}`)}`, fields: [iconOf(message), ...own.filter(isShown)] },
+    ...(hidden.length
+      ? [{ message: ["", ...hidden].map((_, number) => `%${number + 1}`).join(" "), fields: [...hidden, { type: "input_dummy", name: HIDDEN }] }]
+      : []),
     ...(tail ? [{ message: i18next.t("blocks.tail"), fields: tail(profile) }] : []),
     ...(holds ? [{ message: "%1", fields: [{ type: "input_statement", name: "STEPS" }] }] : []),
   ];
@@ -195,11 +198,12 @@ export function canStandIn(editor: EditorName, type: string): boolean {
   return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
 }
 
-/** The drawers of an editor; with `steps` only the blocks of these kinds, and of infrared, are in them. */
+/** The drawers of an editor; with `steps`, those of a mission, only the blocks of these kinds are in them. */
 export function toolboxOf(editor: EditorName, steps: readonly string[] | null = null) {
-  const isOffered = (type: string) => steps === null || type === "motorcade_infrared" || steps.includes(type.replace("motorcade_", ""));
-  // What a mission offers is there on every level.
-  const isShown = (type: string) => isOffered(type) && (steps !== null || !isStart() || START_BLOCKS.has(type));
+  const isShown = (type: string) => {
+    if (type === "motorcade_infrared") return !isStart();
+    return steps ? steps.includes(type.replace("motorcade_", "")) : !isStart() || START_BLOCKS.has(type);
+  };
   return {
     kind: "categoryToolbox",
     contents: DRAWERS_OF[editor].filter((drawer) => DRAWERS[drawer].some(isShown)).map((drawer) => ({

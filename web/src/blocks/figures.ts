@@ -40,7 +40,7 @@ export function levelMeaning(profile: Profile, menu: Menu, level: number, turnin
     case "radius":
       return radiusMeaning(profile, level);
     case "light":
-      return i18next.t("blocks.light", { which: level });
+      return levelWord("light", level);
   }
 }
 
@@ -52,6 +52,5 @@ function levelWord(menu: Menu, level: number): string {
 /** A level as a menu shows it: in a word, or with its figure. */
 export function levelText(profile: Profile, menu: Menu, level: number, inWords = false): string {
   if (inWords) return levelWord(menu, level);
-  const meaning = levelMeaning(profile, menu, level);
-  return menu === "light" ? meaning : i18next.t(`blocks.${menu}`, { level, meaning });
+  return i18next.t(`blocks.${menu}`, { level, meaning: levelMeaning(profile, menu, level) });
 }

@@ -40,9 +40,10 @@ function lock(workspace: Blockly.WorkspaceSvg): void {
   (workspace.getToolbox() as Blockly.Toolbox | null)?.setVisible(!offer.locked);
 }
 
-/** An editor with nothing but its hat. */
+/** An editor with nothing but its hat. Followers pass words on unless the user turns that off: else cars far away stand. */
 export function emptyState(editor: EditorName): WorkspaceState {
-  return { blocks: { languageVersion: 0, blocks: [{ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }] } };
+  const fields = editor === "followers" ? { FORWARD: true } : undefined;
+  return { blocks: { languageVersion: 0, blocks: [{ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24, fields }] } };
 }
 
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {

@@ -178,6 +178,44 @@ export const GOAL_KINDS = {
       "whole": false
     }
   ],
+  "not-lit": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "led",
+      "input": "led",
+      "optional": false
+    },
+    {
+      "name": "from_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    },
+    {
+      "name": "until_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    }
+  ],
   "lit": [
     {
       "name": "who",

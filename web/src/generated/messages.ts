@@ -314,7 +314,7 @@ export interface Mission {
   order: number;
   level: string;
   edits: string;
-  steps: string[] | null;
+  steps: string[];
   seconds: number;
   seed: number;
   profile: string;

@@ -169,6 +169,10 @@ export const CATEGORIES = [
   "order"
 ] as const;
 
+export const HAT_IN_START = [
+  "FORWARD"
+] as const;
+
 export const FORMATS = {
   "header": [
     {

@@ -185,7 +185,7 @@ function GoalField({ draft, goal, field, set }: GoalFieldProps) {
     case "at":
       return <Choice label={label} value={value as "end"} all={TIMES} name={(each) => t(`missions.at.${each}`)} onChange={(at) => set({ at })} />;
     case "led":
-      return <Choice label={label} value={String(value) as "0"} all={LEDS} name={(each) => (each === "off" ? t("missions.ledOff") : `LED ${each}`)} onChange={(led) => set({ led: led === "off" ? led : Number(led) })} />;
+      return <Choice label={label} value={String(value) as "0"} all={LEDS.filter((each) => each !== "off" || goal.kind === "lit")} name={(each) => (each === "off" ? t("missions.ledOff") : t(`levels.light.${each}`))} onChange={(led) => set({ led: led === "off" ? led : Number(led) })} />;
     case "number":
       // What may be left out begins empty in a file; the editor offers the rest.
       if (value === undefined) return null;
