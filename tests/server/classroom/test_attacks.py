@@ -3,7 +3,7 @@
 import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import msgspec
 import pytest
@@ -14,7 +14,7 @@ from motorcade.classroom.desk_messages import DESK_REQUESTS
 from motorcade.classroom.messages import PUPIL_REQUESTS
 from motorcade.server.classroom.app import make_class_app
 from motorcade.server.classroom.folder import ClassFolder
-from motorcade.server.classroom.running_class import ClassServerSettings
+from motorcade.server.classroom.running_class import SESSIONS, ClassServerSettings
 from motorcade.server.classroom.visitors import ClassVisitors
 from motorcade.server.studio import workers
 from motorcade.service.documents import example
@@ -116,6 +116,17 @@ def test_a_world_of_another_pupil_is_not_taken_over(room):
             assert his.until("state")["seed"] == 5
         hers.send("step")
         assert hers.until("state", lambda state: state["t_ms"])["t_ms"] == 5
+
+
+def test_a_pupil_has_one_world_and_takes_no_place_from_others(tmp_path):
+    with class_room(tmp_path, sessions=SESSIONS._replace(most=2)) as room, ExitStack() as pages:
+        eve, mia = room.join("Eve"), room.join("Mia")
+        hers = [pages.enter_context(eve.open(f"world?session={number:032x}")) for number in range(3)]
+        for page in hers[:2]:
+            assert page.until("error")["code"] == "taken-over"
+        with mia.open(f"world?session={KEY}") as page:
+            page.set()
+        hers[2].set()
 
 
 def test_a_flood_from_one_tablet_is_refused_and_others_notice_nothing(room):

@@ -68,6 +68,15 @@ def test_the_address_stays_good_after_a_restart(tmp_path):
     assert tokens[0] == tokens[1] != ""
 
 
+def half_sent(running):
+    """Break off a request, and wait until the server has seen it."""
+    with socket.create_connection(("127.0.0.1", running.port)) as line:
+        head = f"POST /api/open HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: {running.cookie['Cookie']}\r\n"
+        line.sendall(f"{head}Content-Length: 90\r\n\r\n{{".encode())
+    # It has begun a process that answers, and the log of the one before is written.
+    assert answer(running, "POST", "/api/open", b'{"text": ""}')[0] == 400
+
+
 def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path):
     with started(tmp_path / "mine") as running:
         assert answer(running, "POST", "/api/projects/write", b'{"name": "a", "project": {"leader": {}}}') == (
@@ -78,6 +87,7 @@ def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path)
             f"ws://127.0.0.1:{running.port}/api/world?session={SESSION}", additional_headers=running.cookie
         ) as page:
             assert json.loads(page.recv())["is"] == "hello"
+            half_sent(running)
             assert stop(running.process) == ("", "")
         assert running.process.returncode == 0
     assert running.library == str(tmp_path / "mine")

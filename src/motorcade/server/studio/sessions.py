@@ -64,7 +64,9 @@ class SessionLimits(NamedTuple):
 
     Attributes:
         most: in all.
-        most_of_one_visitor: for one address.
+        most_of_one_visitor: for one address, or one pupil.
+        newest_wins: whether a visitor who has as many gets another world in place of the one used longest ago, even
+            where a page shows that.
         most_cars: the most cars in the world of each.
         past_bytes: how much of the past of each is stored, in bytes of moments and of events.
     """
@@ -73,6 +75,7 @@ class SessionLimits(NamedTuple):
     most_of_one_visitor: int = 16
     most_cars: int = 2_000
     past_bytes: tuple[int, int] = PAST_BYTES
+    newest_wins: bool = False
 
 
 SESSIONS = SessionLimits()
@@ -287,11 +290,13 @@ class PageWorlds:
             if len(some) < most:
                 continue
             idle_since_s = self._settings.clock() - IDLE_S
-            unused = [session for session in some if session.page is None or session.used_s <= idle_since_s]
+            gives_way = self._limits.newest_wins and some is alike
+            unused = [each for each in some if gives_way or each.page is None or each.used_s <= idle_since_s]
             if not unused:
                 raise MotorcadeError(code, most=most)
             # Pages that have left give way before pages that are idle.
-            self._forget(min(unused, key=lambda session: (session.page is not None, session.used_s)))
+            oldest = min(unused, key=lambda session: (session.page is not None, session.used_s))
+            self._forget(oldest, MotorcadeError("taken-over") if gives_way else None)
             return
 
     def _leave(self, session: PageWorld, page: PageSocket) -> None:
