@@ -29,7 +29,7 @@ from motorcade.timing import RateLimit, to_ticks
 TEACHER = "teacher"
 _YEAR_S = 365 * 24 * 3600
 _SECRET_BYTES = 24
-# One world for each pupil and the teacher, so that nobody takes another's place. A hundred worlds take 600 MB at most, so
+# One world for each pupil and the teacher, so that nobody takes another's place. A hundred take 600 MB at most, so
 # each stores less of the past than in a studio of one user: some ten minutes of 20 cars.
 SESSIONS = SessionLimits(
     most=MOST_PUPILS + 1, most_of_one_visitor=1, most_cars=500, past_bytes=(4 << 20, 2 << 20), newest_wins=True
