@@ -49,6 +49,17 @@ def most_files() -> int:
     return soft if soft >= 0 else 8192
 
 
+def network_of(address: str) -> str:
+    """Whom a connection from an address counts for: one computer may have all the addresses of an IPv6 /64 network."""
+    try:
+        found = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    if found.version == 4:
+        return str(found)
+    return str(found.ipv4_mapped or ipaddress.ip_network((int(found) >> 64 << 64, 64)))
+
+
 def is_loopback(listener: socket.socket) -> bool:
     """Whether only this computer can reach the socket."""
     return ipaddress.ip_address(listener.getsockname()[0].partition("%")[0]).is_loopback

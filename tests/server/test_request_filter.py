@@ -153,7 +153,7 @@ def test_an_address_that_sends_too_fast_is_refused_and_the_others_are_served(vis
 def test_the_filter_remembers_a_bounded_number_of_addresses(visit):
     request_filter = visit().app
     for number in range(5000):
-        request_filter._check_rate({"client": (str(number), 0)})
+        request_filter._check_rate({"client": (str(number), 0)}, "")
     assert len(request_filter._rates) < 5000
 
 

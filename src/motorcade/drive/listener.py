@@ -5,18 +5,21 @@ import errno
 import socket
 import ssl
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Protocol, cast
 
 from motorcade.drive.tls.keys import peer_name, peer_number
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.sockets import listen
+from motorcade.sockets import listen, network_of
 
 HANDSHAKE_S = 2.0
 # Little is buffered by the system, so that a stall leaves few old commands and little old telemetry.
 _KERNEL_BYTES = 1 << 13
 _OUT_OF_SOCKETS_S = 0.1
+# For so long a connection's first bytes may be on their way.
+_YOUNG_S = 2.0
 # A peer that has vanished is noticed in ten seconds, where the system has these options.
 _KEEPALIVE = (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3))
 
@@ -47,12 +50,18 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
 class Places(NamedTuple):
     """How many connections a listener keeps: in all, and of one address; and how many may wait to be accepted.
 
-    A newcomer who finds so many waiting tries again after a second. 0: as many as are kept.
+    Attributes:
+        most, most_of_one_address: an IPv6 network (/64) counts as one address.
+        waiting: a newcomer who finds so many waiting tries again after a second. 0: as many as are kept.
+        burst: so many times as many connections of an address are kept while all have a session, or are new.
+        shares: whether a newcomer gets a place even where all have sessions: one of whoever has most.
     """
 
     most: int = 64
     most_of_one_address: int = 16
     waiting: int = 0
+    burst: int = 1
+    shares: bool = False
 
 
 # A car accepts thousands in a second: nobody's emergency stop has to try again.
@@ -61,6 +70,11 @@ DRIVE_PLACES = Places(waiting=socket.SOMAXCONN)
 
 class Connected(Protocol):
     """What a listener needs of the protocol of a connection."""
+
+    # Who is known to hold the connection; their connections don't count for the address. "": nobody is known.
+    holder: str
+    # Whether it stays, however many newcomers there are.
+    stays: bool
 
     def has_session(self) -> bool:
         """Whether the connection stays when newcomers need its place."""
@@ -82,6 +96,9 @@ class ClientProtocol(asyncio.BaseProtocol, ABC):
         port: the port that it comes from.
         keys_number: the serial number of its certificate; None where it has shown none.
     """
+
+    holder = ""
+    stays = False
 
     def __init__(self, opened: Callable[[], None], closed: Callable[[], None]) -> None:
         self.line: asyncio.Transport | None = None
@@ -128,9 +145,14 @@ class _Slot:
     """The place of one connection."""
 
     def __init__(self, address: str, make_protocol: "MakeProtocol", free: "Callable[[_Slot], None]") -> None:
-        self.address = address
+        self.network = network_of(address)
+        self.made_s = asyncio.get_running_loop().time()
         self.protocol = make_protocol(lambda: free(self))
         self.opening: asyncio.Task[None] | None = None
+
+    def whose(self) -> str:
+        """Who has it: somebody who is known, or a network."""
+        return self.protocol.holder or self.network
 
     def end(self) -> None:
         if self.opening:
@@ -233,19 +255,34 @@ class Listener:
             self._slots.remove(slot)
 
     def _make_room(self, address: str) -> bool:
-        """End connections until there is a place. False where all have sessions."""
-        alike = [slot for slot in self._slots if slot.address == address]
-        for candidates, most in ((alike, self._places.most_of_one_address), (self._slots, self._places.most)):
-            if len(candidates) < most:
-                continue
-            oldest = next((slot for slot in candidates if not slot.protocol.has_session()), None)
-            if oldest is None:
-                return False
-            self._turned_away()
-            self._free(oldest)
-            oldest.end()
+        """End a connection where there is no place. False where all have sessions, and none has to give way."""
+        places, network = self._places, network_of(address)
+        alike = [slot for slot in self._slots if slot.network == network and not slot.protocol.holder]
+        if len(alike) < places.most_of_one_address and len(self._slots) < places.most:
             return True
+        is_burst = len(alike) < places.most_of_one_address * places.burst
+        candidates = alike if len(alike) >= places.most_of_one_address else self._slots
+        # In a burst requests are on their way.
+        since_s = asyncio.get_running_loop().time() - (_YOUNG_S if is_burst and places.burst > 1 else 0.0)
+        idle = (slot for slot in candidates if not slot.protocol.has_session() and slot.made_s <= since_s)
+        oldest = next(idle, None)
+        if oldest is None and is_burst:
+            if len(self._slots) < places.most:
+                return True
+            oldest = self._oldest_of_many() if places.shares else None
+        if oldest is None:
+            return False
+        self._turned_away()
+        self._free(oldest)
+        oldest.end()
         return True
+
+    def _oldest_of_many(self) -> _Slot | None:
+        """The oldest connection of whoever has most, except those that stay; None where everybody has one."""
+        slots = [slot for slot in self._slots if not slot.protocol.stays]
+        counts = Counter(slot.whose() for slot in slots)
+        whose, count = max(counts.items(), key=lambda each: each[1], default=("", 0))
+        return next(slot for slot in slots if slot.whose() == whose) if count > 1 else None
 
     async def _open(self, line: socket.socket, protocol: Connected) -> None:
         timeout_s = HANDSHAKE_S if self._tls else None

@@ -8,9 +8,11 @@ import ipaddress
 import re
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from secrets import compare_digest
+from typing import Protocol
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import HTTPConnection
@@ -21,8 +23,13 @@ from starlette.websockets import WebSocket
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import error_response, refusal_page
 from motorcade.service.exchange import MOST_BYTES
+from motorcade.sockets import network_of
 from motorcade.timing import RateLimit, to_ticks
 
+# Where the server puts a request's connection into its state.
+STATE_KEY = "connection"
+# WebSockets of one pupil: three tabs have fewer. The oldest gives way.
+MOST_SOCKETS = 8
 _MOST_ADDRESSES = 4096
 _RATE_WINDOW_MS = 2000
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
@@ -79,6 +86,16 @@ class ServerSettings:
         return RateLimit(2 * self.messages_a_second, _RATE_WINDOW_MS)
 
 
+class Held(Protocol):
+    """A connection, as the filter knows it (`motorcade.server.running.PageConnection`)."""
+
+    holder: str
+    stays: bool
+
+    def drop(self) -> None:
+        """End it at once."""
+
+
 class RequestFilter:
     """Pass requests on to ``app``, except those that aren't allowed: answer these with an error.
 
@@ -86,14 +103,21 @@ class RequestFilter:
         app: the application.
         settings: the limits, and the token that is needed.
         admit: in place of a token decides who may ask for what pages only request; raises MotorcadeError.
+        holder: who is known to ask, "" for a stranger; and whether their connections keep their places whoever comes.
     """
 
     def __init__(
-        self, app: ASGIApp, settings: ServerSettings, admit: Callable[[HTTPConnection], None] | None = None
+        self,
+        app: ASGIApp,
+        settings: ServerSettings,
+        admit: Callable[[HTTPConnection], None] | None = None,
+        holder: Callable[[HTTPConnection], tuple[str, bool]] = lambda connection: ("", False),
     ) -> None:
         self._app = app
         self._settings = settings
         self._admit = admit
+        self._holder = holder
+        self._sockets: dict[str, list[Held]] = {}
         self._rates: OrderedDict[str, RateLimit] = OrderedDict()
         # Cookies are shared between ports: two servers on one computer need different names.
         self._cookie = f"motorcade_{settings.port}"
@@ -104,8 +128,12 @@ class RequestFilter:
             await self._app(scope, receive, send)
             return
         send = _with_headers(scope, send)
+        holder, stays = self._holder(HTTPConnection(scope))
+        connection = scope.get("state", {}).get(STATE_KEY)
+        if connection:
+            connection.holder, connection.stays = holder, stays
         try:
-            self._check(scope)
+            self._check(scope, holder)
             shown = self._shown_token(scope)
             if not shown and scope["path"] in _PAGES and not self._admit:
                 self._check_token(scope)
@@ -117,11 +145,28 @@ class RequestFilter:
         if shown:
             await self._store_token(scope)(scope, receive, send)
             return
-        await self._app(scope, self._bounded(receive, self._most_body(scope)), send)
+        with self._counted(connection) if scope["type"] == "websocket" else nullcontext():
+            await self._app(scope, self._bounded(receive, self._most_body(scope)), send)
 
-    def _check(self, scope: Scope) -> None:
+    @contextmanager
+    def _counted(self, socket: "Held | None") -> Iterator[None]:
+        """Count a WebSocket of somebody who is known while the block runs; where there are too many drop the oldest."""
+        if socket is None or not socket.holder or socket.stays:
+            yield
+            return
+        alike = self._sockets.setdefault(socket.holder, [])
+        if len(alike) >= MOST_SOCKETS:
+            alike.pop(0).drop()
+        alike.append(socket)
+        try:
+            yield
+        finally:
+            if socket in alike:
+                alike.remove(socket)
+
+    def _check(self, scope: Scope, holder: str) -> None:
         headers = Headers(scope=scope)
-        self._check_rate(scope)
+        self._check_rate(scope, holder)
         self._check_host(headers)
         self._check_origin(headers, scope["path"])
         if scope["path"].startswith(_GUARDED):
@@ -134,8 +179,8 @@ class RequestFilter:
     def _most_body(self, scope: Scope) -> int:
         return max(self._settings.most_body, _LARGE_BODIES.get(scope["path"], 0))
 
-    def _check_rate(self, scope: Scope) -> None:
-        address = scope["client"][0] if scope.get("client") else ""
+    def _check_rate(self, scope: Scope, holder: str) -> None:
+        address = holder or network_of(scope["client"][0] if scope.get("client") else "")
         a_second = self._settings.requests_a_second
         rate = self._rates.setdefault(address, RateLimit(2 * a_second, _RATE_WINDOW_MS))
         self._rates.move_to_end(address)

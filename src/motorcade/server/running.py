@@ -8,21 +8,14 @@ import ssl
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
-import h11
 import uvicorn
-from starlette.types import ASGIApp
-from uvicorn._types import ASGISendEvent
-from uvicorn.protocols.http.h11_impl import H11Protocol
-from uvicorn.protocols.utils import ClientDisconnected
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
-from uvicorn.server import ServerState
-from websockets.frames import Frame
-from websockets.protocol import State
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from motorcade.drive.listener import Listener, Places
-from motorcade.server.request_filter import ServerSettings
+from motorcade.server.request_filter import STATE_KEY, ServerSettings
 from motorcade.sockets import is_loopback, most_files
 from motorcade.timing import RateLimit, to_ticks
 
@@ -31,8 +24,11 @@ _PATIENCE_S = 2
 REQUEST_S = 30.0
 # A WebSocket is asked so often whether it is still there, and has so long to answer.
 PING_S = 20.0
-# Thirty pages with seven connections each need half of these; one computer may have fifteen pages open.
-_PLACES = Places(512, 128)
+# Of a request's body so many bytes have to come in REQUEST_S.
+_LEAST_BYTES = 1 << 14
+# Thirty pages with seven connections each need half of these. All pupils of a class may share one address, and load
+# their pages at the same moment: then four times as many. Those whose pupil is known don't count for the address.
+_PLACES = Places(512, 32, burst=4, shares=True)
 # So many files are kept for the rest of the program: cars, cameras, serial ports, projects.
 _KEPT_FILES = 256
 # Of the server's warnings so many are printed in a minute: a stranger can cause any number of them.
@@ -62,9 +58,9 @@ class Server(uvicorn.Server):
         self, app: ASGIApp, settings: ServerSettings, ready: Callable[[], None], tls: ssl.SSLContext | None = None
     ) -> None:
         config = uvicorn.Config(
-            app,
-            http=_PageConnection,
-            ws=_PageWebSocket,
+            _noted(app),
+            http="h11",
+            ws="websockets-sansio",
             log_level="warning",
             access_log=False,
             # There is no proxy in front, so any client could forge these headers.
@@ -82,6 +78,7 @@ class Server(uvicorn.Server):
         self._tls = tls
         self._listeners: list[Listener] = []
         self._accepting: list[asyncio.Task[None]] = []
+        self._connections: set[PageConnection] = set()
         self._limits = _FewWarnings(settings.clock)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -90,7 +87,7 @@ class Server(uvicorn.Server):
             logging.getLogger(name).addFilter(self._limits)
         # Without sockets uvicorn begins everything else.
         await super().startup([])
-        places = Places(min(_PLACES.most, most_files() - _KEPT_FILES), _PLACES.most_of_one_address)
+        places = _PLACES._replace(most=min(_PLACES.most, most_files() - _KEPT_FILES))
         self._listeners = [Listener(each, self._connection, lambda: None, self._tls, places) for each in sockets or []]
         self._accepting = [asyncio.create_task(each.serve()) for each in self._listeners]
         self._ready()
@@ -102,14 +99,44 @@ class Server(uvicorn.Server):
         for task in self._accepting:
             task.cancel()
         await asyncio.gather(*self._accepting, return_exceptions=True)
+        # uvicorn would close a WebSocket that is closing a second time; that error would end the server.
+        for connection in list(self._connections):
+            if connection.is_closing():
+                connection.drop()
+        # The loop's next rounds tell them so, one for each of TLS and TCP.
+        for _ in range(4):
+            await asyncio.sleep(0)
         await super().shutdown()
         for listener in self._listeners:
             listener.drop_all()
         for name in _LOGGERS:
             logging.getLogger(name).removeFilter(self._limits)
 
-    def _connection(self, closed: Callable[[], None]) -> "_PageConnection":
-        return _PageConnection(self.config, self.server_state, self.lifespan.state, closed)
+    def _connection(self, closed: Callable[[], None]) -> "PageConnection":
+        def make_inner(state: dict[str, Any]) -> asyncio.Protocol:
+            kind = cast(Callable[..., asyncio.Protocol], self.config.http_protocol_class)
+            return kind(config=self.config, server_state=self.server_state, app_state={**self.lifespan.state, **state})
+
+        def lost() -> None:
+            self._connections.discard(connection)
+            closed()
+
+        connection = PageConnection(make_inner, lost)
+        self._connections.add(connection)
+        return connection
+
+
+def _noted(app: ASGIApp) -> ASGIApp:
+    """Return an application whose requests are noted at their connections."""
+
+    async def serve(scope: Scope, receive: Receive, send: Send) -> None:
+        connection = scope.get("state", {}).get(STATE_KEY)
+        if connection is None:
+            await app(scope, receive, send)
+        else:
+            await connection.serve(app, scope, receive, send)
+
+    return serve
 
 
 def serve_alone(
@@ -125,119 +152,179 @@ def serve_alone(
         Server(app, settings, ready, tls).run(sockets=[listener])
 
 
-class _PageConnection(H11Protocol):
-    """A connection of a browser, until it becomes a WebSocket; its queue is short, and a request has to come in time.
+class PageConnection(asyncio.Protocol):
+    """A connection of a browser, between the socket and uvicorn: to uvicorn it is the transport.
 
-    ``closed`` is called when the connection is lost, also as a WebSocket.
+    It is dropped where a request doesn't come in time, where nobody takes what is sent, or where a WebSocket brings
+    too many frames that are no messages.
+
+    Args:
+        make_inner: makes uvicorn's protocol, given what it adds to the state of each request.
+        closed: called when the connection is lost, also as a WebSocket.
+
+    Attributes:
+        holder: who is known to hold it, by the cookie of a request; "" for nobody.
+        stays: whether it keeps its place, however many others come.
     """
 
-    def __init__(
-        self, config: uvicorn.Config, state: ServerState, app_state: dict[str, Any], closed: Callable[[], None]
-    ) -> None:
-        super().__init__(config, state, app_state)
+    def __init__(self, make_inner: Callable[[dict[str, Any]], asyncio.Protocol], closed: Callable[[], None]) -> None:
+        self._inner = make_inner({STATE_KEY: self})
         self._closed = closed
-        self._is_socket = False
-        self._deadline: asyncio.TimerHandle | None = None
+        self._line: asyncio.Transport | None = None
+        self._loop = asyncio.get_running_loop()
+        self._lost = asyncio.Event()
+        self._frames: Frames | None = None
+        self._timers: list[asyncio.TimerHandle] = []
+        self._works = 0
+        self._awaits_body = self._is_closing = False
+        # Bytes that have come, and that were written.
+        self._came = self._written = 0
+        self.holder, self.stays = "", False
+
+    # What the listener asks for.
 
     def has_session(self) -> bool:
         """Whether a request is in work, or the page has a WebSocket."""
-        return self._is_socket or (self.cycle is not None and not self.cycle.response_complete)
+        return self._works > 0
 
     def drop(self) -> None:
-        if self.transport:
-            self.transport.abort()
+        if self._line:
+            self._line.abort()
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # uvicorn's own type
+    # What the socket brings.
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._line = transport
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KERNEL_BYTES)
         transport.set_write_buffer_limits(_OWN_BYTES)
-        super().connection_made(transport)
-        self._await_request()
+        self._inner.connection_made(cast(asyncio.Transport, self))
+        self._after(REQUEST_S, partial(self._look, 0, 0))
+
+    def data_received(self, data: bytes) -> None:
+        self._came += len(data)
+        if self._frames and not self._frames.allow(data, to_ticks(self._loop.time())):
+            self.drop()
+        else:
+            self._inner.data_received(data)
+
+    def eof_received(self) -> bool | None:
+        return self._inner.eof_received()
+
+    def pause_writing(self) -> None:
+        self._inner.pause_writing()
+
+    def resume_writing(self) -> None:
+        self._inner.resume_writing()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._end_deadline()
-        super().connection_lost(exc)
+        self._is_closing = True
+        for timer in self._timers:
+            timer.cancel()
+        self._inner.connection_lost(exc)
+        self._lost.set()
         self._closed()
 
-    def handle_events(self) -> None:
-        super().handle_events()
-        if self._is_socket or (self.cycle is not None and not self.cycle.more_body):
-            self._end_deadline()
+    # What uvicorn asks its transport for.
 
-    def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        self._is_socket = True
-        super().handle_websocket_upgrade(event)
-        socket = self.transport.get_protocol()
-        assert isinstance(socket, _PageWebSocket)
-        socket.closed = self._closed
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._line, name)
 
-    def on_response_complete(self) -> None:
-        super().on_response_complete()
-        self._await_request()
+    def set_protocol(self, protocol: asyncio.Protocol) -> None:
+        """From now on it is a WebSocket."""
+        self._inner, self._frames = protocol, Frames()
 
-    def _await_request(self) -> None:
-        self._end_deadline()
-        self._deadline = self.loop.call_later(REQUEST_S, self.drop)
+    def write(self, data: bytes) -> None:
+        self._written += len(data)
+        assert self._line
+        self._line.write(data)
 
-    def _end_deadline(self) -> None:
-        if self._deadline:
-            self._deadline.cancel()
-        self._deadline = None
+    def close(self) -> None:
+        """Close it when all is sent, or after a while: perhaps nobody reads."""
+        self._is_closing = True
+        if self._line:
+            self._line.close()
+            self._after(_PATIENCE_S, self.drop)
+
+    def is_closing(self) -> bool:
+        return self._is_closing or self._line is None or self._line.is_closing()
+
+    # What the application does.
+
+    async def serve(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, and note when it is in work and when it waits for its body."""
+        is_socket = scope["type"] == "websocket"
+        self._awaits_body = not is_socket
+
+        async def receive_noted() -> Message:
+            message = await receive()
+            self._awaits_body = bool(message.get("more_body")) and not is_socket
+            return message
+
+        async def send_noted(message: Message) -> None:
+            if is_socket and self.is_closing():
+                # uvicorn would log an error for each message to a page that is leaving.
+                raise OSError
+            self._awaits_body = False
+            await send(message)
+
+        self._works += 1
+        try:
+            await app(scope, receive_noted, send_noted)
+            if is_socket and self.is_closing():
+                # A page that was refused has got its answer: uvicorn would log that nothing was accepted.
+                await self._lost.wait()
+        finally:
+            self._works -= 1
+            self._awaits_body = False
+
+    def _look(self, came: int, taken: int) -> None:
+        """Drop the connection where its other end had to do something, and did too little for `REQUEST_S`."""
+        assert self._line
+        waiting = self._line.get_write_buffer_size()
+        awaits_request = self._awaits_body or self._works == 0
+        if (waiting and self._written - waiting <= taken) or (awaits_request and self._came - came < _LEAST_BYTES):
+            self.drop()
+        else:
+            self._after(REQUEST_S, partial(self._look, self._came, self._written - waiting))
+
+    def _after(self, seconds: float, job: Callable[[], None]) -> None:
+        self._timers = [self._loop.call_later(seconds, job), *self._timers[:1]]
 
 
-class _PageWebSocket(WebSocketsSansIOProtocol):
-    """A page's WebSocket: it is dropped where too many frames come that are no messages, or where nobody reads."""
+class Frames:
+    """Count the frames of a WebSocket that are no whole messages, by their heads."""
 
-    closed: Callable[[], None] = lambda: None
-
-    def __init__(self, config: uvicorn.Config, server_state: ServerState, app_state: dict[str, Any]) -> None:
-        super().__init__(config, server_state, app_state)
+    def __init__(self) -> None:
+        self._head = bytearray()
+        self._rest = 0
         self._controls = RateLimit(CONTROLS_A_MINUTE, 60_000)
         self._fragments = RateLimit(FRAGMENTS_A_MINUTE, 60_000)
 
-    def connection_lost(self, exc: Exception | None) -> None:
-        super().connection_lost(exc)
-        self.closed()
-
-    def handle_ping(self) -> None:
-        if self._allows(self._controls):
-            super().handle_ping()
-
-    def handle_pong(self, event: Frame) -> None:
-        if self._allows(self._controls):
-            super().handle_pong(event)
-
-    def handle_cont(self, event: Frame) -> None:
-        if self._allows(self._fragments):
-            super().handle_cont(event)
-
-    def keepalive_timeout(self) -> None:
-        super().keepalive_timeout()
-        # uvicorn would keep the connection until all that waits is sent, and nobody reads it.
-        self.transport.abort()
-
-    async def send(self, message: ASGISendEvent) -> None:
-        await self.writable.wait()
-        if self.close_sent and self.initial_response is None:
-            # The connection closes, since a frame was damaged or no ping was answered; uvicorn would log an error.
-            raise ClientDisconnected
-        await super().send(message)
-        # uvicorn doesn't note that a refused page has got its answer, and would log an error for each.
-        self.handshake_complete |= message["type"] == "websocket.http.response.body" and self.close_sent
-
-    def shutdown(self) -> None:
-        # uvicorn would close a connection that is closing already a second time; that error would end the server.
-        if self.conn.state in (State.CLOSING, State.CLOSED):
-            self.stop_keepalive()
-            self.transport.close()
-        else:
-            super().shutdown()
-
-    def _allows(self, rate: RateLimit) -> bool:
-        """Whether one more frame is allowed; where it isn't, drop the connection."""
-        allowed = not self.transport.is_closing() and rate.allows(to_ticks(self.loop.time()))
-        if not allowed:
-            self.transport.abort()
-        return allowed
+    def allow(self, data: bytes, now_ms: int) -> bool:
+        """Whether the frames that begin in ``data``, which came at ``now_ms`` (ticks), are few enough."""
+        at = 0
+        while at < len(data):
+            if self._rest:
+                passed = min(self._rest, len(data) - at)
+                self._rest -= passed
+                at += passed
+                continue
+            self._head.append(data[at])
+            at += 1
+            if len(self._head) < 2:
+                continue
+            length, size = self._head[1] & 0x7F, {126: 2, 127: 8}.get(self._head[1] & 0x7F, 0)
+            if len(self._head) < 2 + size:
+                continue
+            opcode, is_last = self._head[0] & 0x0F, self._head[0] & 0x80
+            masks = 4 if self._head[1] & 0x80 else 0
+            self._rest = (int.from_bytes(self._head[2:], "big") if size else length) + masks
+            self._head.clear()
+            rate = self._controls if opcode >= 8 else None if is_last and opcode else self._fragments
+            if rate and not rate.allows(now_ms):
+                return False
+        return True
 
 
 class _FewWarnings(logging.Filter):

@@ -22,7 +22,7 @@ from motorcade.locales import FIRST, languages
 from motorcade.server.classroom.desk_requests import DeskRequests
 from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.classroom.pupil_requests import PupilRequests, method_for
-from motorcade.server.classroom.running_class import ClassServerSettings, RunningClass
+from motorcade.server.classroom.running_class import TEACHER, ClassServerSettings, RunningClass
 from motorcade.server.classroom.shared_mat import SharedMat
 from motorcade.server.classroom.streams import Streams
 from motorcade.server.classroom.visitors import ClassVisitors, TurnFleet
@@ -80,7 +80,15 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
         exception_handlers=exception_handlers(),
         lifespan=lifespan,
     )
-    return RequestFilter(app, settings, partial(admit, running))
+    return RequestFilter(app, settings, partial(admit, running), partial(_holder, running))
+
+
+def _holder(running: RunningClass, connection: HTTPConnection) -> tuple[str, bool]:
+    """Who holds a connection; the teacher's keep their places, so that everything can be stopped at any time."""
+    if running.is_teacher(connection):
+        return TEACHER, True
+    pupil = running.pupil(connection)
+    return (pupil.id if pupil else ""), False
 
 
 def admit(running: RunningClass, connection: HTTPConnection) -> None:

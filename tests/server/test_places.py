@@ -1,0 +1,119 @@
+"""Who gets a place at a server: pupils' connections take none of the teacher's, however many there are."""
+
+import asyncio
+import socket
+import threading
+import tomllib
+from contextlib import ExitStack, contextmanager, suppress
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from starlette.applications import Starlette
+from starlette.routing import WebSocketRoute
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from motorcade.drive.listener import Places
+from motorcade.server import running
+from motorcade.server.request_filter import MOST_SOCKETS, RequestFilter, ServerSettings
+from motorcade.sockets import network_of
+from support.waiting import DEADLINE_S
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+async def echo(page):
+    await page.accept()
+    with suppress(Exception):
+        while True:
+            await page.send_text(await page.receive_text())
+
+
+def holder(connection):
+    who = connection.query_params.get("who", "")
+    return who, who == "teacher"
+
+
+@contextmanager
+def server():
+    """A server in a thread, which knows who asks by the address; its own address."""
+    begun, ended, loop = threading.Event(), asyncio.Event(), asyncio.new_event_loop()
+    listener = socket.create_server(("127.0.0.1", 0))
+    app = RequestFilter(Starlette(routes=[WebSocketRoute("/", echo)]), ServerSettings(), None, holder)
+
+    async def serve():
+        async with running.serving(app, ServerSettings(), listener):
+            begun.set()
+            await ended.wait()
+
+    thread = threading.Thread(target=loop.run_until_complete, args=(serve(),))
+    thread.start()
+    try:
+        assert begun.wait(DEADLINE_S)
+        yield listener.getsockname()
+    finally:
+        loop.call_soon_threadsafe(ended.set)
+        thread.join(DEADLINE_S)
+        loop.close()
+
+
+def opened(pages, address, who):
+    return pages.enter_context(connect(f"ws://{address[0]}:{address[1]}/?who={who}", proxy=None))
+
+
+def answers(page):
+    try:
+        page.send("a")
+        return page.recv(DEADLINE_S) == "a"
+    except (ConnectionClosed, ConnectionError):
+        return False
+
+
+def test_of_a_pupils_sockets_the_newest_are_kept_and_others_notice_nothing():
+    with server() as address, ExitStack() as pages:
+        mia, teacher = opened(pages, address, "mia"), [opened(pages, address, "teacher") for _ in range(12)]
+        hers = [opened(pages, address, "eve") for _ in range(MOST_SOCKETS + 4)]
+        assert [answers(page) for page in hers] == [False] * 4 + [True] * MOST_SOCKETS
+        assert answers(mia)
+        assert all(map(answers, teacher))
+
+
+def test_where_pupils_have_taken_all_places_the_teacher_gets_one_and_keeps_it(monkeypatch):
+    monkeypatch.setattr(running, "_PLACES", Places(12, 4, burst=2, shares=True))
+    with server() as address, ExitStack() as pages:
+        for who in ("eve", "ben", "mia"):
+            for _ in range(4):
+                assert answers(opened(pages, address, who))
+        teacher = opened(pages, address, "teacher")
+        assert answers(teacher)
+        for _ in range(20):
+            pages.enter_context(socket.create_connection(address, DEADLINE_S))
+            with suppress(Exception):
+                opened(pages, address, "eve")
+        assert answers(teacher)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "alike"),
+    [
+        ("10.0.0.1", "10.0.0.2", False),
+        ("2001:db8::1", "2001:db8::ffff:1", True),
+        ("2001:db8::1", "2001:db8:0:1::1", False),
+        ("::ffff:10.0.0.1", "10.0.0.1", True),
+        ("fe80::1%eth0", "fe80::2", True),
+    ],
+)
+def test_an_ipv6_network_counts_as_one_address(one, other, alike):
+    assert (network_of(one) == network_of(other)) is alike
+
+
+@pytest.mark.parametrize("name", ["uvicorn", "websockets"])
+def test_the_libraries_below_are_of_versions_that_were_tried(name):
+    groups = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"].values()
+    allowed = {each for group in groups for each in map(Requirement, group) if each.name == name}
+    assert allowed
+    for each in allowed:
+        assert version(name) in each.specifier
+        assert {part.operator for part in each.specifier} == {">=", "<"}
