@@ -30,9 +30,8 @@ def _exports() -> dict[str, Callable[[], str]]:
     """Return what makes each file of `motorcade export`, by its path in the repository."""
     made = {}
     for name, text in exported_files().items():
-        # The second copy of the brain is a part of the Arduino library, whose sources must be in one folder.
-        folders = ("src/motorcade/export/", *(("firmware/arduino/src/",) if "brain" in name else ()))
-        made |= {folder + name: partial(str, text) for folder in folders}
+        folder = "firmware/arduino/src/" if "brain" in name else "src/motorcade/export/"
+        made[folder + name] = partial(str, text)
     return made
 
 

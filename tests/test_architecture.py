@@ -38,7 +38,7 @@ ARROWS = {
     "errors": (),
     "extras": (),
     "experiments": ("car", "config", "engine", "mats", "runs", "words"),
-    "export": (),
+    "export": ("firmware",),
     "firmware": ("boards", "config", "upload"),
     "locales": (),
     "mats": ("config",),

@@ -3,6 +3,7 @@
 from importlib import resources
 
 from motorcade.errors import MotorcadeError
+from motorcade.firmware.arduino_library import library_folder
 
 TARGETS = {
     "c": ("motorcade_words.h",),
@@ -17,5 +18,6 @@ def export(target: str) -> dict[str, bytes]:
     """Return the files of a target, by name. Raises MotorcadeError: unknown-target."""
     if target not in TARGETS:
         raise MotorcadeError("unknown-target", target=target[:40], targets=", ".join(TARGETS))
-    folder = resources.files(__package__)
+    # The brain is a part of the Arduino library, whose sources must be in one folder.
+    folder = library_folder() / "src" if target == "brain-c" else resources.files(__package__)
     return {name: (folder / name).read_bytes() for name in TARGETS[target]}
