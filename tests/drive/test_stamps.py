@@ -115,7 +115,7 @@ def test_after_any_stall_nothing_old_is_obeyed_and_the_live_driver_is_soon(
     assert obeyed_ms is not None
 
 
-@given(stall_ms=STALLS_MS, answered_late_ms=st.integers(STALE_MS + 4, 20_000))
+@given(stall_ms=STALLS_MS, answered_late_ms=st.integers(1004, 20_000))
 def test_an_answer_that_itself_was_late_lets_nothing_through(stall_ms, answered_late_ms):
     driver = Driver(77)
     assert driver.comes(driver.send(0, True), 0)
@@ -124,6 +124,15 @@ def test_an_answer_that_itself_was_late_lets_nothing_through(stall_ms, answered_
     driver.answer(clock, now_ms, now_ms + answered_late_ms)
     assert not driver.comes(driver.send(now_ms + answered_late_ms, True), now_ms + answered_late_ms)
     assert driver.clock(now_ms + answered_late_ms) is not None
+
+
+@given(trip_ms=st.integers(0, 900))
+def test_a_driver_in_a_slow_network_drives_on_after_a_rest(trip_ms):
+    driver = Driver(77)
+    assert driver.comes(driver.send(0, True), trip_ms // 2)
+    driver.answer(driver.clock(9000), 9000 + trip_ms // 2, 9000 + trip_ms)
+    for sent_ms, stands in ((9000 + trip_ms, True), (9050 + trip_ms, False)):
+        assert driver.comes(driver.send(sent_ms, stands), sent_ms + trip_ms // 2 + 4)
 
 
 @given(held_ms=st.integers(STALE_MS + 4, 40_000))

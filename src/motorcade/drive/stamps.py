@@ -24,7 +24,7 @@ _FASTER_MS = 1000
 _HALF_MINUTE_MS = 30_000
 # After so long without a fresh word stamps alone are not believed. Less than half a round.
 _SILENCE_MS = 4000
-# An answer is asked for again after so long.
+# An answer is asked for again after so long, and may take as long: slow, but steady networks can be driven in.
 _ANSWER_LASTS_MS = 1000
 
 
@@ -45,8 +45,7 @@ class Freshness:
     """Find the words of one connection that were sent too long ago.
 
     Args:
-        stale_ms: a word is old that took so much longer than the fastest of the last minute; the longest round trip
-            of an answer, too.
+        stale_ms: a word is old that took so much longer than the fastest of the last minute, or than an answer.
     """
 
     def __init__(self, stale_ms: int) -> None:
@@ -102,8 +101,14 @@ class Freshness:
         """
         self._advance(now)
         clock_ms = clock * _STEP_MS & TICKS_MASK
-        if elapsed_ms(now, clock_ms) <= self._stale_ms:
-            self._answer = _Answer(clock_ms, number, (self._now_ms - (stamp - 1) * _STEP_MS) % _ROUND_MS)
+        if elapsed_ms(now, clock_ms) > _ANSWER_LASTS_MS:
+            return
+        difference_ms = (self._now_ms - (stamp - 1) * _STEP_MS) % _ROUND_MS
+        if self._answer:
+            # The fastest answer says most.
+            before_ms = self._answer.difference_ms
+            difference_ms = before_ms + min(_later_ms(difference_ms, before_ms), 0)
+        self._answer = _Answer(clock_ms, number, difference_ms)
 
     @property
     def _is_silent(self) -> bool:
