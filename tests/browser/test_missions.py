@@ -48,6 +48,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_own_page):
         expect(hint).to_have_count(0)
         run_to_the_end(studio, studio.say("missions.again"))
     expect(goals.first).to_contain_text("小车 1 从没亮过绿灯")
+    expect(goals.nth(1)).to_contain_text("2. ")
     # Who has tried once knows the story: it folds, and can be read again.
     story = page.get_by_text(built_in_mission("flip-the-lamp").document["story"]["zh"])
     expect(story).to_have_count(0)

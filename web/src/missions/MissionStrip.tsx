@@ -81,7 +81,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
       {told && <p>{inLanguage(mission.story)}</p>}
       <ul className={css.goals} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
-          <GoalLine key={k} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={mission.seed} session={session} />
+          <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={mission.seed} session={session} />
         ))}
       </ul>
       {mission.edits === "bits" && <BitEditor />}
@@ -106,6 +106,8 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
 }
 
 interface GoalLineProps {
+  /** As sentences number it. */
+  number: number;
   goal: MissionGoal;
   now: GoalNow | undefined;
   checked: CheckedGoal | undefined;
@@ -117,7 +119,7 @@ interface GoalLineProps {
 const MARKS = { open: "○", holds: "◐", met: "✓", lost: "✗" } as const;
 
 /** A goal with its tick, and, where it is lost, why; a button leads to that moment. */
-function GoalLine({ goal, now, checked, seed, session }: GoalLineProps) {
+function GoalLine({ number, goal, now, checked, seed, session }: GoalLineProps) {
   const { t } = useTranslation();
   const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
   const lost = progress === "lost" ? (checked ?? now) : undefined;
@@ -134,7 +136,7 @@ function GoalLine({ goal, now, checked, seed, session }: GoalLineProps) {
         {MARKS[progress]}
       </span>
       <span>
-        {inLanguage(goal.text)} <span className={css.star}>{"★".repeat(goal.star)}</span>
+        {number}. {inLanguage(goal.text)} <span className={css.star}>{"★".repeat(goal.star)}</span>
         {lost && (
           <span className={css.why}>
             {inLanguage(lost.why)}
