@@ -1,4 +1,4 @@
-"""The page in Firefox and WebKit: one mission; `make soak` walks through all that a pupil does."""
+"""The page in Firefox and WebKit: one mission; `make soak` goes offline, joins a class and drives."""
 
 import json
 import subprocess
@@ -25,8 +25,6 @@ KEPT = {
 }
 READY = "return document.querySelectorAll('main[data-compiled], #mat-play:not([disabled])').length === 2"
 END, ENTER = "\ue010", "\ue007"
-# A program of one block as it comes from its drawer: two seconds forward.
-ONE_BLOCK = "64800000"
 # Whether the hat's text ends within the hat.
 WHOLE = """const [hat] = document.querySelectorAll(".blocklyDraggable");
     const right = (part) => hat.querySelector(part).getBoundingClientRect().right;
@@ -78,77 +76,48 @@ def play_mission(page: EnginePage) -> None:
     page.wait_for("return document.querySelectorAll('li[data-progress=met]').length === 3")
 
 
-def drag_block_out(page: EnginePage, by: str) -> None:
-    """Drag the first block of the first drawer below the hat."""
-    page.click("[role=treeitem]", TEXTS["drawers"]["drive"], by=by)
-    left, top, _, height = page.box(".blocklyFlyout .blocklyDraggable")
-    x, y, _, hat_height = page.box(".blocklyDraggable")
-    start, end = (left + 12, top + height / 2), (x + 12, y + hat_height + height / 2)
-    page.drag([start, (start[0] + 40, start[1] + 20), (end[0] + 30, end[1] + 30), (end[0] + 5, end[1] + 5), end], by=by)
-
-
-def expect_words(page: EnginePage, *words: str) -> None:
-    """Wait until the drawer's table has these words and no others below the header's."""
-    if not page.evaluate("return !!document.querySelector('#drawer[data-open]')"):
-        page.click("[role=tab]", TEXTS["drawer"]["words"])
-    shown = "named('[role=rowheader]').map((e) => e.textContent.match(/[0-9A-F]{8}/)?.[0])"
-    page.wait_for(f"return String({shown}.slice(1)) === a[0]", ",".join(words))
-
-
 def test_a_mission_is_passed(engine: EnginePage, studio_of_server: StudioProcess) -> None:
     open_studio(engine, studio_of_server.url)
     engine.wait_for(WHOLE)
     play_mission(engine)
 
 
-@pytest.mark.skipif(not SOAK, reason="walks through Firefox and WebKit are of `make soak`")
-def test_a_pupil_builds_plays_and_passes_a_mission(engine: EnginePage, studio_of_server: StudioProcess) -> None:
-    open_studio(engine, studio_of_server.url)
-    # WebKit's driver has no finger.
-    for count, by in enumerate(("mouse", "touch" if engine.has_touch else "mouse"), 1):
-        drag_block_out(engine, by)
-        expect_words(engine, *[ONE_BLOCK] * count)
-    engine.click("#mat-play")
-    engine.wait_for("return /0:0[2-9]/.test(named('output')[0].textContent)")
-    play_mission(engine)
+class TestWalk:
+    """A mission without a network, a class, and a car that is driven."""
 
+    __test__ = SOAK
 
-@pytest.mark.skipif(not SOAK, reason="walks through Firefox and WebKit are of `make soak`")
-def test_the_site_needs_no_network_after_one_visit(engine: EnginePage, page_built: None, tmp_path: Path) -> None:
-    write_site(tmp_path / "site", site_files())
-    with serving(tmp_path / "site") as site:
-        open_page(engine, site.url)
-        engine.wait_for(CONTROLLED)
-    engine.go(site.url)
-    engine.wait_for(READY)
-    play_mission(engine)
-
-
-@pytest.mark.skipif(not SOAK, reason="walks through Firefox and WebKit are of `make soak`")
-def test_a_pupil_joins_a_class(engine: EnginePage, page_built: None, tmp_path: Path) -> None:
-    with class_process.started(tmp_path / "class") as (_, told):
-        base = told["addresses"][0]
-        open_page(engine, base)
-        engine.go(f"{base}join#{told['code']}")
-        engine.click("input", TEXTS["class"]["nickname"])
-        engine.press(*"Mia")
-        engine.click("button", TEXTS["class"]["comeIn"])
-        engine.click("button", TEXTS["class"]["goOn"])
+    def test_the_site_needs_no_network_later(self, engine: EnginePage, page_built: None, tmp_path: Path) -> None:
+        write_site(tmp_path / "site", site_files())
+        with serving(tmp_path / "site") as site:
+            open_page(engine, site.url)
+            engine.wait_for(CONTROLLED)
+        engine.go(site.url)
         engine.wait_for(READY)
-        engine.expect(f"[aria-label='{TEXTS['pupil']['title']}']")
+        play_mission(engine)
 
+    def test_a_pupil_joins_a_class(self, engine: EnginePage, page_built: None, tmp_path: Path) -> None:
+        with class_process.started(tmp_path / "class") as (_, told):
+            base = told["addresses"][0]
+            open_page(engine, base)
+            engine.go(f"{base}join#{told['code']}")
+            engine.click("input", TEXTS["class"]["nickname"])
+            engine.press(*"Mia")
+            engine.click("button", TEXTS["class"]["comeIn"])
+            engine.click("button", TEXTS["class"]["goOn"])
+            engine.wait_for(READY)
+            engine.expect(f"[aria-label='{TEXTS['pupil']['title']}']")
 
-@pytest.mark.skipif(not SOAK, reason="walks through Firefox and WebKit are of `make soak`")
-def test_a_car_is_driven_by_keys(engine: EnginePage, page_built: None) -> None:
-    command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--web", "0", "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
-        assert process.stdout
-        try:
-            open_page(engine, json.loads(process.stdout.readline())["url"])
-            engine.expect("[role=status]", TEXTS["remote"]["ready"])
-            engine.hold("w")
-            engine.expect("[role=status]", TEXTS["remote"]["moving"])
-            engine.release("w")
-            engine.expect("[role=status]", TEXTS["remote"]["ready"])
-        finally:
-            process.kill()
+    def test_a_car_is_driven_by_keys(self, engine: EnginePage, page_built: None) -> None:
+        command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--web", "0", "--json"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
+            assert process.stdout
+            try:
+                open_page(engine, json.loads(process.stdout.readline())["url"])
+                engine.expect("[role=status]", TEXTS["remote"]["ready"])
+                engine.hold("w")
+                engine.expect("[role=status]", TEXTS["remote"]["moving"])
+                engine.release("w")
+                engine.expect("[role=status]", TEXTS["remote"]["ready"])
+            finally:
+                process.kill()
