@@ -19,6 +19,7 @@ from motorcade.drive.listener import Places
 from motorcade.server import running
 from motorcade.server.request_filter import MOST_SOCKETS, RequestFilter, ServerSettings
 from motorcade.sockets import network_of
+from support.mock_clock import mock_clock
 from support.waiting import DEADLINE_S
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
@@ -117,3 +118,46 @@ def test_the_libraries_below_are_of_versions_that_were_tried(name):
     for each in allowed:
         assert version(name) in each.specifier
         assert {part.operator for part in each.specifier} == {">=", "<"}
+
+
+class Line(asyncio.Transport):
+    """A connection whose other end takes so many bytes a second of what is written."""
+
+    def __init__(self, bytes_a_second):
+        super().__init__({"socket": socket.socket()})
+        self._rate, self._loop = bytes_a_second, asyncio.get_running_loop()
+        self._begun_s, self._written, self.is_cut = self._loop.time(), 0, False
+
+    def set_write_buffer_limits(self, high=None, low=None):
+        pass
+
+    def write(self, data):
+        self._written += len(data)
+
+    def get_write_buffer_size(self):
+        return max(0, self._written - int((self._loop.time() - self._begun_s) * self._rate))
+
+    def abort(self):
+        self.is_cut = True
+
+
+@mock_clock
+async def test_a_reader_who_goes_on_is_not_cut_and_one_who_does_not_is():
+    cut = []
+    for rate in (100, 0):
+        line = Line(rate)
+        connection = running.PageConnection(lambda state: asyncio.Protocol(), lambda: None)
+        connection.connection_made(line)
+
+        async def write(data, connection=connection):
+            connection.write(data)
+
+        async def export(scope, receive, send):
+            await send(bytes(100_000))
+            await asyncio.sleep(900)
+
+        await connection.serve(export, {"type": "http"}, None, write)
+        cut.append(line.is_cut)
+        connection.connection_lost(None)
+        line.get_extra_info("socket").close()
+    assert cut == [False, True]
