@@ -18,9 +18,9 @@ from motorcade.browser.virtual_car import VIRTUAL_PORT, VirtualUpload
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
 from motorcade.service.messages import Capabilities, Port, decode
-from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
+from motorcade.service.studio_world import StudioWorld
 from motorcade.service.upload_session import UploadSession, failed
 from motorcade.service.world_messages import SetWorld, UploadOrder, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
@@ -50,7 +50,7 @@ class Parts:
     """
 
     storage: BrowserStorage
-    make_world: Callable[[SetWorld], SimulatedWorld]
+    make_world: Callable[[SetWorld], StudioWorld]
     clock: Callable[[], float]
     play: Play | None = None
 

@@ -3,7 +3,6 @@
 import math
 from collections import deque
 from collections.abc import Iterator
-from typing import Protocol
 
 from motorcade.engine.showing import EVENT_BYTES
 from motorcade.service.history import (
@@ -17,8 +16,8 @@ from motorcade.service.history import (
     pack_picture,
 )
 from motorcade.service.messages import MatDocument
-from motorcade.service.referee import Referee
-from motorcade.service.world_messages import CarDetails, Goals, Hello, State
+from motorcade.service.studio_world import StudioWorld
+from motorcade.service.world_messages import CarDetails, Goals, State
 
 PICTURE_S = 1 / 30
 # A world that is late catches up with at most so much real time; the rest is dropped, so the world runs slower.
@@ -27,63 +26,6 @@ _MOST_BEHIND_S = 0.25
 _RATED_S = 1.0
 # The clock of a world wraps a little later.
 _LAST_MS = (1 << 30) - 100_000
-
-
-class SimulatedWorld(Protocol):
-    """A simulated world; a shell implements it with its engine.
-
-    Attributes:
-        cars: how many there are.
-        tick_ms: the length of a tick.
-        now_ms: simulated time.
-        seed: the seed of this run.
-        referee: watches the goals of the world's mission; None where it has none.
-    """
-
-    cars: int
-    tick_ms: int
-    referee: Referee | None
-
-    @property
-    def now_ms(self) -> int: ...
-    @property
-    def seed(self) -> int: ...
-
-    def run(self, duration_ms: int) -> bytes:
-        """Simulate ``duration_ms``, a multiple of ``tick_ms``; returns the rows of what happened, by time."""
-
-    def reset(self, seed: int) -> None:
-        """Begin again; walls, obstacles, people, voices and physics stay as they are."""
-
-    def speak(self, word: str) -> None:
-        """Have every car hear ``stop`` or ``go``."""
-
-    def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
-        """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
-
-    def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
-        """Put a car elsewhere. Raises MotorcadeError."""
-
-    def moment(self, is_stored: bool) -> bytes:
-        """What the cars show now; the flags have what happened since the last call with the same ``is_stored``."""
-
-    def check_car(self, car: int) -> None:
-        """Raise MotorcadeError where there is no such car."""
-
-    def details(self, car: int) -> CarDetails:
-        """The details of a car."""
-
-    def details_then(self, car: int, then: StoredMoment) -> CarDetails:
-        """The details of a car at a moment of the past; ``why`` is of the present."""
-
-    def counts(self) -> dict[str, int]:
-        """What has happened since the beginning, by name."""
-
-    def driven(self) -> list[int]:
-        """The cars that do not run their own program because somebody drives or drove them."""
-
-    def hello(self, session: str, resumed: bool) -> Hello:
-        """The cars, and what doesn't change from picture to picture."""
 
 
 class Playback:
@@ -95,7 +37,7 @@ class Playback:
         changed: whether there is something new to show.
     """
 
-    def __init__(self, world: SimulatedWorld, history: History | None = None):
+    def __init__(self, world: StudioWorld, history: History | None = None):
         self.world = world
         self.speed = 1.0
         self._watched: int | None = None

@@ -1,4 +1,4 @@
-"""A world that a page plays (`motorcade.service.playback.SimulatedWorld`), wherever its kernels run."""
+"""A world that a page plays, wherever its kernels run."""
 
 import math
 from collections import Counter
@@ -23,7 +23,6 @@ from motorcade.service.history import StoredMoment, index_and_flags
 from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import MatDocument, sentences
 from motorcade.service.missions import chosen_mission
-from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import profile_named
 from motorcade.service.referee import Referee
 from motorcade.service.why import Facts, Sender, why
@@ -52,13 +51,18 @@ class Steering(Protocol):
         """Return, in order, which of the first ``cars`` somebody drives."""
 
 
-class StudioWorld(SimulatedWorld):
+class StudioWorld:
     """A world that a page plays.
 
     Args:
         world: one world that keeps events. The words that pages show are those of its first image.
         referee: watches the goals of its mission.
         steering: of those of its cars that somebody drives; None where nobody can.
+
+    Attributes:
+        cars: how many there are.
+        tick_ms: the length of a tick.
+        referee: watches the goals of the world's mission; None where it has none.
     """
 
     def __init__(self, world: Simulation, referee: Referee | None = None, steering: Steering | None = None) -> None:
@@ -72,10 +76,12 @@ class StudioWorld(SimulatedWorld):
 
     @property
     def now_ms(self) -> int:
+        """Simulated time."""
         return self._world.now_ms
 
     @property
     def seed(self) -> int:
+        """The seed of this run."""
         return self._world.seeds[0]
 
     @property
@@ -84,19 +90,23 @@ class StudioWorld(SimulatedWorld):
         return self._world.profile
 
     def run(self, duration_ms: int) -> bytes:
+        """Simulate ``duration_ms``, a multiple of ``tick_ms``; return the rows of what happened, by time."""
         if self._steering:
             self._steering.steer(self._world)
         self._world.run(duration_ms)
         return self._pictures.take_events()
 
     def reset(self, seed: int) -> None:
+        """Begin again; walls, obstacles, people, voices and physics stay as they are."""
         self._world.reset(seed)
         self._pictures = Pictures(self._world)
 
     def speak(self, word: str) -> None:
+        """Have every car hear ``stop`` or ``go``."""
         self._world.say(word)
 
     def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+        """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
         if self.referee:
             # The page says which floor it shows by this message too.
             _check_fixed(self.referee.mission, mat_from(mat, self.cars), range_mm)
@@ -106,26 +116,31 @@ class StudioWorld(SimulatedWorld):
         _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
+        """Put a car elsewhere. Raises MotorcadeError."""
         if self.referee:
             raise _fixed("mat")
         _or_refuse("bad-world", lambda: self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
 
     def check_car(self, car: int) -> None:
+        """Raise MotorcadeError where there is no such car."""
         if not 0 <= car < self.cars:
             raise MotorcadeError(
                 "bad-world", reason=MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
             )
 
     def moment(self, is_stored: bool) -> bytes:
+        """Return what the cars show now; flags have what happened since the last call with the same ``is_stored``."""
         return self._pictures.moment(is_stored)
 
     def details(self, car: int) -> CarDetails:
+        """Return the details of a car."""
         counted = self._counted(car)
         phrase, cure, value = why(self._facts(car, counted))
         reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), cure, value)
         return CarDetails(car=car, **self._word_of(car), **counted, why=reason)
 
     def details_then(self, car: int, then: StoredMoment) -> CarDetails:
+        """Return the details of a car at a moment of the past; ``why`` is of the present."""
         now = self.details(car)
         before = [event for event in then.events if event.t_ms < then.t_ms]
         after = Counter((event.kind, event.why) for event in then.events if event.t_ms >= then.t_ms)
@@ -215,9 +230,11 @@ class StudioWorld(SimulatedWorld):
         }
 
     def counts(self) -> dict[str, int]:
+        """Return what has happened since the beginning, by name."""
         return self._world.totals()
 
     def driven(self) -> list[int]:
+        """Return the cars that don't run their own program because somebody drives or drove them."""
         return self._steering.driven(self.cars) if self._steering else []
 
     def leads(self) -> list[int]:
@@ -225,6 +242,7 @@ class StudioWorld(SimulatedWorld):
         return self._world.mat.starts.leaders
 
     def hello(self, session: str, resumed: bool) -> Hello:
+        """Return the cars, and what doesn't change from picture to picture."""
         radius_m = self.profile.body.diameter_mm / 2000
         range_m = self.profile.infrared.range_mm / 1000
         return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, radius_m, range_m)

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
 from motorcade.service.history import PAST_BYTES, History
-from motorcade.service.playback import PICTURE_S, Playback, SimulatedWorld
+from motorcade.service.playback import PICTURE_S, Playback
+from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import WorldAnswer, WorldMessage
 
 # The session makes no more pictures while the page has received so many that it has not drawn yet.
@@ -39,7 +40,7 @@ class WorldSession:
     def __init__(
         self,
         key: str,
-        make_world: Callable[[world_messages.SetWorld], SimulatedWorld],
+        make_world: Callable[[world_messages.SetWorld], StudioWorld],
         past_bytes: tuple[int, int] = PAST_BYTES,
     ) -> None:
         self.key = key
@@ -58,7 +59,7 @@ class WorldSession:
         self._numbered = self._drawn = 0
         return self._greet(resumed=self.playback is not None)
 
-    def begin(self, world: SimulatedWorld) -> list[WorldAnswer]:
+    def begin(self, world: StudioWorld) -> list[WorldAnswer]:
         """Play a new world, which `make_world` built, instead of the one before."""
         self.playback = Playback(world, History(*self._past_bytes))
         return self._greet(resumed=False)
