@@ -91,6 +91,22 @@ def test_a_fault_is_found_without_an_observer(name, changes, says, tmp_path):
     assert len(found) <= 2, found
 
 
+class BusyComputer(FullTin):
+    """A correct board on a computer that does something else for 30 ms now and then, at whatever is called then."""
+
+    readings = 0
+
+    def now_ms(self):
+        self.readings += 1
+        self.tin.now_s += 0.03 if self.readings % 50 == 0 else 0.0005
+        return super().now_ms()
+
+
+def test_pauses_of_the_computer_are_not_the_boards(tmp_path, monkeypatch):
+    monkeypatch.setattr("motorcade.car.check.clock.HAS_CLOCK", False)
+    assert faults(check_board(BusyComputer(TinBench(), tmp_path))) == []
+
+
 @pytest.mark.parametrize(("name", "changes", "says"), OBSERVED, **NAMES)
 def test_a_fault_is_found_by_observing_alone(name, changes, says, tmp_path):
     kind = mutant(changes, EepromTin)

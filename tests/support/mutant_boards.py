@@ -66,6 +66,34 @@ def writes(change: Callable[[bytes], bytes]) -> dict[str, Any]:
     return {"write_serial": lambda self, data: TinBoard.write_serial(self, change(data))}
 
 
+def throws_away_while_sending(self):
+    """What comes while interrupts are off is gone, but for the two bytes that the hardware holds."""
+    data = TinBoard.read_serial(self)
+    return data[:2] if self.is_sending() else data
+
+
+def empties_the_line(self, frame):
+    FullTin.send_frame(self, frame)
+    self.tin.line_in = b""
+
+
+def writes_nothing_while_sending(self, data):
+    if not self.is_sending():
+        TinBoard.write_serial(self, data)
+
+
+def pauses(method: str) -> dict[str, Any]:
+    """A board of which every 40th call of ``method`` takes 30 ms."""
+
+    def call(self, *arguments):
+        self.calls += 1
+        if self.calls % 40 == 0:
+            self.tin.now_s += 0.03
+        return getattr(FullTin, method)(self, *arguments)
+
+    return {method: call, "calls": 0}
+
+
 def measures(change: Callable[[int], int], nothing: int = NOTHING_IN_SIGHT_MM) -> dict[str, Any]:
     def obstacle_mm(self):
         return nothing if self.tin.distance_mm is None else change(self.tin.distance_mm)
@@ -214,6 +242,8 @@ def half_only(self, data):
 
 
 LEVELS = TinBoard.levels
+OFTEN_CALLED = ("now_ms", "read_serial", "write_serial", "received_frames", "senses_carrier", "is_sending")
+OFTEN_CALLED += ("obstacle_mm", "sees_person", "heard_voice", "set_wheels", "set_led", "note")
 # Found without an observer: the name, what the board has instead, and part of the sentence.
 ALONE: list[tuple[str, Any, str]] = [
     ("levels in seconds", {"levels": (0, 1, 2, 3, 1, 2, 3, 4, 5, 6, 7, 8, *LEVELS[12:])}, "look like seconds"),
@@ -232,6 +262,9 @@ ALONE: list[tuple[str, Any, str]] = [
     ("reads lines", reads(lambda data: data.replace(b"\r", b"\n")), "is 0x0A in place of 0x0D"),
     ("drops zeros", reads(lambda data: data.replace(b"\0", b"")), "0x00, is the first that is missing"),
     ("drops flow control", reads(lambda data: data.translate(None, b"\x11\x13")), "read_serial lost bytes"),
+    ("throws bytes away while it sends", {"read_serial": throws_away_while_sending}, "while infrared is sent"),
+    ("empties the line when it sends", {"send_frame": empties_the_line}, "while infrared is sent"),
+    *((f"pauses in {name}", pauses(name), f"{name} took 30 ms in some of 120 calls") for name in OFTEN_CALLED),
     ("always senses carrier", senses(lambda tin: True), "senses_carrier() is True for 1000 ms without a break"),
     ("carrier upside down", senses(lambda tin: not tin.carrier), "senses_carrier() is True for 1000 ms"),
     ("store without fsync", stores(rename_only), "call os.fsync"),
@@ -291,6 +324,7 @@ OBSERVED: list[tuple[str, Any, str]] = [
     ("writes 7 bits", writes(lambda data: bytes(byte & 0x7F for byte in data)), "write_serial changed bytes"),
     ("writes nothing", writes(lambda data: b""), "write_serial lost bytes"),
     ("writes twice", writes(lambda data: data * 2), "write_serial added bytes"),
+    ("writes nothing while it sends", {"write_serial": writes_nothing_while_sending}, "while infrared is sent"),
     ("never senses carrier", senses(lambda tin: False), "senses_carrier() is False while"),
     ("senses marks alone", senses(lambda tin: tin.carrier), "False in the first space of a frame"),
     (

@@ -11,7 +11,7 @@ if MYPY:
 
 from motorcade.car.check.clock import check_clock
 from motorcade.car.check.inputs import check_inputs
-from motorcade.car.check.line import check_line
+from motorcade.car.check.line import check_line, check_line_while_sending
 from motorcade.car.check.observer import BoardObserver
 from motorcade.car.check.outputs import check_leds, check_sent, check_wheels
 from motorcade.car.check.parts import (
@@ -19,6 +19,7 @@ from motorcade.car.check.parts import (
     check_attributes,
     check_hearing,
     check_methods,
+    check_pauses,
     check_sending,
     check_sensors,
 )
@@ -69,7 +70,9 @@ def check_board(
     if levels_fit:
         check_sending(probe)
         check_sent(probe)
+        check_line_while_sending(probe, say)
     check_hearing(probe, hear)
+    check_pauses(probe)
     check_store(probe, reopen)
     if probe.missing:
         probe.breach(Phrase(NOT_CHECKED, parts=", ".join(probe.missing)))

@@ -9,6 +9,7 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+from motorcade.car.check.parts import FRAME
 from motorcade.car.check.probe import LONGEST_CALL_MS, BoardFailedError, Probe, brief
 from motorcade.errors import Phrase
 
@@ -37,6 +38,23 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
         pass
 
 
+def check_line_while_sending(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
+    """Note bytes of the serial line that are lost while infrared is sent, on a board that loses none otherwise."""
+    if not probe.has_own("send_frame") or probe.has_breach_of("send_frame") or probe.has_breach_of("is_sending"):
+        return
+
+    def send() -> None:
+        if not probe.call("is_sending"):
+            probe.call("send_frame", FRAME)
+
+    try:
+        if say is not None and not probe.has_breach_of("read_serial"):
+            _check_reading(probe, say, send)
+        _check_writing(probe, send)
+    except BoardFailedError:
+        pass
+
+
 def _reads_a_little(probe: Probe, say: "Callable[[bytes], Any]") -> bool:
     received = b""
     for _ in range(_WITHIN_MS // _PAUSE_MS):
@@ -52,12 +70,14 @@ def _reads_a_little(probe: Probe, say: "Callable[[bytes], Any]") -> bool:
     return received == _SENT
 
 
-def _check_reading(probe: Probe, say: "Callable[[bytes], Any]") -> None:
+def _check_reading(probe: Probe, say: "Callable[[bytes], Any]", send: "Callable[[], Any] | None" = None) -> None:
     sample, received = _sample(), b""
     said = ticks = 0
     while said < len(sample):
         tick_ms, count = _TICKS[ticks % len(_TICKS)]
         say(sample[said : said + count])
+        if send is not None:
+            send()
         probe.wait(tick_ms)
         received += probe.call("read_serial")
         said += count
@@ -70,10 +90,10 @@ def _check_reading(probe: Probe, say: "Callable[[bytes], Any]") -> None:
         received += data
         silent_ms = 0 if data else silent_ms + LONGEST_CALL_MS
         passed_ms += LONGEST_CALL_MS
-    _compare(probe, "read_serial", received, sample)
+    _compare(probe, "read_serial", received, sample, send is not None)
 
 
-def _check_writing(probe: Probe) -> None:
+def _check_writing(probe: Probe, send: "Callable[[], Any] | None" = None) -> None:
     written_bytes = probe.offer("write_serial", "written_bytes")
     if written_bytes is None or probe.has_breach_of("write_serial"):
         return
@@ -82,12 +102,14 @@ def _check_writing(probe: Probe) -> None:
     written = b""
     for place in range(0, len(sample), at_once):
         probe.call("write_serial", sample[place : place + at_once])
+        if send is not None:
+            send()
         probe.wait(LONGEST_CALL_MS)
         written += written_bytes()
     for _ in range(_WITHIN_MS // LONGEST_CALL_MS):
         probe.wait(LONGEST_CALL_MS)
         written += written_bytes()
-    _compare(probe, "write_serial", written, sample)
+    _compare(probe, "write_serial", written, sample, send is not None)
 
 
 def _sample() -> bytes:
@@ -95,7 +117,7 @@ def _sample() -> bytes:
     return bytes([(value * 7 + value // 256) & 0xFF for value in range(64, 64 + _SAMPLE_BYTES)])
 
 
-def _compare(probe: Probe, method: str, received: bytes, sent: bytes) -> None:
+def _compare(probe: Probe, method: str, received: bytes, sent: bytes, while_sending: bool) -> None:
     if received == sent:
         return
     place = 0
@@ -105,7 +127,9 @@ def _compare(probe: Probe, method: str, received: bytes, sent: bytes) -> None:
     details["expected"] = f"0x{sent[place]:02X}" if place < len(sent) else Phrase("check-none")
     details["got"] = f"0x{received[place]:02X}" if place < len(received) else Phrase("check-none")
     key = "check-line-changes"
-    if _is_part_of(received, sent):
+    if while_sending:
+        key = "check-line-while-sending"
+    elif _is_part_of(received, sent):
         key = "check-line-loses"
     elif _is_part_of(sent, received):
         key = "check-line-adds"

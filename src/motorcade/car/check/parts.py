@@ -42,6 +42,25 @@ METHODS += ("is_sending", "send_frame", "obstacle_mm", "sees_person", "heard_voi
 _MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
 _NOTES = (("image", 8), ("state", 3), ("start", 0), ("over", 0), ("frame", 0), ("heard", 0), ("lost", "parity"))
 _WORD = 0xE4800000
+# What a car calls often, the clock first, and arguments that it gets in turn. At the end the car stands, and is dark.
+_OFTEN_CALLED: "tuple[tuple[str, tuple[tuple[Any, ...], ...]], ...]" = (
+    ("now_ms", ((),)),
+    ("read_serial", ((),)),
+    ("write_serial", ((b"\n",),)),
+    ("received_frames", ((),)),
+    ("senses_carrier", ((),)),
+    ("is_sending", ((),)),
+    ("obstacle_mm", ((),)),
+    ("sees_person", ((),)),
+    ("heard_voice", ((),)),
+    ("set_wheels", ((0, 0), (1, 0), (2, 0))),
+    ("set_led", ((0,), (1,), (2,), (3,), (NO_LED,))),
+    ("note", (("state", 0, _WORD, 3),)),
+)
+# So many calls in a row; a method pauses if it does so in that many rounds, while the computer itself does not.
+_CALLS = 120
+_PAUSES = 4
+_ROUNDS = 8
 # A header, a state and some words for followers.
 _LEAST_WORDS = 6
 # Nobody sees what is shorter; no profile has what is longer; and a car that is so near has no room to turn.
@@ -127,6 +146,53 @@ def check_actuators(probe: Probe) -> None:
         probe.act("note", kind, 0, _WORD, detail)
 
 
+def check_pauses(probe: Probe) -> None:
+    """Note methods of which some calls take long, though most don't: a buffer that fills up, or a garbage collector."""
+    for name, arguments in _OFTEN_CALLED:
+        if not probe.has_own(name) or probe.has_breach_of(name):
+            continue
+        try:
+            took_ms = _pause_ms(probe, name, arguments)
+        except BoardFailedError:
+            continue
+        if took_ms:
+            probe.breach(Phrase("check-pauses", method=name, took_ms=took_ms, calls=_CALLS))
+            # Every other method would seem to pause too.
+            if name == "now_ms":
+                return
+
+
+def _pause_ms(probe: Probe, name: str, arguments: "tuple[tuple[Any, ...], ...]") -> int:
+    """Return how long the method pauses in every _CALLS calls; 0 where it doesn't, or this computer itself pauses."""
+    pauses = 0
+    for _ in range(_ROUNDS):
+        longest_ms, began_ms = 0, probe.call("now_ms")
+        before_ms = began_ms
+        for place in range(_CALLS):
+            probe.call(name, *arguments[place % len(arguments)])
+            now_ms = probe.call("now_ms")
+            longest_ms, before_ms = max(longest_ms, elapsed_ms(now_ms, before_ms)), now_ms
+        if longest_ms <= LONGEST_CALL_MS:
+            return 0
+        pauses += not _computer_pauses(probe, elapsed_ms(before_ms, began_ms))
+        if pauses == _PAUSES:
+            return longest_ms
+    return 0
+
+
+def _computer_pauses(probe: Probe, duration_ms: int) -> bool:
+    """Return whether the time jumps within ``duration_ms`` though the board is asked for nothing but the time."""
+    if probe.clock_is_simulated:
+        return False
+    began_ms = before_ms = probe.call("now_ms")
+    while elapsed_ms(before_ms, began_ms) < duration_ms:
+        now_ms = probe.call("now_ms")
+        if elapsed_ms(now_ms, before_ms) > LONGEST_CALL_MS:
+            return True
+        before_ms = now_ms
+    return False
+
+
 def check_sending(probe: Probe) -> None:
     """Note what is wrong with send_frame and is_sending, and with received_frames while nothing comes.
 
@@ -209,10 +275,10 @@ def _sends_right(probe: Probe) -> bool:
     looked_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
     if not sends:
         if returned_ms > LONGEST_CALL_MS:
-            probe.breach(Phrase("check-send-waits", took_ms=returned_ms))
+            probe.breach(Phrase("check-send-waits", method="send_frame", took_ms=returned_ms))
             return True
         if looked_ms < air_ms:
-            probe.breach(Phrase("check-never-sending"))
+            probe.breach(Phrase("check-never-sending", method="is_sending"))
             return True
         return False
     last_ms = looked_ms
@@ -220,9 +286,9 @@ def _sends_right(probe: Probe) -> bool:
         probe.wait(_STEP_MS)
         last_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
     if last_ms < air_ms - _SLACK_MS:
-        probe.breach(Phrase("check-sends-too-short", after_ms=last_ms, air_ms=air_ms))
+        probe.breach(Phrase("check-sends-too-short", method="is_sending", after_ms=last_ms, air_ms=air_ms))
     if last_ms >= air_ms + _WITHIN_MS:
-        probe.breach(Phrase("check-sends-too-long", after_ms=last_ms, air_ms=air_ms))
+        probe.breach(Phrase("check-sends-too-long", method="is_sending", after_ms=last_ms, air_ms=air_ms))
     return True
 
 
