@@ -57,6 +57,18 @@ async def test_a_caller_that_hangs_stops_the_car_though_the_connection_works():
 
 
 @mock_clock
+async def test_a_new_driver_drives_within_half_a_second():
+    loop = asyncio.get_running_loop()
+    for wait_s in (0, 0.03, 0.07, 0.3, 9):
+        async with loop_car() as car, client(car) as driver:
+            await pass_time(wait_s)
+            begin_s = loop.time()
+            async with driving(driver, 0.5, 0):
+                await until(car.board.has_moved)
+                assert loop.time() - begin_s < 0.5
+
+
+@mock_clock
 async def test_after_a_long_rest_the_first_command_drives_within_half_a_second():
     """A car believes stamps after a rest only when the client has answered its clock; the client does so by itself."""
     loop = asyncio.get_running_loop()

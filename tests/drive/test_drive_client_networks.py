@@ -91,6 +91,17 @@ async def test_a_frozen_network_brings_no_old_commands_when_it_goes_on():
         assert 0 < waiting <= 15
 
 
+@mock_clock
+async def test_nothing_moves_before_the_client_has_answered_the_cars_clock():
+    async with loop_car() as car, behind_proxies(car) as (driver, proxies):
+        proxies[1].set_both(held=True)
+        async with driving(driver):
+            await pass_time(1.0)
+            assert not car.board.has_moved()
+            proxies[1].set_both(held=False)
+            await until(lambda: car.board.moves)
+
+
 @pytest.mark.parametrize(
     "faults",
     [

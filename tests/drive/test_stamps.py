@@ -115,6 +115,39 @@ def test_after_any_stall_nothing_old_is_obeyed_and_the_live_driver_is_soon(
     assert obeyed_ms is not None
 
 
+@given(
+    offset_ms=st.integers(0, 1 << 40),
+    begin_ms=st.integers(0, TICKS_MASK),
+    before=st.integers(0, 3),
+    stall_ms=st.integers(1100, 120_000),
+    apart_ms=st.sampled_from([0, 1, 3, 20, 45]),
+    delay_ms=st.integers(0, 60),
+    asks=st.booleans(),
+)
+def test_a_stall_before_the_first_word_with_a_speed_lets_nothing_old_through(
+    offset_ms, begin_ms, before, stall_ms, apart_ms, delay_ms, asks
+):
+    """The car's first clock is held too, or it asks only when the telemetry channel has joined."""
+    driver = Driver(offset_ms, begin_ms)
+    held = [driver.send(number * PERIOD_MS, stands=number < before) for number in range(stall_ms // PERIOD_MS)]
+    if asks:
+        first_clock = driver.clock(0)
+        driver.answer(first_clock, delay_ms, stall_ms)
+    else:
+        for word in held[:before]:
+            driver.comes(word, stall_ms)
+        assert driver.clock(stall_ms) is not None
+    now_ms = stall_ms
+    for sent, word in enumerate(held[before:], before):
+        now_ms += apart_ms
+        assert not driver.comes(word, now_ms) or now_ms - sent * PERIOD_MS <= STALE_MS + 60
+    clock = driver.clock(now_ms)
+    if clock is not None:
+        driver.answer(clock, now_ms + delay_ms, now_ms + 2 * delay_ms)
+    word = driver.send(now_ms + 2 * delay_ms, stands=False)
+    assert driver.comes(word, now_ms + 3 * delay_ms)
+
+
 @given(stall_ms=STALLS_MS, answered_late_ms=st.integers(1004, 20_000))
 def test_an_answer_that_itself_was_late_lets_nothing_through(stall_ms, answered_late_ms):
     driver = Driver(77)
@@ -145,7 +178,8 @@ def test_what_was_sent_behind_an_answer_and_came_late_is_old(held_ms):
 
 def test_after_a_rest_a_word_with_a_speed_waits_for_one_with_speed_0():
     driver = Driver(77)
-    assert driver.comes(driver.send(0, True), 0)
+    driver.answer(driver.clock(0), 0, 0)
+    assert driver.comes(driver.send(0, False), 0)
     assert driver.clock(4000) is None
     driver.answer(driver.clock(4001), 4001, 4001)
     assert driver.clock(4001) is None
@@ -160,6 +194,10 @@ def test_a_client_that_has_stamped_must_go_on_and_one_without_stamps_is_obeyed()
     assert freshness.is_fresh(0, 0)
     assert freshness.is_fresh(stamp_at(7), 10)
     assert not freshness.is_fresh(0, 20)
+    asked = Freshness(STALE_MS, can_ask=True)
+    assert asked.is_fresh(0, 0)
+    assert not asked.is_fresh(stamp_at(7), 10)
+    assert not asked.is_fresh(0, 20)
 
 
 @given(st.integers(0, 1 << 50))
@@ -185,6 +223,26 @@ def test_a_driver_who_rests_for_long_drives_on_after_an_answer_by_the_telemetry_
     assert car.board.angles == [90, 90, 130]
     car.tell()
     assert line.frames()[-1]["you"]["clock"] is None
+
+
+def test_what_a_client_with_telemetry_sent_before_it_answered_moves_nothing():
+    car = Car()
+    channel, _ = car.commands(port=1000)
+    telemetry, line = car.telemetry()
+    ask(telemetry, line, do="join", port=1000)
+    receive(channel, stamped(90, 0, speed=0))
+    car.tell()
+    clock = line.frames()[-1]["you"]["clock"]
+    for car.now_ms in range(3000, 4000, 20):
+        receive(channel, stamped(120, car.now_ms - 2900))
+    ask(telemetry, line, do="sync", clock=clock, words=51, stamp=stamp_at(200))
+    receive(channel, stamped(120, car.now_ms - 2900))
+    assert 120 not in car.board.angles
+    car.tell()
+    clock = line.frames()[-1]["you"]["clock"]
+    ask(telemetry, line, do="sync", clock=clock, words=52, stamp=stamp_at(car.now_ms))
+    receive(channel, stamped(130, car.now_ms))
+    assert car.board.angles[-1] == 130
 
 
 def test_old_commands_neither_move_nor_arm_a_car_and_its_client_is_told():

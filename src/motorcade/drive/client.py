@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
+from motorcade.car.arbiter import NEUTRAL
 from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
 from motorcade.drive.deadman import CommandStream, stick_word
 from motorcade.drive.stamps import stamp_at
@@ -89,6 +90,8 @@ class DriveClient:
         self._was_reached = False
         # Whether the car has sent telemetry since the connection began.
         self._has_telemetry = False
+        # Whether the car knows by a clock that this client has answered which of its words are old.
+        self._has_answered = False
         self._former_name = ""
         self._away_since_s = self._begun_s = self._received_s = self._sent_s = 0.0
 
@@ -221,7 +224,7 @@ class DriveClient:
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
 
     def _begin(self, connection: Connection) -> None:
-        self._connection, self._has_telemetry = connection, False
+        self._connection, self._has_telemetry, self._has_answered = connection, False, False
         self._begun_s = self._received_s = _now_s()
         self._stream.disarm()
         connection.join()
@@ -276,6 +279,7 @@ class DriveClient:
             if (clock := self.you.get("clock")) is not None:
                 connection.answer_clock(clock, stamp_at(_now_ms()))
                 self._stream.stand_first()
+                self._has_answered = True
             self._changed.set()
 
     def _note_self(self, you: dict[str, Any], connection: Connection) -> None:
@@ -295,7 +299,13 @@ class DriveClient:
         word = self._stream.next_word(to_ticks(_now_s()))
         if word is not None:
             self._sent_s = _now_s()
-            self._connection.send(self._stamped(word))
+            self._connection.send(self._stamped(word if self._may_move else NEUTRAL))
+
+    @property
+    def _may_move(self) -> bool:
+        """Whether the car would find a word that comes late. Its first word opens the session in which a car asks."""
+        knows_no_clock = bool(self.you) and "clock" not in self.you
+        return self._has_answered or knows_no_clock or self._address.telemetry_port is None
 
     def _stamped(self, word: int) -> int:
         """A word with its stamp, which only a car with telemetry can ask to be answered for after a silence."""

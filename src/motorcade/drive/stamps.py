@@ -4,9 +4,11 @@ After a stall the network delivers old words one by one, and each looks new. A s
 sender's clock. Clocks of two computers differ, so a car compares: the smallest difference of arrival and stamp in the
 last minute belongs to a word that was not delayed. Source: the protocol's section "Stamped drive words".
 
-A stamp comes round after 8.2 s, so it says nothing after a longer silence. Then the car sends its clock, and the client
+A stamp comes round after 8.2 s, so it says nothing after a longer silence; and before the first word that came in time
+there is nothing to compare with. So at the beginning, and after a silence, the car sends its clock, and the client
 answers with it, with the number of words that it has sent, and with its stamp. All later words are younger than that
-clock, and the round trip bounds the difference.
+clock, and the round trip bounds the difference. A client that has no telemetry can't be asked: its first word counts as
+fresh.
 """
 
 from typing import NamedTuple
@@ -46,10 +48,14 @@ class Freshness:
 
     Args:
         stale_ms: a word is old that took so much longer than the fastest of the last minute, or than an answer.
+        can_ask: whether the client has telemetry, so that it has to answer before its first word counts;
+            `clock_to_answer` notes it too.
     """
 
-    def __init__(self, stale_ms: int) -> None:
+    def __init__(self, stale_ms: int, can_ask: bool = False) -> None:
         self._stale_ms = stale_ms
+        self._can_ask = can_ask
+        self._has_stamped = self._was_answered = False
         self._now_ms = 0
         self._ticks: int | None = None
         # The smallest difference in the present half minute and in the one before it; None where no word came.
@@ -69,15 +75,16 @@ class Freshness:
         Args:
             stamp: 0 for none.
             number: of the word among those of its connection, from 1; 0 where it is unknown.
-            stands: whether it commands speed 0, as the first word after a silence has to.
+            stands: whether it commands speed 0, as the first word after a silence has to; the first of all needn't.
         """
         self._advance(now)
         if stamp == 0:
-            return self._fresh_ms is None
+            return not self._has_stamped
+        self._has_stamped = True
         is_overtaken = 0 < number <= self._newest_number
         self._newest_number = max(self._newest_number, number)
         difference_ms = (self._now_ms - (stamp - 1) * _STEP_MS) % _ROUND_MS
-        if self._is_silent:
+        if self._needs_answer:
             is_fresh = self._fits_answer(number, stands, difference_ms)
         else:
             is_fresh = not is_overtaken and self._fits_last_minute(difference_ms)
@@ -88,8 +95,9 @@ class Freshness:
     def clock_to_answer(self, now: int) -> int | None:
         """The car's clock at ``now`` (ticks) in units of a stamp; None while no answer to it is needed."""
         self._advance(now)
+        self._can_ask = True
         answered = self._answer is not None and elapsed_ms(now, self._answer.clock_ms) < _ANSWER_LASTS_MS
-        return now // _STEP_MS if self._is_silent and not answered else None
+        return now // _STEP_MS if self._needs_answer and not answered else None
 
     def take_answer(self, clock: int, number: int, stamp: int, now: int) -> None:
         """Take the client's answer to ``clock`` at ``now`` (ticks), unless its round trip took too long.
@@ -111,20 +119,24 @@ class Freshness:
         self._answer = _Answer(clock_ms, number, difference_ms)
 
     @property
-    def _is_silent(self) -> bool:
+    def _needs_answer(self) -> bool:
+        if self._can_ask and not self._was_answered:
+            return True
         return self._fresh_ms is not None and self._now_ms - self._fresh_ms > _SILENCE_MS
 
     def _fits_answer(self, number: int, stands: bool, difference_ms: int) -> bool:
-        """Whether a word came after the client's answer, in time, and with speed 0."""
+        """Whether a word came after the client's answer and in time, and after a silence with speed 0."""
         answer = self._answer
         if answer is None or self._ticks is None or number <= answer.number:
             return False
         # What is sent after the answer is younger than the car's clock in it, so that its stamp has not come round.
         self._answer = None
         later_ms = _later_ms(difference_ms, answer.difference_ms)
-        if not stands or elapsed_ms(self._ticks, answer.clock_ms) > _SILENCE_MS or later_ms > self._stale_ms:
+        needs_rest = self._was_answered and not stands
+        if needs_rest or elapsed_ms(self._ticks, answer.clock_ms) > _SILENCE_MS or later_ms > self._stale_ms:
             return False
         self._smallest, self._smallest_before = answer.difference_ms + min(later_ms, 0), None
+        self._was_answered = True
         return True
 
     def _fits_last_minute(self, difference_ms: int) -> bool:

@@ -143,15 +143,15 @@ def test_a_position_that_a_round_of_the_stamps_held_back_moves_nothing(visit):
     rig = visit(clock=lambda: at_s[0])
     with rig.page() as page:
         page.send("join", car="1")
-        page.send("drive", cars=["1"], throttle=0.0, steering=0.0, number=1, stamp=stamp_at(0))
-        page.until("received")
-        at_s[0] += 8.188  # One round.
-        clock = page.until("telemetry", lambda received: received["clock"])["clock"]
-        page.send("sync", clock=clock, number=2, stamp=stamp_at(8188))
-        for number, throttle in ((2, 1.0), (3, 0.0), (4, 0.5)):
-            page.send("drive", cars=["1"], throttle=throttle, steering=0.0, number=number, stamp=stamp_at(8188))
-            assert page.until("received")["stale"] == (number == 2)
-    assert [each[2] for each in rig.wheels.applied if each != "neutral"] == [0, 0, 128]
+        # Nothing moves before the page has answered the server's clock, nor after one round of the stamps.
+        for now_ms, number, throttles in ((0, 1, (0.7, 0.6)), (8188, 3, (1.0, 0.0, 0.5))):
+            at_s[0] = 100 + now_ms / 1000
+            for each, throttle in enumerate(throttles, number):
+                page.send("drive", cars=["1"], throttle=throttle, steering=0.0, number=each, stamp=stamp_at(now_ms))
+                assert page.until("received")["stale"] == (each == number)
+                clock = each == number and page.until("telemetry", lambda received: received["clock"])["clock"]
+                page.send("sync", clock=int(clock), number=each, stamp=stamp_at(now_ms))
+    assert [each[2] for each in rig.wheels.applied if each != "neutral"] == [0, 153, 0, 128]
 
 
 def test_the_car_stands_still_when_its_page_leaves(visit):

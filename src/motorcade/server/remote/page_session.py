@@ -35,7 +35,7 @@ class PageSession:
         self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Received))
         self._fleet = fleet
         self._settings = settings
-        self._freshness = Freshness(_STALE_MS)
+        self._freshness = Freshness(_STALE_MS, can_ask=True)
         host, port = socket.client or ("?", 0)
         self._address = self._name = f"{host}:{port}"
         self._user = socket.query_params.get("name", "")
