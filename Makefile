@@ -62,10 +62,10 @@ format: setup
 	$(BIN)/ruff format .
 
 generate: setup
-	$(BIN)/python scripts/generate.py
+	$(BIN)/python -m scripts.generate
 
 stale: setup
-	$(BIN)/python scripts/generate.py --check
+	$(BIN)/python -m scripts.generate --check
 
 docs: setup ## the documentation's site, into build/site
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
@@ -87,7 +87,7 @@ bench: setup
 	$(BIN)/python benchmarks/chips.py
 
 screenshots: setup ## the README's pictures of the studio
-	$(BIN)/python scripts/screenshots.py
+	$(BIN)/python -m scripts.screenshots
 
 lock: setup ## pin the newest versions that pyproject.toml allows
 	$(PIP) install uv

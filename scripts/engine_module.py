@@ -4,7 +4,7 @@ Numba translates each kernel to LLVM's intermediate code, for a generic processo
 that neither the processor nor the system shapes it. The LLVM inside llvmlite then optimises it for WebAssembly, and
 Debian's wasm-ld links it. The same sources, Python, llvmlite, Numba and wasm-ld give the same bytes.
 
-Print the sizes: ``python scripts/engine_module.py``. Write the file: ``python scripts/generate.py``.
+Print the sizes: ``python -m scripts.engine_module``. Write the file: ``make generate``.
 """
 
 import ast
@@ -21,7 +21,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from debian import find_or_install
+from scripts.debian import find_or_install
 
 ROOT = Path(__file__).resolve().parent.parent
 LINKER = "wasm-ld-16"
@@ -53,7 +53,8 @@ def engine_module() -> bytes:
     """Return the module, made in a process of its own, because Numba reads the environment once."""
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder, "engine.wasm")
-        subprocess.run([sys.executable, __file__, str(made)], env={**os.environ, **NUMBA}, check=True)
+        command = [sys.executable, "-m", "scripts.engine_module", str(made)]
+        subprocess.run(command, cwd=ROOT, env={**os.environ, **NUMBA}, check=True)
         return made.read_bytes()
 
 

@@ -7,16 +7,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from arbiter_diagram import arbiter_svg
-from arduino_files import arduino_files
-from clips import block_clips, example_clips
-from commands_page import commands_page
-from engine_module import engine_module, fingerprints, obstacle
-from exports import exported_files, markdown
-from goal_kinds import goal_kinds
-from message_types import class_types, message_types, remote_types
-from step_files import step_types, with_step_names, with_steps_table
-from wiring_pages import wiring_files
+from scripts.arbiter_diagram import arbiter_svg
+from scripts.arduino_files import arduino_files
+from scripts.clips import block_clips, example_clips
+from scripts.commands_page import commands_page
+from scripts.engine_module import engine_module, fingerprints, obstacle
+from scripts.exports import exported_files, markdown
+from scripts.goal_kinds import goal_kinds
+from scripts.message_types import class_types, message_types, remote_types
+from scripts.step_files import step_types, with_step_names, with_steps_table
+from scripts.wiring_pages import wiring_files
 
 from motorcade.config.check import published
 from motorcade.mats.schema import mat_schema

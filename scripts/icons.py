@@ -1,11 +1,8 @@
 """Make the icons of the installed studio, web/public/icons, from web/public/icon.svg."""
 
-import sys
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scripts import chromium
 
 PUBLIC = Path(__file__).resolve().parents[1] / "web" / "public"

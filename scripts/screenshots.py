@@ -6,8 +6,6 @@ import tempfile
 from pathlib import Path
 
 from playwright.sync_api import Browser, expect, sync_playwright
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scripts import chromium
 from scripts.studio_process import ROOT, build_page, project_link, running_studio
 

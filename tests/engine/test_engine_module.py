@@ -1,30 +1,18 @@
 """The build of engine.wasm refuses kernels that WebAssembly can't run, and the module asks nothing of its host."""
 
 import math
-import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from types import ModuleType
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 import wasmtime
+from scripts import engine_module
 
 from motorcade.engine.linear_memory import PATH
 from support.soak import SOAK
 
-SCRIPTS = Path(__file__).parents[2] / "scripts"
 ARRAY = np.zeros(4)
-
-
-@pytest.fixture(scope="module")
-def builder() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(SCRIPTS))
-    import engine_module
-
-    yield engine_module
-    sys.path.remove(str(SCRIPTS))
 
 
 def imports(values: Any, number: int) -> None:
@@ -57,23 +45,21 @@ def as_kernel(function: Callable[..., None]) -> Callable[[str, Any], Callable[..
         (raises, "the kernel kernel can raise an exception"),
     ],
 )
-def test_a_kernel_that_needs_more_than_its_memory_is_refused(
-    builder: ModuleType, function: Callable[..., None], fault: str
-) -> None:
-    with pytest.raises(builder.BadKernelError, match=fault):
-        builder.module_of({"kernel": (as_kernel(function), (ARRAY, 3))})
+def test_a_kernel_that_needs_more_than_its_memory_is_refused(function: Callable[..., None], fault: str) -> None:
+    with pytest.raises(engine_module.BadKernelError, match=fault):
+        engine_module.module_of({"kernel": (as_kernel(function), (ARRAY, 3))})
 
 
 @pytest.mark.parametrize("value", [True, 3j, "text", [1, 2]])
-def test_a_kernel_takes_numbers_and_arrays_alone(builder: ModuleType, value: object) -> None:
-    with pytest.raises(builder.BadKernelError, match=r"number is .+; a kernel takes arrays, int64, float64"):
-        builder.module_of({"kernel": (as_kernel(lambda values, number: None), (ARRAY, value))})
+def test_a_kernel_takes_numbers_and_arrays_alone(value: object) -> None:
+    with pytest.raises(engine_module.BadKernelError, match=r"number is .+; a kernel takes arrays, int64, float64"):
+        engine_module.module_of({"kernel": (as_kernel(lambda values, number: None), (ARRAY, value))})
 
 
-def test_a_missing_linker_is_named(builder: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(builder, "linker", lambda: None)
-    with pytest.raises(builder.BadKernelError, match="wasm-ld-16 is missing; Debian has it in the package lld-16"):
-        builder.module_of({"kernel": (as_kernel(divides), (ARRAY, 3))})
+def test_a_missing_linker_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine_module, "linker", lambda: None)
+    with pytest.raises(engine_module.BadKernelError, match=r"wasm-ld-16 is missing; Debian has it in .* lld-16"):
+        engine_module.module_of({"kernel": (as_kernel(divides), (ARRAY, 3))})
 
 
 def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
@@ -84,7 +70,7 @@ def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
 
 if SOAK:
 
-    def test_the_committed_module_is_what_its_sources_make(builder: ModuleType) -> None:
-        if reason := builder.obstacle():
+    def test_the_committed_module_is_what_its_sources_make() -> None:
+        if reason := engine_module.obstacle():
             pytest.skip(reason)
-        assert builder.engine_module() == PATH.read_bytes()
+        assert engine_module.engine_module() == PATH.read_bytes()
