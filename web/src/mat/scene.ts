@@ -1,7 +1,7 @@
 /** The drawn mat: layers, a camera, and a loop that draws only when something changed. */
 
 import "pixi.js/unsafe-eval";
-import { autoDetectRenderer, Container, DOMAdapter, type Renderer } from "pixi.js";
+import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
 import { AirLayer, type Wave } from "./airLayer";
@@ -11,7 +11,7 @@ import { CarLayer, type Drawn, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
 import { type FloorName, floorOf, type Mat, type PieceId } from "./document";
 import { withFloor } from "./floors";
-import { hasFastWebGl, Pace, plainCanvas } from "./graphics";
+import { hasFastWebGl } from "./graphics";
 import { makeTextures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
 import type { MissionZone } from "../generated/messages";
@@ -74,7 +74,7 @@ export class Scene {
   private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
-  private readonly pace = new Pace(() => this.drawNow());
+  private requested = 0;
   private undrawn = false;
   /** The camera frames the cars by itself; else the user holds it. */
   private frames = true;
@@ -109,10 +109,9 @@ export class Scene {
   }
 
   static async create(host: HTMLElement, listeners: SceneListeners): Promise<Scene> {
-    const fast = hasFastWebGl();
-    if (!fast) DOMAdapter.set({ ...DOMAdapter.get(), createCanvas: plainCanvas });
     const renderer = await autoDetectRenderer({
-      preference: fast ? ["webgl", "canvas"] : ["canvas"],
+      // Without a graphics processor a canvas is drawn ten times as fast as WebGL.
+      preference: hasFastWebGl() ? ["webgl", "canvas"] : ["canvas"],
       antialias: true,
       autoDensity: true,
       resolution: Math.min(2, devicePixelRatio),
@@ -128,7 +127,7 @@ export class Scene {
   }
 
   destroy(): void {
-    this.pace.stop();
+    cancelAnimationFrame(this.requested);
     this.ends.forEach((end) => end());
     this.renderer.canvas.remove();
     this.stage.destroy({ children: true });
@@ -276,10 +275,11 @@ export class Scene {
 
   /** Ask for a drawing with the screen's next picture. */
   draw(): void {
-    this.pace.request();
+    if (!this.requested) this.requested = requestAnimationFrame(() => this.drawNow());
   }
 
   private drawNow(): void {
+    this.requested = 0;
     const now = performance.now();
     const slow = this.drawMs > SLOW_MS;
     const moves = this.motion.advance(slow ? Infinity : now);

@@ -1,6 +1,6 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
-import { DOMAdapter, Texture } from "pixi.js";
+import { Texture } from "pixi.js";
 import { arrow, ring } from "./plainShapes";
 
 const SIZE = 128;
@@ -30,7 +30,8 @@ export interface Textures {
 
 /** Draw around the middle, in halves of the picture's side, x to the front. */
 function draw(paint: (g: CanvasRenderingContext2D) => void, size = SIZE): Texture {
-  const canvas = DOMAdapter.get().createCanvas(size, size) as HTMLCanvasElement;
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = size;
   const g = canvas.getContext("2d")!;
   g.translate(size / 2, size / 2);
   g.scale(size / 2, size / 2);
