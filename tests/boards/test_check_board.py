@@ -14,7 +14,7 @@ from simulated.flash import Flash
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
 from motorcade.car.check import NOT_CHECKED
-from motorcade.car.check.parts import METHODS
+from motorcade.car.check.calls import METHODS
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.firmware.car_files import settings_of, templates
@@ -23,9 +23,6 @@ from support.broken_boards import (
     BROKEN,
     REAL_TIME,
     NotDerived,
-    NotesStates,
-    WheelsByOne,
-    WheelsOfThreeSpeeds,
     WritesOverSlowly,
 )
 from support.observed_tin import TinBench, TinObserver
@@ -116,8 +113,7 @@ def test_each_broken_board_gets_a_sentence_that_names_its_fault(kind, says, tmp_
         breaches = checked(kind, tmp_path)
     assert any(says in str(breach) for breach in breaches), breaches
     # One fault gives one or two sentences, and none about other methods.
-    limit = len(breaches) if kind in (NotDerived, WheelsByOne, NotesStates, WheelsOfThreeSpeeds) else 2
-    assert len(breaches) <= limit
+    assert len(breaches) <= (len(breaches) if kind is NotDerived else 2)
 
 
 def test_a_fault_found_by_a_cut_of_power_names_the_line(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from motorcade import check_board
 from motorcade.car.check import NOT_CHECKED, BoardObserver
-from support.mutant_boards import ALONE, OBSERVED, mutant
+from support.mutant_boards import ALONE, OBSERVED, go, mutant
 from support.observed_tin import EepromTin, FullTin, TinBench, TinObserver
 
 # A cut of power closes no files.
@@ -85,10 +85,23 @@ def test_the_check_leaves_the_wheels_still_and_the_leds_dark(faulty, tmp_path):
 
 
 @pytest.mark.parametrize(("name", "changes", "says"), ALONE, **NAMES)
-def test_a_fault_is_found_without_an_observer(name, changes, says, tmp_path):
-    found = faults(checked(mutant(changes, FullTin if "store_image" in changes else EepromTin), tmp_path, None))
+@pytest.mark.parametrize("observer", [None, TinObserver], ids=["alone", "observed"])
+def test_a_fault_is_found_without_an_observer_and_with_one(name, changes, says, observer, tmp_path):
+    kind = mutant(changes, FullTin if "store_image" in changes else EepromTin)
+    found = faults(checked(kind, tmp_path, observer))
     assert [sentence for sentence in found if says in sentence], found
     assert len(found) <= 2, found
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_wheels_that_fail_at_a_level_do_not_turn_on(level, tmp_path):
+    def set_wheels(self, direction, speed_level):
+        self.tin.command(go(direction, {each: each for each in range(4) if each != level}[speed_level]))
+
+    bench = TinBench()
+    found = checked(mutant({"set_wheels": set_wheels}, FullTin), tmp_path, TinObserver, bench)
+    assert faults(found) == [f"set_wheels(0, {level}) raised KeyError: {level}"]
+    assert TinObserver(bench).wheels() == (0, 0)
 
 
 class BusyComputer(FullTin):

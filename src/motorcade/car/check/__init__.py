@@ -9,26 +9,27 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+from motorcade.car.check.calls import CALLED, PAUSES, check_attributes, check_methods
 from motorcade.car.check.clock import check_clock
-from motorcade.car.check.inputs import check_inputs
-from motorcade.car.check.line import check_line, check_line_while_sending
+from motorcade.car.check.line import check_reading, check_writing
 from motorcade.car.check.observer import BoardObserver
-from motorcade.car.check.outputs import check_leds, check_sent, check_wheels
-from motorcade.car.check.parts import (
-    check_actuators,
-    check_attributes,
-    check_hearing,
-    check_methods,
-    check_pauses,
-    check_sending,
-    check_sensors,
-)
 from motorcade.car.check.probe import Probe
+from motorcade.car.check.seen import SEEN
 from motorcade.car.check.store import check_store
 from motorcade.errors import Phrase
 
 # The key of the phrase that names what was not checked.
 NOT_CHECKED = "check-not-checked"
+# The method that is checked, what that needs, the check, and further arguments of it. Once a check has found a method
+# broken, it is checked no more: one fault gives one sentence.
+CHECKS: "tuple[tuple[Any, ...], ...]" = (
+    CALLED
+    + (("read_serial", "say", check_reading), ("write_serial", "observe.written_bytes", check_writing))
+    + SEEN
+    + (("read_serial", "say", check_reading, True), ("write_serial", "observe.written_bytes", check_writing, True))
+    + PAUSES
+    + (("store_image", "", check_store),)
+)
 
 
 def check_board(
@@ -57,23 +58,13 @@ def check_board(
         A phrase for each mistake. Where something that the board has was not checked, the last phrase has the key
         NOT_CHECKED and names what was not given. An empty list says that all was checked and nothing is wrong.
     """
-    probe = Probe(board, wait_ms, observe)
-    levels_fit = check_attributes(probe)
-    if not check_methods(probe) or not check_clock(probe):
-        return probe.breaches
-    check_sensors(probe)
-    check_line(probe, say)
-    check_actuators(probe)
-    check_wheels(probe)
-    check_leds(probe)
-    check_inputs(probe)
-    if levels_fit:
-        check_sending(probe)
-        check_sent(probe)
-        check_line_while_sending(probe, say)
-    check_hearing(probe, hear)
-    check_pauses(probe)
-    check_store(probe, reopen)
+    probe = Probe(board, wait_ms, observe, reopen=reopen, hear=hear, say=say)
+    probe.run("", "", check_attributes)
+    if probe.run("", "", check_methods) and probe.run("", "", check_clock):
+        for method, needs, check, *arguments in CHECKS:
+            # A leader receives nothing.
+            if needs != "hear" or hear is not None or not board.is_leader:
+                probe.run(method, needs, check, *arguments)
     if probe.missing:
-        probe.breach(Phrase(NOT_CHECKED, parts=", ".join(probe.missing)))
+        probe.breaches.append(Phrase(NOT_CHECKED, parts=", ".join(probe.missing)))
     return probe.breaches

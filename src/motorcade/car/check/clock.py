@@ -12,7 +12,7 @@ if MYPY:
 import sys
 import time
 
-from motorcade.car.check.probe import BoardFailedError, Probe
+from motorcade.car.check.probe import Probe
 from motorcade.errors import Phrase
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms
 
@@ -27,62 +27,45 @@ _PACE = 2
 _NEAR_MS = 1000
 
 
-def check_clock(probe: Probe) -> bool:
-    """Note what is wrong with the clock; return False where it can't be used to measure time."""
-    try:
-        return _readings_fit(probe) and _goes_on(probe) and _wraps(probe)
-    except BoardFailedError:
-        return False
-
-
-def _readings_fit(probe: Probe) -> bool:
+def check_clock(probe: Probe) -> None:
+    """Note what is wrong with the clock."""
     before_ms = None
     for _ in range(_READS):
         now_ms = probe.call("now_ms")
-        if type(now_ms) is not int:
-            expected = Phrase("check-expects-milliseconds")
-            probe.breach(Phrase("check-answer", method="now_ms", value=repr(now_ms), expected=expected))
-            return False
-        if not 0 <= now_ms <= TICKS_MASK:
-            probe.breach(Phrase("check-clock-unwrapped", now_ms=now_ms))
-            return False
-        if before_ms is not None and elapsed_ms(now_ms, before_ms) > TICKS_MASK >> 1:
-            probe.breach(Phrase("check-clock-goes-back", before_ms=before_ms, now_ms=now_ms))
-            return False
+        wanted = Phrase("check-expects-milliseconds")
+        probe.require(type(now_ms) is int, "check-answer", method="now_ms", value=repr(now_ms), expected=wanted)
+        probe.require(0 <= now_ms <= TICKS_MASK, "check-clock-unwrapped", now_ms=now_ms)
+        goes_on = before_ms is None or elapsed_ms(now_ms, before_ms) <= TICKS_MASK >> 1
+        probe.require(goes_on, "check-clock-goes-back", before_ms=before_ms, now_ms=now_ms)
         before_ms = now_ms
-    return True
+    _check_pace(probe)
+    _check_wrap(probe)
 
 
-def _wraps(probe: Probe) -> bool:
+def _check_wrap(probe: Probe) -> None:
     """Read the clock as it will be when the computer has been on for days, where that is possible."""
     for ahead_ms in (TICKS_MASK // 3, TICKS_MASK + 1):
         before_ms = probe.call("now_ms")
         now_ms = _read_later(lambda: probe.call("now_ms"), ahead_ms)
         if now_ms is None or (ahead_ms < TICKS_MASK and elapsed_ms(now_ms, before_ms) < _NEAR_MS):
             # The board has a clock of its own.
-            return True
-        if not 0 <= now_ms <= TICKS_MASK or elapsed_ms(now_ms, later_ms(before_ms, ahead_ms)) > _NEAR_MS:
-            probe.breach(Phrase("check-clock-wraps-elsewhere", now_ms=now_ms))
-            return False
-    return True
+            return
+        wraps = 0 <= now_ms <= TICKS_MASK and elapsed_ms(now_ms, later_ms(before_ms, ahead_ms)) <= _NEAR_MS
+        probe.require(wraps, "check-clock-wraps-elsewhere", now_ms=now_ms)
 
 
-def _goes_on(probe: Probe) -> bool:
+def _check_pace(probe: Probe) -> None:
     # Read the other clock before and after the board's: a busy computer may delay the readings.
     outer_begin_ms, begin_ms, inner_begin_ms = _host_ms(), probe.call("now_ms"), _host_ms()
-    if not probe.wait(_WATCHED_MS):
-        probe.breach(Phrase("check-clock-stands-still"))
-        return False
+    probe.require(probe.wait(_WATCHED_MS), "check-clock-stands-still")
     inner_end_ms, end_ms, outer_end_ms = _host_ms(), probe.call("now_ms"), _host_ms()
     if probe.clock_is_simulated or not HAS_CLOCK:
-        return True
+        return
     passed_ms = elapsed_ms(end_ms, begin_ms)
     least_ms, most_ms = inner_end_ms - inner_begin_ms, outer_end_ms - outer_begin_ms
     # One more on either side, since readings are whole milliseconds.
-    if least_ms / _PACE - 1 <= passed_ms <= most_ms * _PACE + 1:
-        return True
-    probe.breach(Phrase("check-clock-pace", passed_ms=passed_ms, real_ms=most_ms))
-    return False
+    fits = least_ms / _PACE - 1 <= passed_ms <= most_ms * _PACE + 1
+    probe.require(fits, "check-clock-pace", passed_ms=passed_ms, real_ms=most_ms)
 
 
 def _read_later(read: "Callable[[], Any]", later_ms: int) -> "Any":

@@ -24,8 +24,8 @@ _STEP_MS = 5
 _GIVES_UP_MS = 1000
 
 
-class BoardFailedError(Exception):
-    """A method of the board raised an error, or takes other arguments; the breach is noted already."""
+class BrokenBoardError(Exception):
+    """The board broke its contract, and the breach is noted: the check that found it ends."""
 
 
 class Probe:
@@ -34,15 +34,21 @@ class Probe:
     Args:
         wait_ms: lets that many milliseconds pass; None to watch the board's own clock.
         observer: shows what the board really did; None where nothing does.
+        given: further arguments of `check_board` by their names; None for one that wasn't given.
 
     Attributes:
         breaches: what is wrong with it; ``str`` gives the sentence of each.
         missing: what wasn't given, so that a part of the board is not checked.
+        method: the method that is checked now.
         clock_is_simulated: whether time passes only by ``wait_ms``.
     """
 
     def __init__(
-        self, board: "Any", wait_ms: "Callable[[int], Any] | None", observer: "BoardObserver | None" = None
+        self,
+        board: "Any",
+        wait_ms: "Callable[[int], Any] | None" = None,
+        observer: "BoardObserver | None" = None,
+        **given: "Any",
     ) -> None:
         self.board = board
         self.observer = observer or BoardObserver()
@@ -50,11 +56,42 @@ class Probe:
         self.missing: list[str] = []
         self.clock_is_simulated = wait_ms is not None
         self._wait_ms = wait_ms
+        self._given = given
+        self.method = ""
 
-    def breach(self, breach: Phrase) -> None:
-        """Note what is wrong, once."""
+    def run(self, method: str, needs: str, check: "Callable[..., Any]", *arguments: "Any") -> bool:
+        """Run the check of a method: ``check(probe, *arguments)``; return whether it found nothing wrong.
+
+        It is not run where the board doesn't override the method, where the method is known to be broken, or where
+        what it ``needs`` ("say", "observe.wheels") wasn't given, which is noted; that is the first of its arguments.
+        """
+        if method and not self.has_own(method):
+            return True
+        if needs:
+            arguments = (self.offer(needs),) + arguments
+        if (needs and arguments[0] is None) or (method and self.has_breach_of(method)):
+            return True
+        self.method = method
+        count = len(self.breaches)
+        try:
+            check(self, *arguments)
+        except BrokenBoardError:
+            pass
+        return len(self.breaches) == count
+
+    def breach(self, key: str, **details: "Any") -> None:
+        """Note what is wrong, once. Details name the method that is checked now, unless they name another."""
+        if self.method:
+            details.setdefault("method", self.method)
+        breach = Phrase(key, **details)
         if breach not in self.breaches:
             self.breaches.append(breach)
+
+    def require(self, is_right: "Any", key: str, **details: "Any") -> None:
+        """Note what is wrong, and end the check, unless ``is_right``. Raises BrokenBoardError."""
+        if not is_right:
+            self.breach(key, **details)
+            raise BrokenBoardError
 
     def has_breach_of(self, method: str) -> bool:
         """Return whether a breach of that method is noted already; another one would not help the board's author."""
@@ -64,22 +101,31 @@ class Probe:
         """Return whether the board overrides that method of Board; otherwise it hasn't the hardware for it."""
         return getattr(type(self.board), method, None) is not getattr(Board, method)
 
-    def miss(self, method: str, what: str) -> None:
-        """Note that ``what`` wasn't given, which the check of that method needs."""
-        if self.has_own(method) and what not in self.missing:
-            self.missing.append(what)
+    def offer(self, needs: str) -> "Any":
+        """Return an argument of check_board ("say") or a method of the observer ("observe.wheels").
 
-    def offer(self, method: str, shown: str) -> "Any":
-        """Return the observer's method ``shown``, which the check of the board's ``method`` needs.
-
-        None where the board hasn't that method, or where nobody observes it, which is noted.
+        None where it wasn't given, or where nobody observes that, which is noted.
         """
-        if not self.has_own(method):
-            return None
-        if getattr(type(self.observer), shown, None) in (None, getattr(BoardObserver, shown)):
-            self.miss(method, "observe." + shown)
-            return None
-        return getattr(self.observer, shown)
+        _, _, shown = needs.partition(".")
+        if shown:
+            own = getattr(type(self.observer), shown, None)
+            found = None if own in (None, getattr(BoardObserver, shown)) else getattr(self.observer, shown)
+        else:
+            found = self._given.get(needs)
+        if found is None and needs not in self.missing:
+            self.missing.append(needs)
+        return found
+
+    def see(
+        self, read: "Callable[[], Any]", fits: "Callable[[Any], bool]", within_ms: int, late: str, **details: "Any"
+    ) -> "Any":
+        """Read until the reading fits and return it; the last one where none does within a second.
+
+        It is a breach (``late``) if that takes longer than ``within_ms``. Raises BrokenBoardError.
+        """
+        late_ms, value = self.settle(read, fits)
+        self.require(late_ms is None or late_ms <= within_ms, late, after_ms=late_ms, within_ms=within_ms, **details)
+        return value
 
     def settle(self, read: "Callable[[], Any]", fits: "Callable[[Any], bool]") -> "tuple[int | None, Any]":
         """Read until the reading fits, for at most a second.
@@ -99,18 +145,18 @@ class Probe:
             self.wait(_STEP_MS)
 
     def call(self, name: str, *arguments: object) -> "Any":
-        """Call the board's method and return its result. Raises BoardFailedError."""
+        """Call the board's method and return its result. Raises BrokenBoardError."""
         return self.call_of(self.board, name, *arguments)
 
     def call_of(self, board: "Any", name: str, *arguments: object) -> "Any":
-        """Call a method of another board of its kind. Raises BoardFailedError."""
+        """Call a method of another board of its kind. Raises BrokenBoardError."""
         try:
             return getattr(board, name)(*arguments)
         except Exception as problem:  # noqa: BLE001 - the board's author has to see any error
             shown = ", ".join([brief(argument) for argument in arguments])
             error = f"{type(problem).__name__}: {problem}"
-            self.breach(Phrase("check-raised", method=name, arguments=shown, error=error))
-        raise BoardFailedError
+        self.breach("check-raised", method=name, arguments=shown, error=error)
+        raise BrokenBoardError
 
     def timed(self, name: str, *arguments: object) -> "Any":
         """Call the method and return its first result; it is a breach if each of some calls takes long."""
@@ -122,34 +168,24 @@ class Probe:
             shortest_ms = min(shortest_ms, elapsed_ms(self.call("now_ms"), begin_ms))
             if shortest_ms <= LONGEST_CALL_MS:
                 return value
-        self.breach(Phrase("check-takes-long", method=name, took_ms=shortest_ms))
+        self.breach("check-takes-long", method=name, took_ms=shortest_ms)
         return value
 
     def answer(self, name: str, fits: "Callable[[Any], bool]", expected: str) -> "Any":
-        """Return what the method gives; note a breach and return None where it raises or gives what doesn't fit.
+        """Return what the method gives; it is a breach if that doesn't fit, or takes long. Raises BrokenBoardError.
 
         ``expected`` is the phrase "check-expects-…" that names what fits.
         """
-        try:
-            value = self.timed(name)
-        except BoardFailedError:
-            return None
-        if fits(value):
-            return value
-        self.breach(
-            Phrase("check-answer", method=name, value=brief(value), expected=Phrase(f"check-expects-{expected}"))
-        )
-        return None
+        return self.fitting(name, self.timed(name), fits, expected)
 
-    def act(self, name: str, *arguments: object) -> None:
-        """Call a method that acts; note a breach where it raises or takes long."""
-        try:
-            self.timed(name, *arguments)
-        except BoardFailedError:
-            pass
+    def fitting(self, name: str, value: "Any", fits: "Callable[[Any], bool]", expected: str) -> "Any":
+        """Return ``value``, which the method gave; it is a breach if it doesn't fit. Raises BrokenBoardError."""
+        wanted = Phrase(f"check-expects-{expected}")
+        self.require(fits(value), "check-answer", method=name, value=brief(value), expected=wanted)
+        return value
 
     def wait(self, duration_ms: int) -> bool:
-        """Let time pass; return False where the board's clock stands still. Raises BoardFailedError."""
+        """Let time pass; return False where the board's clock stands still. Raises BrokenBoardError."""
         begin_ms = self.call("now_ms")
         if self._wait_ms is not None:
             self._wait_ms(duration_ms)

@@ -12,9 +12,8 @@ if MYPY:
 
 import sys
 
-from motorcade.car.check.parts import is_image_or_none
-from motorcade.car.check.probe import BoardFailedError, Probe, brief, is_count
-from motorcade.errors import Phrase
+from motorcade.car.check.calls import is_image_or_none
+from motorcade.car.check.probe import Probe, brief, is_count
 from motorcade.words.receiver import MOST_WORDS
 
 EMPTY = b"\x00\x00\x00\x00"
@@ -28,19 +27,18 @@ _WATCHED = ("fsync", "fdatasync", "replace", "rename", "open")
 _OTHER_SYNCS = ("fsync", "fdatasync", "sync", "syncfs", "fcntl", "msync")
 
 
-def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
+def check_store(probe: Probe) -> None:
     """Note what is wrong with load_image and store_image, and store the image again that was there before."""
     before = probe.answer("load_image", is_image_or_none, "image")
-    if reopen is None:
-        probe.miss("store_image", "reopen")
+    reopen = probe.offer("reopen")
     try:
-        if _round_trips(probe, reopen):
-            cut_power = probe.offer("store_image", "cut_power") if _is_unsure_of_syncs(probe) else None
-            if cut_power is None or _keeps(probe, reopen, cut_power):
-                _check_cuts(probe, reopen, cut_power)
+        _round_trips(probe, reopen)
+        cut_power = probe.offer("observe.cut_power") if _is_unsure_of_syncs(probe) else None
+        if cut_power is not None:
+            _check_keeping(probe, reopen, cut_power)
+        _check_cuts(probe, reopen, cut_power)
+    finally:
         probe.call("store_image", before or EMPTY)
-    except BoardFailedError:
-        pass
 
 
 def _largest(probe: Probe) -> bytes:
@@ -51,18 +49,15 @@ def _largest(probe: Probe) -> bytes:
     return bytes([states, others - states, 1 if others > states else 0, 0]) + _STATE * others
 
 
-def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> bool:
+def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
     # Smaller images follow the largest, of which nothing must be left.
     for data in (SMALL, _largest(probe), SMALL, EMPTY):
         probe.call("store_image", data)
         found = probe.call("load_image")
-        if found != data or type(found) is not bytes:
-            probe.breach(Phrase("check-store-loses", found=brief(found), stored=brief(data)))
-            return False
-        if reopen is not None and probe.call_of(reopen(), "load_image") != data:
-            probe.breach(Phrase("check-store-forgets", bytes=len(data)))
-            return False
-    return True
+        is_kept = found == data and type(found) is bytes
+        probe.require(is_kept, "check-store-loses", found=brief(found), stored=brief(data))
+        if reopen is not None:
+            probe.require(probe.call_of(reopen(), "load_image") == data, "check-store-forgets", bytes=len(data))
 
 
 def _is_unsure_of_syncs(probe: Probe) -> bool:
@@ -75,38 +70,29 @@ def _is_unsure_of_syncs(probe: Probe) -> bool:
     syncs = _Syncs()
     syncs.watch(lambda: probe.call("store_image", SMALL))
     if syncs.unsynced and not syncs.is_unsure:
-        probe.breach(Phrase("check-store-unsynced", method="store_image", file=syncs.unsynced))
+        probe.breach("check-store-unsynced", file=syncs.unsynced)
         return False
     return syncs.is_unsure or not syncs.renamed
 
 
-def _keeps(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Callable[[], Any]") -> bool:
-    """Return whether an image is still there when the power fails as soon as store_image has returned."""
+def _check_keeping(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Callable[[], Any]") -> None:
+    """Note an image that isn't there any more when the power fails as soon as store_image has returned."""
     for data in (SMALL, _largest(probe)):
         probe.call("store_image", data)
         cut_power()
         found = probe.call_of(reopen() if reopen is not None else probe.board, "load_image")
-        if found != data:
-            probe.breach(Phrase("check-store-not-kept", method="store_image", found=brief(found), stored=brief(data)))
-            return False
-    return True
+        probe.require(found == data, "check-store-not-kept", found=brief(found), stored=brief(data))
 
 
 def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Callable[[], Any] | None") -> None:
     old, new = SMALL, _largest(probe)
     probe.call("store_image", old)
-
-    def store() -> None:
-        probe.call("store_image", new)
-
-    for place in _cuts_of(store):
+    for place in _cuts_of(lambda: probe.call("store_image", new)):
         if cut_power is not None:
             cut_power()
         board = reopen() if reopen is not None else probe.board
         found = probe.call_of(board, "load_image")
-        if found not in (old, new):
-            probe.breach(Phrase("check-store-cut", found=brief(found), **place))
-            return
+        probe.require(found in (old, new), "check-store-cut", found=brief(found), **place)
         # The cut may have left this board damaged, as with an open file: use the one that was opened after it.
         probe.call_of(board, "store_image", old)
 
