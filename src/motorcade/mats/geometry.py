@@ -21,8 +21,8 @@ Points = Sequence[float]
 _MARGIN_M = 1e-4
 # A side that rises less is taken as level.
 _LEVEL_M = 1e-3
-# Points that are made or tested: a second or two, and more for many cars.
-_MOST_TESTS = 4_000_000
+# Points that are made or tested: half a second, and more for many cars.
+_MOST_TESTS = 1_000_000
 _TESTS_A_CAR = 32
 # To go up to a side or a disc in a row takes as long as so many tests.
 _TESTS_A_VISIT = 10
@@ -123,6 +123,7 @@ class Sweep:
     def __init__(self, mat: Mat, clearance_m: float, budget: Budget, discs: Iterable[Disc] = ()) -> None:
         self._clearance_m, self._budget = clearance_m, budget
         parts: list[_Side | _Round] = [*_sides_of(mat, clearance_m), *_rounds_of(mat, discs, clearance_m)]
+        budget.take(_TESTS_A_VISIT * len(parts))
         self._waiting = sorted(parts, reverse=True)
         self._here: list[_Side | _Round] = []
 

@@ -112,7 +112,6 @@ class StudioWorld:
             _check_fixed(self.referee.mission, mat_from(mat, self.cars), range_mm)
             return
         furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
-        _check_furniture(furniture)
         _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
@@ -273,7 +272,9 @@ def prepare_world(
     With ``images`` the k-th leader has the k-th of them; goals about words are those of the message's image.
     """
     mat = mat_from(message.mat, most_cars)
-    _check_furniture(mat)
+    if message.mission and (document := message.mission.document):
+        _check_size(document)
+        _check_size(document.get("mat"), most_cars)
     profile = profile_named(message.profile)
     image = _NO_PROGRAM if message.image is None else message.image
     parse_image_bytes(image)
@@ -305,10 +306,7 @@ def _fixed(what: str) -> MotorcadeError:
 
 def mat_from(document: Any, most_cars: int) -> Mat:
     """Return the mat in a page's ``document``. Raises MotorcadeError."""
-    # Checked before cars are placed: a crowd is one line, yet it may have millions of cars.
-    count = _cars_in(document)
-    if count > most_cars:
-        raise MotorcadeError("too-many-cars", count=count, most=most_cars)
+    _check_size(document, most_cars)
     return _or_refuse("bad-mat", lambda: mat_of(document, Phrase("mat-of-page")))
 
 
@@ -320,21 +318,25 @@ def _or_refuse(code: str, work: Callable[[], _T]) -> _T:
         raise MotorcadeError(code, reason=problem) from None
 
 
-def _cars_in(document: Any) -> float:
-    """Count the cars in the document; 0 where it isn't a mat, which another check refuses."""
-    if not isinstance(document, dict):
-        return 0
-    cars, crowds = document.get("car"), document.get("crowd")
-    count: float = len(cars) if isinstance(cars, list) else 0
-    for crowd in crowds if isinstance(crowds, list) else ():
-        crowd_cars = crowd.get("cars") if isinstance(crowd, dict) else None
-        count += crowd_cars if isinstance(crowd_cars, int | float) else 0
-    return count
+def _check_size(document: Any, most_cars: float = math.inf) -> None:
+    """Count cars and furniture of a mat, or furniture and zones of a mission, before any work. Raises MotorcadeError.
 
-
-def _check_furniture(mat: Mat) -> None:
-    corners = sum(map(len, mat.polygons))
-    steps = sum(len(person.path) for person in mat.people)
-    count = len(mat.walls) + len(mat.discs) + corners + steps + len(mat.voices)
+    A crowd is one line, yet it may have millions of cars. What isn't valid counts as nothing: another check refuses it.
+    """
+    cars = len(_tables(document, "car")) + sum(
+        each["cars"] for each in _tables(document, "crowd") if isinstance(each.get("cars"), int | float)
+    )
+    if cars > most_cars:
+        raise MotorcadeError("too-many-cars", count=cars, most=most_cars)
+    single = sum(len(_tables(document, name)) for name in ("wall", "disc", "voice"))
+    listed = (("polygon", "corners_m"), ("zone", "corners_m"), ("person", "path"))
+    lists = [each.get(key) for name, key in listed for each in _tables(document, name)]
+    count = single + sum(len(each) for each in lists if isinstance(each, list))
     if count > MOST_FURNITURE:
         raise MotorcadeError("too-much-furniture", count=count, most=MOST_FURNITURE)
+
+
+def _tables(document: Any, name: str) -> list[dict[str, Any]]:
+    """The tables of a list of a document that may be no valid one."""
+    found = document.get(name) if isinstance(document, dict) else None
+    return [each for each in found if isinstance(each, dict)] if isinstance(found, list) else []
