@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from motorcade.engine.state import Moment
-from motorcade.errors import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions import goals, safety_goals, word_goals
 from motorcade.missions.document import Goal, Mission, Wording
 from motorcade.missions.goals import Event, GoalState, Watch
@@ -12,6 +12,8 @@ from motorcade.words.image import Image, parse_image_bytes
 
 # A run is watched every so many ms, beginning at 0.
 EVERY_MS = 100
+# For each car sides of zones, and obstacles, that goals compare in a moment: some 20 ms.
+_MOST_COMPARED = 20_000
 # What watches need of a moment, as lists.
 _COLUMNS = ("x_m", "y_m", "heading", "wheels", "led")
 _CAR_WATCHES = {
@@ -32,9 +34,12 @@ class GoalWatch:
     Args:
         mission: whose goals to watch.
         image: the bytes that the leaders run.
+
+    Raises MotorcadeError where the goals take too long.
     """
 
     def __init__(self, mission: Mission, image: bytes) -> None:
+        _check_work(mission)
         self._mission = mission
         parsed = parse_image_bytes(image)
         slots = word_goals.Slots(parsed, mission.profile, mission.duration_ms)
@@ -131,6 +136,16 @@ class _AllBy:
 
     def _met(self, other: GoalState) -> dict[str, float]:
         return {"seconds": (other.t_ms or 0) / 1000}
+
+
+def _check_work(mission: Mission) -> None:
+    mat = mission.mat
+    sides = {zone.name: max(len(zone.corners), 1) for zone in mission.zones}
+    things = len(mat.walls) + len(mat.discs) + sum(map(len, mat.polygons))
+    count = sum(len(goal.cars) * sides[goal.values["zone"]] for goal in mission.goals if "zone" in goal.values)
+    count += sum(len(mat.starts) * things for goal in mission.goals if goal.kind == "no-touch")
+    if count > _MOST_COMPARED:
+        raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
 
 
 def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots) -> Watch | None:

@@ -42,7 +42,7 @@ class Pause(_WorldMessage):
 class Step(_WorldMessage):
     """Go on by so many ticks."""
 
-    ticks: Annotated[int, Meta(ge=1, le=1000)] = 1
+    ticks: Annotated[int, Meta(ge=1, le=100)] = 1
 
 
 class Reset(_WorldMessage):
