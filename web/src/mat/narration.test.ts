@@ -21,7 +21,7 @@ it("describes it in both languages", () => {
   changeLanguage("en");
   expect(describe(SUMMARY, "counted")).toBe(
     "The leader drives forward; 3 followers drive forward; 1 follower turns left; 1 follower stands still; " +
-      "1 car has an LED on; 4 messages lost in the last 5 seconds.",
+      "1 car has a lamp on; 4 messages lost in the last 5 seconds.",
   );
   changeLanguage("zh");
   expect(describe(SUMMARY, "none")).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
