@@ -1,3 +1,4 @@
+import { waitBeforeTry } from "./connection";
 import type { Stream, StreamListeners } from "./service";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import {
@@ -9,7 +10,6 @@ import {
   NO_INDEX,
   type Picture,
   sessionOfWindow,
-  waitBeforeTry,
   LOSS_REASONS,
   WorldConnection,
 } from "./world";
@@ -120,7 +120,8 @@ describe("a connection", () => {
     const connection = connect();
     MockStream.made[0]!.open();
     MockStream.made[0]!.listeners.onMessage('{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}');
-    MockStream.made[0]!.end();
+    expect(MockStream.made[0]!.isOpen).toBe(false);
+    expect(links.at(-1)).toBe("elsewhere");
     vi.advanceTimersByTime(60_000);
     expect(MockStream.made).toHaveLength(1);
     connection.comeBack();

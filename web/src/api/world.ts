@@ -1,6 +1,7 @@
 /** A world of cars in play: the messages to it, its answers, and its pictures. */
 
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
+import { LastingStream } from "./connection";
 import { service, type Stream, type StreamListeners } from "./service";
 
 export interface Pose {
@@ -96,9 +97,6 @@ export interface Listeners {
 }
 
 const SESSION_KEY = "motorcade.world";
-const FIRST_WAIT_MS = 500;
-/** With its spread, a page is back within four seconds of its server. */
-const LONGEST_WAIT_MS = 3000;
 /** Another page has this world, or its place, now; to connect again by itself would take it from that page. */
 const GIVEN_AWAY = ["taken-over", "session-was-idle"];
 
@@ -111,78 +109,49 @@ export function sessionOfWindow(storage: Storage = sessionStorage): string {
   return session;
 }
 
-/** How long to wait before the k-th try, so that not all pages reach a server at once when it is back. */
-export function waitBeforeTry(k: number, chance: number): number {
-  return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
-}
-
 /** A connection that comes back by itself until it is closed. */
 export class WorldConnection {
-  private stream: Stream | null = null;
-  private tries = 0;
-  private timer: ReturnType<typeof setTimeout> | undefined;
-  private closed = false;
-  private elsewhere = false;
+  private readonly stream: LastingStream;
 
   constructor(
     readonly session: string,
     private readonly listeners: Listeners,
-    private readonly openStream: (listeners: StreamListeners) => Stream = (stream) => service().openStream("world", session, stream),
+    openStream = (stream: StreamListeners): Stream => service().openStream("world", session, stream),
   ) {
-    this.connect();
+    const open = (stream: StreamListeners) => {
+      listeners.onLink("connecting");
+      return openStream(stream);
+    };
+    const onMessage = (data: string | ArrayBuffer) => this.receive(data);
+    this.stream = new LastingStream(open, { onOpen: () => listeners.onLink("open"), onMessage, onClose: () => listeners.onLink("lost") });
+    this.stream.reopen();
   }
 
   /** Send a message; false while the connection is lost. The page sends what differs after the next hello. */
   send(command: Command): boolean {
-    return this.stream?.send(JSON.stringify(command)) ?? false;
+    return this.stream.send(command);
   }
 
   /** Take the world back from another window. */
   comeBack(): void {
-    this.tries = 0;
-    this.elsewhere = false;
-    this.stream?.close();
-    this.connect();
+    this.stream.reopen();
   }
 
   close(): void {
-    this.closed = true;
-    clearTimeout(this.timer);
-    this.stream?.close();
-  }
-
-  private connect(): void {
-    this.listeners.onLink("connecting");
-    this.stream = this.openStream({
-      onOpen: () => {
-        this.tries = 0;
-        this.listeners.onLink("open");
-      },
-      onMessage: (data) => this.receive(data),
-      onClose: () => this.lost(),
-    });
+    this.stream.close();
   }
 
   private receive(data: string | ArrayBuffer): void {
     if (typeof data === "string") {
       const answer = JSON.parse(data) as Answer;
-      this.elsewhere ||= answer.is === "error" && GIVEN_AWAY.includes(answer.code);
       this.listeners.onAnswer(answer);
+      if (answer.is !== "error" || !GIVEN_AWAY.includes(answer.code)) return;
+      this.stream.close();
+      this.listeners.onLink("elsewhere");
       return;
     }
     const picture = decodePicture(data);
     if (picture) this.listeners.onPicture(picture);
-  }
-
-  private lost(): void {
-    if (this.closed) return;
-    if (this.elsewhere) {
-      this.listeners.onLink("elsewhere");
-      return;
-    }
-    this.listeners.onLink("lost");
-    this.timer = setTimeout(() => this.connect(), waitBeforeTry(this.tries, Math.random()));
-    this.tries += 1;
   }
 }
 

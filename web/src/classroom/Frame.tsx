@@ -3,7 +3,7 @@
 import { type ReactNode, useEffect, useId, useState } from "react";
 import buttons from "../ui/buttons.module.css";
 import { SettingsSheet } from "../ui/SettingsSheet";
-import { ClassError } from "./ask";
+import { type ClassError, isClassError } from "./ask";
 import css from "./class.module.css";
 import { type Key, texts, useLanguage, useSentences, useTexts } from "./texts";
 
@@ -54,12 +54,12 @@ export function useAttempt(): { problem: string; attempt: (task: () => Promise<u
       setError(null);
       return true;
     } catch (problem) {
-      if (!(problem instanceof ClassError)) throw problem;
+      if (!isClassError(problem)) throw problem;
       setError(problem);
       return false;
     }
   };
-  return { problem: error === null ? "" : error.sentence ? inLanguage(error.sentence) : t("noAnswer"), attempt };
+  return { problem: error === null ? "" : "sentence" in error ? inLanguage(error.sentence) : t("noAnswer"), attempt };
 }
 
 /** Say what is wrong; nothing where nothing is. */

@@ -2,7 +2,8 @@
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
-import { askClass, askToJoin, ClassError } from "./ask";
+import { RefusedError } from "../api/service";
+import { askClass, askToJoin } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
@@ -157,7 +158,7 @@ export function Join() {
       if (self.number) setMe(self);
       else enterStudio();
     } catch (problem) {
-      if (!(problem instanceof ClassError && problem.code === "wrong-class-code")) throw problem;
+      if (!(problem instanceof RefusedError && problem.code === "wrong-class-code")) throw problem;
       setChecked(false);
       await attempt(() => Promise.reject(problem));
     }

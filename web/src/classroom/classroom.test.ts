@@ -126,18 +126,20 @@ describe("the columns of the wall", () => {
 });
 
 describe("a stream", () => {
-  class Socket {
+  class Socket extends EventTarget {
     static readonly OPEN = 1;
     static opened: Socket[] = [];
     closed = false;
-    onmessage: (event: { data: string }) => void = () => undefined;
-    onclose: () => void = () => undefined;
     constructor() {
+      super();
       Socket.opened.push(this);
+    }
+    receive(data: string) {
+      this.dispatchEvent(new MessageEvent("message", { data }));
     }
     close() {
       this.closed = true;
-      this.onclose();
+      this.dispatchEvent(new Event("close"));
     }
   }
   const links: boolean[] = [];
@@ -158,7 +160,7 @@ describe("a stream", () => {
   });
 
   it("that was silent is opened anew when the device comes back, and tells of no loss", () => {
-    Socket.opened[0]!.onmessage({ data: '{"is":"pupil"}' });
+    Socket.opened[0]!.receive('{"is":"pupil"}');
     wake();
     expect(Socket.opened).toHaveLength(1);
     vi.advanceTimersByTime(7000);
@@ -179,7 +181,7 @@ describe("a stream", () => {
   });
 
   it("that another page has taken over stays closed, as after a goodbye", () => {
-    Socket.opened[0]!.onmessage({ data: '{"is":"error","code":"taken-over"}' });
+    Socket.opened[0]!.receive('{"is":"error","code":"taken-over"}');
     vi.advanceTimersByTime(60_000);
     wake();
     expect(Socket.opened).toHaveLength(1);

@@ -21,7 +21,7 @@ export function lookingIn(search: string): Looking | null {
 /** Which project this tab shows to the teacher; null for a studio of one's own. */
 export const looking = () => (useStudio.getState().capabilities?.classroom === "teacher" ? lookingIn(location.search) : null);
 
-/** A copy of a pupil's project. Raises ClassError. It is not of the teacher's shelf, so it has no version there. */
+/** A copy of a pupil's project. Throws RefusedError or UnreachableError. It is not in the teacher's library, so it has no version there. */
 export async function lookAt({ pupil, project }: Looking): Promise<StoredWork> {
   const found: OpenedProject = await askDesk("project", { pupil, name: project });
   // This browser keeps nothing of it; who leaves with changes is asked.

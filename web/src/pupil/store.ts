@@ -3,7 +3,8 @@
 import i18next from "i18next";
 import { create } from "zustand";
 import * as api from "../api/requests";
-import { askClass, ClassError, Stream } from "../classroom/ask";
+import { RefusedError, UnreachableError } from "../api/service";
+import { askClass, isClassError, Stream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
 import { attempt } from "../projects/actions";
@@ -38,8 +39,8 @@ export async function attemptInClass(task: () => Promise<unknown>): Promise<void
   try {
     await task();
   } catch (problem) {
-    if (!(problem instanceof ClassError)) throw problem;
-    const { sentence } = problem;
+    if (!isClassError(problem)) throw problem;
+    const sentence = problem instanceof RefusedError && problem.sentence;
     notify(sentence ? (sentence[i18next.language as keyof typeof sentence] ?? sentence.en) : i18next.t("pupil.noAnswer"), "error");
   }
 }
@@ -53,7 +54,7 @@ function keepDraft(): void {
     if (usePupil.getState().goodbye) return;
     void askClass("draft/write", { name: useStudio.getState().name, project: openProject() }).catch((problem: unknown) => {
       // One that was refused is written with the next edit; one that did not arrive, again.
-      if (problem instanceof ClassError && !problem.sentence) timer ??= setTimeout(write, DRAFT_AGAIN_MS);
+      if (problem instanceof UnreachableError) timer ??= setTimeout(write, DRAFT_AGAIN_MS);
     });
   };
   useStudio.subscribe((now, before) => {

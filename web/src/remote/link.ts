@@ -1,6 +1,8 @@
 /** The connection to the cars, which is opened again whenever it is lost, and the keys and gamepads that steer them. */
 
 import { create } from "zustand";
+import { LastingStream, openSocket } from "../api/connection";
+import type { Stream, StreamListeners } from "../api/service";
 import type { Sentence } from "../generated/messages";
 import type { CarTelemetry, ListedCar, RemoteAnswer, RemoteMessage } from "../generated/remote";
 import { useSettings } from "../state/settings";
@@ -29,53 +31,42 @@ export const useRemote = create<Remote>(() => ({
   problem: null,
 }));
 
-const FIRST_WAIT_MS = 300;
-const LONGEST_WAIT_MS = 4000;
 /** More than are ever under way at once. */
 const MOST_UNANSWERED = 64;
 // As motorcade/drive/stamps.py counts.
 const STAMP_MS = 4;
 const STAMPS = 2047;
 
-type Socket = Pick<WebSocket, "send" | "close" | "readyState"> & EventTarget;
-
 export class Link {
-  private socket: Socket | null = null;
+  private readonly stream: LastingStream;
   private number = 0;
   private sentMs = new Map<number, number>();
-  private waitMs = FIRST_WAIT_MS;
   /** The car to join first; null for the first of the list. */
   private firstCar: string | null = null;
 
   constructor(
-    private readonly connect: () => Socket,
+    open: (listeners: StreamListeners) => Stream,
     private readonly now: () => number,
-  ) {}
+  ) {
+    this.stream = new LastingStream(open, {
+      onOpen: () => undefined,
+      onMessage: (data) => this.receive(JSON.parse(data as string) as RemoteAnswer),
+      onClose: () => {
+        useRemote.setState({ open: false, telemetry: {}, roundTripMs: null });
+        this.sentMs.clear();
+      },
+    });
+  }
 
   /** Connect, again and again; join `firstCar`, or the first car of the list. */
   open(firstCar: string | null): void {
     this.firstCar = firstCar;
-    this.connectAgain();
-  }
-
-  private connectAgain(): void {
-    const socket = this.connect();
-    this.socket = socket;
-    socket.addEventListener("message", (event) => {
-      this.receive(JSON.parse((event as MessageEvent<string>).data) as RemoteAnswer);
-    });
-    socket.addEventListener("close", () => {
-      useRemote.setState({ open: false, telemetry: {}, roundTripMs: null });
-      this.sentMs.clear();
-      setTimeout(() => this.connectAgain(), this.waitMs);
-      this.waitMs = Math.min(this.waitMs * 2, LONGEST_WAIT_MS);
-    });
+    this.stream.reopen();
   }
 
   /** Connect again, under another name. */
   reconnect(): void {
-    this.waitMs = FIRST_WAIT_MS;
-    this.socket?.close();
+    this.stream.lose();
   }
 
   join(car: string): void {
@@ -103,11 +94,12 @@ export class Link {
 
   drive({ throttle, steering }: Axes): void {
     const cars = useRemote.getState().joined;
-    if (cars.length === 0 || this.socket?.readyState !== WebSocket.OPEN) return;
-    this.number += 1;
-    this.sentMs.set(this.number, this.now());
-    this.sentMs.delete(this.number - MOST_UNANSWERED);
-    this.send({ do: "drive", cars, throttle, steering, number: this.number, stamp: this.stamp() });
+    if (cars.length === 0) return;
+    const number = this.number + 1;
+    if (!this.send({ do: "drive", cars, throttle, steering, number, stamp: this.stamp() })) return;
+    this.number = number;
+    this.sentMs.set(number, this.now());
+    this.sentMs.delete(number - MOST_UNANSWERED);
   }
 
   /** A server finds positions that a stalled network delivers late by when they were sent. */
@@ -115,8 +107,8 @@ export class Link {
     return 1 + (Math.floor(this.now() / STAMP_MS) % STAMPS);
   }
 
-  private send(message: RemoteMessage): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  private send(message: RemoteMessage): boolean {
+    return this.stream.send(message);
   }
 
   private receive(message: RemoteAnswer): void {
@@ -139,7 +131,6 @@ export class Link {
 
   private receiveHello(cars: ListedCar[]): void {
     const { joined } = useRemote.getState();
-    this.waitMs = FIRST_WAIT_MS;
     useRemote.setState({ open: true, cars, problem: null });
     const there = cars.map(({ car }) => car);
     const first = joined.length > 0 ? [] : there.filter((car) => car === this.firstCar || (!this.firstCar && car === there[0]));
@@ -158,7 +149,7 @@ export function address(path: string, car?: string): string {
 
 /** The address of the connection, with the user's name, if there is one. */
 export function socketAddress(): string {
-  const url = new URL(address("/drive/ws"), location.origin.replace(/^http/, "ws"));
+  const url = new URL(address("/drive/ws"), location.origin);
   const { userName } = useSettings.getState();
   if (userName) url.searchParams.set("name", userName);
   return url.href;
@@ -175,7 +166,7 @@ export const FIRST_LIMIT = 0.6;
 
 const now = () => performance.now();
 
-export const link = new Link(() => new WebSocket(socketAddress()), now);
+export const link = new Link((listeners) => openSocket(socketAddress(), listeners), now);
 export const deadman = new DeadmanSwitch((axes) => link.drive(axes), now);
 
 const keys = new Set<string>();

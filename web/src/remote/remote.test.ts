@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Stream, StreamListeners } from "../api/service";
 import { useSettings } from "../state/settings";
 import { Link, socketAddress, useRemote, userOf } from "./link";
 import { asksToStop, AT_REST, type Axes, DeadmanSwitch, fingerAxes, gamepadAxes, isDrivingKey, keyAxes, PERIOD_MS } from "./input";
@@ -6,18 +7,24 @@ import { asksToStop, AT_REST, type Axes, DeadmanSwitch, fingerAxes, gamepadAxes,
 const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
 
 /** A server whose answers the test gives. */
-class Server extends EventTarget {
-  readyState: 0 | 1 | 2 | 3 = WebSocket.OPEN;
+class Server implements Stream {
+  isOpen = true;
   received: Record<string, unknown>[] = [];
-  send(text: string | ArrayBufferLike | Blob | ArrayBufferView): void {
-    this.received.push(JSON.parse(text as string) as Record<string, unknown>);
+  constructor(private readonly page: StreamListeners) {}
+  send(text: unknown): boolean {
+    if (this.isOpen) this.received.push(JSON.parse(text as string) as Record<string, unknown>);
+    return this.isOpen;
   }
   close(): void {
-    this.readyState = WebSocket.CLOSED;
-    this.dispatchEvent(new Event("close"));
+    this.isOpen = false;
+  }
+  /** The server ends it. */
+  end(): void {
+    this.isOpen = false;
+    this.page.onClose();
   }
   answer(message: unknown): void {
-    this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify(message) }));
+    this.page.onMessage(JSON.stringify(message));
   }
 }
 
@@ -25,11 +32,11 @@ let servers: Server[] = [];
 let nowMs = 0;
 
 function opened(firstCar: string | null = null): { link: Link; server: Server } {
-  const connect = () => {
-    servers.push(new Server());
+  const open = (page: StreamListeners) => {
+    servers.push(new Server(page));
     return servers.at(-1)!;
   };
-  const link = new Link(connect, () => nowMs);
+  const link = new Link(open, () => nowMs);
   link.open(firstCar);
   servers[0]!.answer({ is: "hello", cars: LISTED });
   return { link, server: servers[0]! };
@@ -83,7 +90,7 @@ describe("a link", () => {
     const { link, server } = opened();
     link.join("2");
     server.answer({ is: "telemetry", cars: { 0: { state: "moving" } }, clock: null });
-    server.close();
+    server.end();
     expect(useRemote.getState()).toMatchObject({ open: false, telemetry: {} });
     link.drive({ throttle: 1, steering: 0 });
     vi.advanceTimersByTime(1000);
@@ -99,12 +106,12 @@ describe("a link", () => {
   it("tries less and less often", () => {
     opened();
     for (let k = 0; k < 20; k++) {
-      servers.at(-1)!.close();
+      servers.at(-1)!.end();
       vi.advanceTimersByTime(4000);
     }
     expect(servers.length).toBeLessThanOrEqual(22);
     const before = servers.length;
-    servers.at(-1)!.close();
+    servers.at(-1)!.end();
     vi.advanceTimersByTime(1000);
     expect(servers).toHaveLength(before);
   });
@@ -269,8 +276,9 @@ describe("the user's name", () => {
   it("connects again under a new name and joins the same cars", () => {
     const { link, server } = opened("1");
     link.reconnect();
-    vi.advanceTimersByTime(300);
-    expect(server.readyState).toBe(WebSocket.CLOSED);
+    expect(useRemote.getState().open).toBe(false);
+    vi.advanceTimersByTime(625);
+    expect(server.isOpen).toBe(false);
     servers[1]!.answer({ is: "hello", cars: LISTED });
     expect(servers[1]!.received).toEqual([{ do: "join", car: "1" }]);
   });
