@@ -255,4 +255,4 @@ def test_a_request_is_refused_unless_its_method_is_post(visit, path):
 def test_a_page_that_is_not_built_is_replaced_by_instructions(visit):
     answer = visit().get("/")
     assert answer.status_code == 503
-    assert "npm run build" in answer.text
+    assert "make page" in answer.text
