@@ -9,7 +9,7 @@ from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.parts import word_fields
-from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 
@@ -30,6 +30,8 @@ def step_types() -> str:
         "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
         "WORD_FIELDS": _word_fields(),
         "HUES": groups,
+        "PYTHON_CALLS": [_call(name, kind) for kind in KINDS.values() for name in kind.names],
+        "PYTHON_SETTINGS": [name for name, schema in COMMON.items() if schema["type"] == "boolean"],
     }
     lines = [f"export const {name} = {json.dumps(value, indent=2)} as const;\n" for name, value in parts.items()]
     return "\n".join([_HEAD, *lines])
@@ -67,6 +69,35 @@ def _input(field: Field[Any]) -> dict[str, Any]:
         levels = list(range(schema["minimum"], schema["maximum"] + 1))
         return {"input": "level", "name": name, "menu": field.metadata["menu"], "levels": levels, "first": first}
     return {"input": "number", "name": name, "minimum": schema["minimum"], "first": first}
+
+
+def _call(name: str, kind: type[Step]) -> dict[str, Any]:
+    """A step's name in Python, what it takes, and an example; a parameter without a default must be given."""
+    own = {each.name: each.metadata for each in own_fields(kind)}
+    parameters: list[dict[str, Any]] = []
+    example: list[str] = []
+    for each in inspect.signature(getattr(steps, name)).parameters.values():
+        if each.kind is each.VAR_POSITIONAL:
+            example += ["forward(1)", "led(0, 1)"]
+        elif each.kind is each.POSITIONAL_OR_KEYWORD:
+            schema = own[each.name]["schema"]
+            default = {} if each.default is each.empty else {"default": each.default}
+            menu = {"menu": own[each.name]["menu"]} if "menu" in own[each.name] else {}
+            least_most = {"least": schema["minimum"], "most": schema["maximum"]}
+            parameters.append({"name": each.name, **least_most, **default, **menu})
+            if not default:
+                example.append(str(first_value(kind, each.name)))
+            elif menu:
+                example.append(f"{each.name}={schema['maximum']}")
+    return {
+        "name": name,
+        "kind": kind.kind,
+        "signature": f"{name}({_arguments(name)})",
+        "holds": kind in (TogetherStep, RepeatStep),
+        "accompanies": kind.accompanies,
+        "parameters": parameters,
+        "example": f"{name}({', '.join(example)})",
+    }
 
 
 def _bits(word_format: WordFormat) -> list[dict[str, Any]]:

@@ -58,6 +58,37 @@ def test_the_text_and_the_blocks_follow_each_other(open_page) -> None:
     assert studio.faults == []
 
 
+def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None:
+    studio = open_page(project=PROGRAM, level="python")
+    studio.look_up("python")
+    functions = studio.page.get_by_role("group").filter(has_text=studio.say("python.functions"))
+    expect(functions).to_contain_text("led(which, seconds)")
+    text = studio.page.get_by_role("textbox", name=studio.say("python.text"))
+    keyboard, offers = studio.page.keyboard, studio.page.get_by_role("listbox", name=studio.say("python.completions"))
+    text.get_by_text("left(1)").click()
+    keyboard.press("End")
+    # Nothing is in Enter's way at the end of a line; a name is chosen by the keyboard, a value by the mouse.
+    keyboard.press("Enter")
+    keyboard.type("le")
+    expect(offers.get_by_role("option")).to_have_count(2)
+    keyboard.press("ArrowDown")
+    expect(offers.get_by_role("option", name="left")).to_have_attribute("aria-selected", "true")
+    keyboard.press("ArrowUp")
+    expect(offers.get_by_role("option", name="led")).to_have_attribute("aria-selected", "true")
+    keyboard.press("Enter")
+    offers.get_by_role("option", name=studio.say("levels.light.2")).click()
+    keyboard.type(", ")
+    expect(offers.get_by_role("option", name="seconds=")).to_be_visible()
+    keyboard.press("Escape")
+    expect(offers).to_have_count(0)
+    keyboard.type("1")
+    expect(text).to_contain_text("led(2, 1)")
+    expect(studio.block("leader", "light")).to_be_visible()
+    keyboard.press("Tab")
+    expect(text).not_to_be_focused()
+    assert studio.faults == []
+
+
 def test_a_wrong_block_says_what_would_mend_it_and_keeps_the_cars_from_driving(open_page) -> None:
     studio = open_page(project=Program([wait(1), forward(1.5)]).as_dict())
     studio.expect_words(["01000000", "60800000"])

@@ -338,3 +338,212 @@ export const HUES = {
   "voice": 263,
   "pir": 22
 } as const;
+
+export const PYTHON_CALLS = [
+  {
+    "name": "forward",
+    "kind": "drive",
+    "signature": "forward(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 0,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "forward(1, speed=3)"
+  },
+  {
+    "name": "left",
+    "kind": "drive",
+    "signature": "left(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 0,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "left(1, speed=3)"
+  },
+  {
+    "name": "right",
+    "kind": "drive",
+    "signature": "right(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 0,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "right(1, speed=3)"
+  },
+  {
+    "name": "wander",
+    "kind": "drive",
+    "signature": "wander(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 0,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "wander(1, speed=3)"
+  },
+  {
+    "name": "wait",
+    "kind": "wait",
+    "signature": "wait(seconds)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      }
+    ],
+    "example": "wait(1)"
+  },
+  {
+    "name": "led",
+    "kind": "led",
+    "signature": "led(which, seconds)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "which",
+        "least": 0,
+        "most": 3,
+        "menu": "light"
+      },
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      }
+    ],
+    "example": "led(0, 1)"
+  },
+  {
+    "name": "avoid",
+    "kind": "avoid",
+    "signature": "avoid(radius, seconds)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "radius",
+        "least": 0,
+        "most": 3,
+        "menu": "radius"
+      },
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      }
+    ],
+    "example": "avoid(0, 1)"
+  },
+  {
+    "name": "voice",
+    "kind": "voice",
+    "signature": "voice(seconds=None)",
+    "holds": false,
+    "accompanies": true,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400,
+        "default": null
+      }
+    ],
+    "example": "voice()"
+  },
+  {
+    "name": "pir",
+    "kind": "pir",
+    "signature": "pir(seconds=None)",
+    "holds": false,
+    "accompanies": true,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400,
+        "default": null
+      }
+    ],
+    "example": "pir()"
+  },
+  {
+    "name": "repeat",
+    "kind": "repeat",
+    "signature": "repeat(times, step, step, \u2026)",
+    "holds": true,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "times",
+        "least": 1,
+        "most": 1000000000
+      }
+    ],
+    "example": "repeat(2, forward(1), led(0, 1))"
+  },
+  {
+    "name": "together",
+    "kind": "together",
+    "signature": "together(step, step, \u2026)",
+    "holds": true,
+    "accompanies": false,
+    "parameters": [],
+    "example": "together(forward(1), led(0, 1))"
+  }
+] as const;
+
+export const PYTHON_SETTINGS = [
+  "accept_ir",
+  "forward"
+] as const;

@@ -1,5 +1,6 @@
 /** An editor of Python text by CodeMirror, which is loaded when it is shown for the first time. */
 
+import { autocompletion } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { python } from "@codemirror/lang-python";
 import { bracketMatching, HighlightStyle, indentUnit, syntaxHighlighting } from "@codemirror/language";
@@ -14,6 +15,7 @@ import { mend } from "../blocks/mends";
 import { inLanguage } from "../i18n";
 import type { TextPlace } from "../generated/messages";
 import { useStudio } from "../state/studio";
+import { completeAt } from "./completion";
 import { editText, usePython } from "./text";
 import css from "./python.module.css";
 
@@ -62,6 +64,16 @@ const EXTENSIONS: Extension = [
   python(),
   syntaxHighlighting(colours),
   lintGutter(),
+  autocompletion({
+    icons: false,
+    interactionDelay: 0,
+    override: [
+      (context) => {
+        const { profileFigures } = useStudio.getState();
+        return profileFigures && completeAt(context, profileFigures);
+      },
+    ],
+  }),
   litLines,
   // The Tab key leaves the editor, as everywhere on the page.
   keymap.of([...defaultKeymap, ...historyKeymap, ...lintKeymap]),
@@ -119,7 +131,7 @@ export default function CodeEditor() {
   const host = useRef<HTMLDivElement>(null);
   useEffect(() => {
     const label = EditorView.contentAttributes.of({ "aria-label": t("python.text"), "aria-describedby": "python-about", spellcheck: "false" });
-    const state = EditorState.create({ doc: usePython.getState().text, extensions: [EXTENSIONS, label] });
+    const state = EditorState.create({ doc: usePython.getState().text, extensions: [EXTENSIONS, label, EditorState.phrases.of({ Completions: t("python.completions") })] });
     const view = new EditorView({ state, parent: host.current! });
     const show = () => {
       showText(view);
@@ -127,7 +139,11 @@ export default function CodeEditor() {
       showSelection(view);
     };
     show();
+    // A mistake that is told below takes room: the cursor, and the list at it, stay in view.
+    const resized = new ResizeObserver(() => view.hasFocus && view.dispatch({ effects: EditorView.scrollIntoView(view.state.selection.main.head) }));
+    resized.observe(host.current!);
     const ends = [
+      () => resized.disconnect(),
       usePython.subscribe(show),
       useStudio.subscribe((now, before) => {
         if (now.compiled !== before.compiled) showMarks(view);

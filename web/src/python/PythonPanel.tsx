@@ -11,6 +11,7 @@ import controls from "../ui/controls.module.css";
 import css from "./python.module.css";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
+const FunctionList = lazy(() => import("./FunctionList"));
 
 /** What is wrong with the text, in words: screen readers announce it. */
 function Mistakes() {
@@ -48,7 +49,10 @@ export function PythonPanel() {
       </p>
       <ErrorBoundary fallback={<p className={css.mistakes}>{t("app.failed")}</p>}>
         <Suspense fallback={<p className={controls.quiet}>{t("app.loading")}</p>}>
-          <CodeEditor />
+          <div className={css.beside}>
+            <FunctionList />
+            <CodeEditor />
+          </div>
         </Suspense>
       </ErrorBoundary>
       <Mistakes />
