@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urljoin
 
 import pytest
 from filelock import FileLock
@@ -52,7 +53,7 @@ def open_page(page: EnginePage, url: str) -> None:
     page.go(url)
     base = url.partition("?")[0]
     # What is kept is written where no page would overwrite it when it is left.
-    page.go(f"{base}icon.svg")
+    page.go(urljoin(base, "icon.svg"))
     page.store(KEPT)
     page.go(base)
 
