@@ -45,6 +45,11 @@ REQUESTS = {
     "a text with comments": (300, lambda n: blocks_to_text(HEAD + "\n" + "forward(1), # b\n" * n + "])")),
     "a text of wrong lines": (300, lambda n: text_to_blocks(HEAD + "\n" + "forwar(1), # é\n" * n + "])")),
     "a text of names": (300, lambda n: text_to_blocks("".join(f"a{i} = 1\n" for i in range(n)) + HEAD + "])")),
+    "a mission with a key of many parts": (1500, lambda n: mission("a" + ".a" * n + " = 1")),
+    "a mission with a key of many quoted parts": (1500, lambda n: mission("'a'" + ' . "a"' * n + " = 1")),
+    "a mission with one long word": (20_000, lambda n: mission("a" * n + ' "' * n)),
+    "a mission with many lists in lists": (40, lambda n: mission("a = " + "[" * n + "]" * n)),
+    "a mission with many numbers": (2000, lambda n: mission("a = [" + "1.5, " * n + "]")),
     "a file of numbers": (3000, lambda n: ("open", {"text": json.dumps({"format": "motorcade/1", "a": [1] * n})})),
 }
 

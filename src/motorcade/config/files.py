@@ -23,6 +23,8 @@ _LONGEST_KEY = 40
 _TOML_TOKENS = re.compile(
     r"""\"{3}(?:[^\\]|\\.)*?\"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\#[^\n]*|[\[\]{}\n]""", re.DOTALL
 )
+# A key of so many parts nests as deep; Python's reader takes time with the square of their number.
+_DEEP_KEY = re.compile(rf"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
 _DEPTHS = {"[": 1, "{": 1, "]": -1, "}": -1}
 # The beginnings of the messages of Python's reader of JSON, and the phrase for each.
 _JSON_REASONS = (
@@ -81,6 +83,8 @@ class _BadSyntaxError(Exception):
 
 
 def _from_toml(text: str) -> Any:
+    if _DEEP_KEY.search(text):
+        raise _BadSyntaxError("too-deep")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
