@@ -1,4 +1,3 @@
-import { waitBeforeTry } from "./connection";
 import type { Stream, StreamListeners } from "./service";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import {
@@ -150,8 +149,4 @@ it("a window keeps its session", () => {
   const session = sessionOfWindow();
   expect(session).toMatch(/^[0-9a-f]{32}$/);
   expect(sessionOfWindow()).toBe(session);
-});
-
-it("the wait grows up to a bound", () => {
-  expect([0, 1, 2, 10].map((k) => waitBeforeTry(k, 0.5))).toEqual([500, 1000, 2000, 3000]);
 });
