@@ -8,9 +8,13 @@ from time import process_time
 import pytest
 
 import motorcade.missions
-from motorcade import forward, led
+from motorcade import Program, compile_program, decompile, forward, led
 from motorcade.config.files import line_of
+from motorcade.config.pins import parse_pins
+from motorcade.config.profile import parse_profile
+from motorcade.config.voice_map import parse_voice_map
 from motorcade.errors import MotorcadeError
+from motorcade.mats import parse_mat
 from motorcade.program.alignment import align
 from motorcade.service.requests import Context, respond
 
@@ -50,8 +54,41 @@ REQUESTS = {
     "a mission with one long word": (20_000, lambda n: mission("a" * n + ' "' * n)),
     "a mission with many lists in lists": (40, lambda n: mission("a = " + "[" * n + "]" * n)),
     "a mission with many numbers": (2000, lambda n: mission("a = [" + "1.5, " * n + "]")),
+    "a text of repeats": (100, lambda n: text_to_blocks(HEAD + "repeat(2, forward(1)), " * n + "])")),
+    "a text of steps at once": (100, lambda n: text_to_blocks(HEAD + "together(" + "led(1, 1), " * n + ")])")),
+    "a text of doubled lists": (
+        200,
+        lambda n: text_to_blocks("".join(f"a{i + 1} = [a{i}, a{i}]\n" for i in range(n)) + HEAD + "])"),
+    ),
     "a file of numbers": (3000, lambda n: ("open", {"text": json.dumps({"format": "motorcade/1", "a": [1] * n})})),
 }
+
+
+# Documents that a command line reads, too.
+DOCUMENTS = {
+    "a mat's crowds": (
+        80,
+        lambda n: mat(crowd=[{"cars": 1, "corner_m": [k % 90 * 10, k // 90 * 10], "size_m": [9, 9]} for k in range(n)]),
+    ),
+    "a mat's leaders": (1000, lambda n: mat(crowd=[{"cars": 2 * n, "leaders": n}])),
+    "a mat's walls": (
+        300,
+        lambda n: mat(wall=[{"from_m": [k % 90, k // 90], "to_m": [k % 90 + 0.5, k // 90]} for k in range(n)]),
+    ),
+    "a mat's path": (900, lambda n: mat(person=[{"path": [[k, 1, 1] for k in range(n)]}])),
+    "a program and its image": (
+        25,
+        lambda n: decompile(compile_program(Program(leader=[forward(1), led(1, 1)] * n)).image),
+    ),
+    "a voice map": (300, lambda n: parse_voice_map("".join(f"[k{k}]\nx = 1\n" for k in range(n)), "v.toml")),
+    "pins": (300, lambda n: parse_pins("".join(f"k{k} = {k}\n" for k in range(n)), "p.toml")),
+    "a profile": (300, lambda n: parse_profile("".join(f"[k{k}]\nx = 1\n" for k in range(n)), "p.toml")),
+}
+
+
+def mat(**furniture):
+    document = {"format": "motorcade-mat/1", "name": "x", "size_m": [900, 900]} | furniture
+    return parse_mat(json.dumps(document), "x", "JSON")
 
 
 def took_s(job, *arguments):
@@ -73,6 +110,17 @@ def ask(name, message):
 def test_ten_times_as_much_takes_no_hundred_times_as_long(kind):
     size, message = REQUESTS[kind]
     few, many = (took_s(ask, *message(each)) for each in (size, 10 * size))
+    assert many < MOST_RATIO * max(few, LEAST_S)
+
+
+@pytest.mark.parametrize("kind", DOCUMENTS)
+def test_a_document_ten_times_as_long_takes_no_hundred_times_as_long(kind):
+    def read(size):
+        with suppress(MotorcadeError):
+            DOCUMENTS[kind][1](size)
+
+    size = DOCUMENTS[kind][0]
+    few, many = (took_s(read, each) for each in (size, 10 * size))
     assert many < MOST_RATIO * max(few, LEAST_S)
 
 
