@@ -116,6 +116,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
         409,
         (
             "nickname-taken",
+            "nickname-reserved",
             "class-full",
             "class-frozen",
             "mat-is-closed",
@@ -164,6 +165,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "cant-read",
             "cant-save",
             "class-not-stored",
+            "undone-meanwhile",
             "film-failed",
             "internal",
             "virtual-car",

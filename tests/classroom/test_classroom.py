@@ -155,12 +155,12 @@ def test_the_cable_goes_from_one_to_the_next():
     for pupil in ("01", "02", "01"):
         room.wish_cable(pupil, True)
     assert [pupil_view(room, room.pupil(each), MAT, 0.0).cable for each in ("01", "02")] == [0, 1]
-    refused("cable-of-another", room.check_cable, "02")
+    refused("cable-of-another", room.cable.check, "02")
     room.next_at_cable()
-    room.check_cable("02")
+    room.cable.check("02")
     room.wish_cable("02", False)
     room.next_at_cable()
-    refused("cable-of-another", room.check_cable, "02")
+    refused("cable-of-another", room.cable.check, "02")
 
 
 def at_cable(room):
@@ -181,11 +181,11 @@ def test_a_turn_at_the_cable_ends_when_what_is_sent_is_there(ends):
         ends(room)
         room.wish_cable("01", True)
     assert at_cable(room) == (["01", "02"], "ending")
-    refused("cable-of-another", room.check_cable, "02")
+    refused("cable-of-another", room.cable.check, "02")
     refused("cable-sends", room.begin_transfer, "teacher", 1.0)
     room.end_transfer("01")
     assert at_cable(room) == (["02"], "free")
-    room.check_cable("02")
+    room.cable.check("02")
 
 
 def test_a_transfer_that_does_not_end_holds_the_cable_for_a_minute_at_most():
@@ -295,7 +295,7 @@ class AnyClass(RuleBasedStateMachine):
             lambda: room.raise_hand(pupil, True, now_s),
             lambda: room.pupil(pupil) and room.wish_turn(pupil, "red", True, now_s),
             lambda: room.pupil(pupil) and room.wish_cable(pupil, True),
-            lambda: room.check_cable(pupil) or room.begin_transfer(pupil, now_s),
+            lambda: room.cable.check(pupil) or room.begin_transfer(pupil, now_s),
             lambda: room.end_transfer(f"0{device}"),
             lambda: room.rename(pupil, name),
             lambda: room.leave(f"d{device}"),

@@ -290,3 +290,8 @@ def test_tables_are_in_the_language_of_the_system(monkeypatch, name):
     shown = run("decode", "drive", "0x128CB000", stdout=Terminal()).out
     assert "drive 码字 311209984" in shown
     assert "舵机角度" in shown
+
+
+@pytest.mark.parametrize("word", ["0x" + "9" * 9000, "9" * 9000, "0x" + "9" * 70], ids=len)
+def test_a_word_with_thousands_of_digits_gives_a_short_sentence(word):
+    assert len(refusal(2, "decode", "control", word)) < 200

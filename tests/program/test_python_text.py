@@ -299,6 +299,14 @@ def test_what_is_no_program_is_told_at_its_place(body, code, line, column):
     assert only.as_dict("zh")["line"] == line
 
 
+@pytest.mark.parametrize(
+    "text", [f"if {'-' * 540}1:\n pass", f"if 0x{'9' * 20_000}:\n pass", f"if {'9' * 20_000}:\n pass"], ids=len
+)
+def test_python_too_deep_or_with_a_number_too_long_gives_a_sentence(text):
+    (only,) = diagnostics_of(text)
+    assert only.code == "not-python"
+
+
 def test_columns_count_characters():
     (only,) = diagnostics_of(HEAD + 'program = Program([led(0, 1, id="红灯", colour=1)])')
     assert (only.span.column, only.span.end_column) == (39, 45)

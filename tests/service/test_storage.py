@@ -87,7 +87,9 @@ def test_unicode_forms_of_a_name_are_one_name(storage):
     assert names(storage) == []
 
 
-@pytest.mark.parametrize("name", ["", " ", ".", "..", "../x", "a/b", "a\\b", "a\nb", "a\0b", "\ud800", "x" * 61])
+@pytest.mark.parametrize(
+    "name", ["", " ", ".", "..", "../x", "a/b", "a\\b", "a\nb", "a\0b", "a\u202eb", "\ud800", "x" * 61]
+)
 def test_an_invalid_name_is_refused(storage, name):
     for call in (storage.read, storage.history, storage.delete):
         assert refusal(call, "", name) == "bad-project-name"

@@ -74,12 +74,12 @@ class Room:
 
 
 @contextmanager
-def class_room(folder, signs_in=True, **changes):
+def class_room(folder, signs_in=True, files=None, **changes):
     """A class in a folder; the teacher has set the password and is signed in, unless there is no first key."""
     here = Network(["192.168.1.5"], 7710)
     given = {"clock": lambda: 0.0, "unix_s": lambda: 0.0, "first_key": FIRST_KEY, "network": here}
-    settings = ClassServerSettings(library=folder, page=folder, port=7710, **{**given, **changes})
-    files = ClassFolder(folder)
+    settings = ClassServerSettings(library=folder, page=folder, **{"port": 7710, **given, **changes})
+    files = files or ClassFolder(folder)
     with files.opened(), TestClient(make_class_app(settings, files), base_url=HERE) as client:
         room = Room(client)
         if settings.first_key and signs_in:

@@ -6,12 +6,10 @@ Times are seconds of any clock that never goes back. What has to survive the ser
 from collections.abc import Callable, Iterable, Sequence
 from hmac import compare_digest
 
-from motorcade.classroom.attempts import Attempts, Guesses, NumberAttempts
+from motorcade.classroom.attempts import Attempts
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.messages import AVATARS, News, Self
 from motorcade.classroom.names import (
-    CODE_LENGTH,
-    LONG_CODE_LENGTH,
     RandomBelow,
     check_free,
     checked_name,
@@ -23,22 +21,21 @@ from motorcade.classroom.names import (
 )
 from motorcade.classroom.presence import Presence
 from motorcade.classroom.queues import Cable, car_turns, leave_all
-from motorcade.classroom.record import ClassRecord, Pupil, SignIn
+from motorcade.classroom.record import ClassRecord, Pupil, SignIn, restore_record
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 
 MOST_PUPILS = 120
 MOST_PAGES_OF_ONE = 8
-# In ten minutes: one tablet that joins again and again leaves half of the class to others.
-_MOST_OF_AN_ADDRESS = MOST_PUPILS // 2
-# With that many wrong codes in an hour, somebody guesses: a class that mistypes each code twice has made a fifth.
-MOST_WRONG_CODES = 300
+# In ten minutes. A class behind one router joins at once; two computers leave a third of the places to others.
+MOST_OF_AN_ADDRESS = MOST_PUPILS // 3
+# In five minutes, of an address: a class behind one router mistypes each code twice.
+MOST_WRONG_CODES = 60
 _MOST_DEVICES = 8
 _MOST_NEWS = 20
 _MOST_MISSIONS = 50
 _MOST_SIGN_INS = 8
 SIGNED_IN_S = 12 * 3600.0
-_NOBODY = ""
 
 
 class Classroom:
@@ -70,19 +67,27 @@ class Classroom:
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
         self._by_device = {device: pupil.id for pupil in record.pupils for device in pupil.devices}
-        self._wrong_codes = Guesses(MOST_WRONG_CODES, 3600.0)
-        self._joined = Attempts(_MOST_OF_AN_ADDRESS, 2 * MOST_PUPILS, 600.0, "too-many-joined")
-        self._numbers = NumberAttempts()
-        self._passwords = Attempts(5, 30, 60.0)
+        self._wrong_codes = Attempts(MOST_WRONG_CODES, 300.0)
+        self._joined = Attempts(MOST_OF_AN_ADDRESS, 600.0, "too-many-joined")
+        self._numbers_of_an_address = Attempts(20, 300.0)
+        self._numbers_for_a_name = Attempts(10, 300.0)
+        self._passwords = Attempts(5, 60.0)
+
+    def restore(self, stored: ClassRecord) -> None:
+        """Undo what has changed since ``stored``, except who is signed in as the teacher."""
+        restore_record(self.record, stored)
+        self.presence = {each.id: self.presence.get(each.id) or Presence() for each in stored.pupils}
+        self._by_device = {device: pupil.id for pupil in stored.pupils for device in pupil.devices}
+        self._save()
 
     # Coming in.
 
-    def check_code(self, typed: str, now_s: float) -> None:
-        """Raise MotorcadeError where it isn't the code; after too many wrong ones it becomes too long to guess."""
+    def check_code(self, typed: str, who: str, now_s: float) -> None:
+        """Raise MotorcadeError where it isn't the code, or the address ``who`` has typed too many wrong ones."""
+        self._wrong_codes.check(who, now_s)
         if compare_digest(typed_code(typed).encode(), self.record.code.encode()):
             return
-        if self._wrong_codes.add(now_s) and not self.record.is_guessed:
-            self.change_code(LONG_CODE_LENGTH)
+        self._wrong_codes.add(who, now_s)
         raise MotorcadeError("wrong-class-code", characters=len(self.record.code))
 
     def join(self, typed_name: str, avatar: str, device: str, now_s: float, who: str | None = None) -> Pupil:
@@ -118,14 +123,16 @@ class Classroom:
     def come_back(self, typed_name: str, typed: str, device: str, who: str, now_s: float) -> Pupil:
         """Let a pupil in at another device, by name and number. Raises MotorcadeError.
 
-        Five wrong numbers for one name, from one address, keep that address from that name for some minutes; others
-        come in there, unless twenty were wrong. A name that nobody has is refused with the same error.
+        After ten wrong numbers for a name, or twenty of an address, it has to wait for some minutes. A name that nobody
+        has is refused with the same error.
         """
         alike = likeness(typed_name[:200])
         pupil = next((each for each in self.record.pupils if likeness(each.name) == alike), None)
-        self._numbers.check(who, alike, now_s)
+        self._numbers_for_a_name.check(alike, now_s)
+        self._numbers_of_an_address.check(who, now_s)
         if pupil is None or not compare_digest(typed_number(typed).encode(), pupil.number.encode()):
-            self._numbers.add(who, alike, now_s)
+            self._numbers_for_a_name.add(alike, now_s)
+            self._numbers_of_an_address.add(who, now_s)
             if pupil:
                 self.presence[pupil.id].wrong_numbers += 1
                 self.changes += 1
@@ -142,8 +149,7 @@ class Classroom:
 
     def leave(self, device: str) -> None:
         """A pupil's device is somebody else's from now on."""
-        pupil = self.pupil_at(device)
-        if pupil:
+        if pupil := self.pupil_at(device):
             pupil.devices.remove(device)
             del self._by_device[device]
             self._save()
@@ -202,10 +208,9 @@ class Classroom:
                 setattr(self.record, name, value)
         self._save()
 
-    def change_code(self, length: int = CODE_LENGTH) -> None:
-        """Make a new code, and count wrong ones anew; who is in stays in."""
-        self.record.code = new_code(self._random_below, length)
-        self._wrong_codes.clear()
+    def change_code(self) -> None:
+        """Make a new code; who is in stays in."""
+        self.record.code = new_code(self._random_below)
         self._save()
 
     def freeze(self, frozen: bool) -> None:
@@ -269,7 +274,7 @@ class Classroom:
             self.record.handed = number
         for pupil in pupils:
             pupil.mission = number
-            self.tell(pupil, "mission", title, _NOBODY)
+            self.tell(pupil, "mission", title, "")
         return len(pupils)
 
     def handed_mission(self, number: int) -> MissionChoice:
@@ -334,11 +339,6 @@ class Classroom:
         """The next one gets the cable."""
         self.cable.next()
         self.changes += 1
-
-    def check_cable(self, pupil_id: str) -> None:
-        """Raise MotorcadeError where it isn't a pupil's turn at the cable."""
-        if self.cable.first != pupil_id:
-            raise MotorcadeError("cable-of-another")
 
     def begin_transfer(self, who: str, now_s: float) -> None:
         """Send through the cable from now on. Raises MotorcadeError where something is sent already."""

@@ -102,9 +102,10 @@ class HandOut(Struct, forbid_unknown_fields=True):
 
 
 class HandedOut(Struct):
-    """To how many pupils it was given."""
+    """To how many pupils it was given; ``missed`` has the ids of those whose shelf takes nothing more."""
 
     pupils: int
+    missed: list[str] = []
 
 
 class PupilProject(Struct, forbid_unknown_fields=True):
@@ -228,7 +229,6 @@ class ClassView(ClassAnswerBase, tag="class"):
 
     Attributes:
         pupils: in the order in which they joined.
-        guessed: somebody has guessed codes; so the code is a long one.
         cable: the pupils in the queue for the cable; the first has it.
         cable_use: "sends": something is sent through the cable; "ending": then the turn of the first one ends.
         turns: the queues for driving real cars.
@@ -238,7 +238,6 @@ class ClassView(ClassAnswerBase, tag="class"):
 
     title: str
     code: str
-    guessed: bool
     is_open: bool
     frozen: bool
     stuck_minutes: int
@@ -289,19 +288,19 @@ WallAnswer = Wall | ClassRefused
 
 DESK_REQUESTS: dict[str, Exchange] = {
     "about": Exchange(Nothing, DeskAbout, is_open=True),
-    "first-password": Exchange(FirstPassword, Nothing, is_open=True),
+    "first-password": Exchange(FirstPassword, Nothing, is_open=True, stores=True),
     "sign-in": Exchange(Password, Nothing, is_open=True),
     "sign-out": Exchange(Nothing, Nothing),
     "addresses": Exchange(Nothing, ClassAddresses),
     "choose-address": Exchange(ChosenAddress, ClassAddresses),
-    "new-code": Exchange(Nothing, ClassAddresses),
-    "settings": Exchange(ClassSettings, Nothing),
+    "new-code": Exchange(Nothing, ClassAddresses, stores=True),
+    "settings": Exchange(ClassSettings, Nothing, stores=True),
     "freeze": Exchange(Frozen, Nothing),
     "lower-hand": Exchange(PupilId, Nothing),
-    "rename": Exchange(Renaming, Nothing),
-    "reset-number": Exchange(PupilId, Self),
-    "remove": Exchange(PupilId, Nothing),
-    "hand-out": Exchange(HandOut, HandedOut),
+    "rename": Exchange(Renaming, Nothing, stores=True),
+    "reset-number": Exchange(PupilId, Self, stores=True),
+    "remove": Exchange(PupilId, Nothing, stores=True),
+    "hand-out": Exchange(HandOut, HandedOut, stores=True),
     "shelf": Exchange(PupilId, PupilShelf),
     "project": Exchange(PupilProject, StoredProject),
     "progress": Exchange(Nothing, ClassProgress),
@@ -312,5 +311,5 @@ DESK_REQUESTS: dict[str, Exchange] = {
     "mat/open": Exchange(OpenMat, Nothing),
     "mat/start": Exchange(Nothing, Nothing),
     "mat/close": Exchange(Nothing, Nothing),
-    "end": Exchange(Password, Nothing),
+    "end": Exchange(Password, Nothing, stores=True),
 }

@@ -239,25 +239,29 @@ ClassAnswer = PupilView | Goodbye | ClassRefused
 
 
 class Exchange(NamedTuple):
-    """The types of a request's message and of its answer; ``is_open``: also for who has no session."""
+    """The types of a request's message and of its answer; ``is_open``: also for who has no session.
+
+    ``stores``: the answer says that something is stored; where it can't be, the request fails and changes nothing.
+    """
 
     message: Any
     answer: Any
     is_open: bool = False
+    stores: bool = False
 
 
 PUPIL_REQUESTS: dict[str, Exchange] = {
     "about": Exchange(Nothing, ClassAbout, is_open=True),
     "check-code": Exchange(ClassCode, Nothing, is_open=True),
-    "join": Exchange(Joining, Self, is_open=True),
-    "return": Exchange(Returning, Self, is_open=True),
+    "join": Exchange(Joining, Self, is_open=True, stores=True),
+    "return": Exchange(Returning, Self, is_open=True, stores=True),
     "leave": Exchange(Nothing, Nothing, is_open=True),
     "hand": Exchange(Hand, Nothing),
     "seen": Exchange(Seen, Nothing),
     "draft/read": Exchange(Nothing, StoredDraft),
     "draft/write": Exchange(Draft, Nothing),
     "classmates": Exchange(Nothing, list[Classmate]),
-    "give": Exchange(Gift, Copied),
+    "give": Exchange(Gift, Copied, stores=True),
     "mission": Exchange(HandedMission, Mission),
     "cable": Exchange(CableWish, Nothing),
     "turn": Exchange(TurnWish, Nothing),

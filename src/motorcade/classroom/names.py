@@ -2,15 +2,16 @@
 
 import unicodedata
 from collections.abc import Callable, Iterable
+from functools import cache
+from itertools import chain
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import languages
 
 MOST_OF_A_NAME = 24
 # No 0 and O, 1, I and L, 2 and Z, 5 and S, 8 and B, U and V: in handwriting each looks like another.
 CODE_CHARACTERS = "34679ACDEFGHJKMNPQRTVWXY"
 CODE_LENGTH = 6
-# Where somebody guesses: however many computers try, at any rate that a network has, it takes centuries.
-LONG_CODE_LENGTH = 10
 _NUMBER_LENGTH = 4
 # Letters and marks that show nothing (Unicode's Default_Ignorable_Code_Point): a name with one looks like another.
 _INVISIBLE = (
@@ -19,6 +20,9 @@ _INVISIBLE = (
 )
 # More marks on a letter than any language writes cover the lines above and below.
 _MOST_MARKS = 3
+# Cyrillic and Greek letters that look like Latin ones, as small or as capital letters (Unicode's confusables.txt).
+_PAIRS = "аa вb еe іi јj кk мm нh оo рp сc тt уy хx ѕs һh ԁd ԛq ԝw αa βb εe ζz ηh ιi κk μm νn οo ρp τt υy χx"
+_LOOK_LIKE = str.maketrans({pair[0]: pair[1] for pair in _PAIRS.split()})
 # Returns a number from 0 up to below its argument, each with the same chance.
 RandomBelow = Callable[[int], int]
 
@@ -39,22 +43,32 @@ def checked_name(text: str) -> str:
 
 
 def likeness(name: str) -> str:
-    """The same text for names that people take for the same: case, width and spaces make no difference."""
+    """The same text for names that people take for the same: case, width, spaces and look-alikes make no difference."""
     folded = unicodedata.normalize("NFKC", name).casefold()
-    return "".join(each for each in unicodedata.normalize("NFKC", folded) if unicodedata.category(each)[0] in "LMN")
+    plain = unicodedata.normalize("NFKC", folded).translate(_LOOK_LIKE)
+    return "".join(each for each in plain if unicodedata.category(each)[0] in "LMN")
+
+
+@cache
+def _reserved() -> frozenset[str]:
+    """What a teacher is called, in all languages that the class's pages have, and in some others."""
+    names = [Phrase("teacher-names").sentence(language).split(",") for language in languages()]
+    return frozenset(likeness(name) for name in chain.from_iterable(names))
 
 
 def check_free(name: str, others: Iterable[str]) -> None:
-    """Raise MotorcadeError where the name is empty, or one of the others has it or one like it."""
+    """Raise MotorcadeError where the name is empty or a teacher's, or one of the others has it or one like it."""
     if not name:
         raise MotorcadeError("nickname-missing")
+    if likeness(name) in _reserved():
+        raise MotorcadeError("nickname-reserved", name=name)
     if likeness(name) in map(likeness, others):
         raise MotorcadeError("nickname-taken", name=name)
 
 
-def new_code(random_below: RandomBelow, length: int = CODE_LENGTH) -> str:
+def new_code(random_below: RandomBelow) -> str:
     """A new code of a class."""
-    return "".join(CODE_CHARACTERS[random_below(len(CODE_CHARACTERS))] for _ in range(length))
+    return "".join(CODE_CHARACTERS[random_below(len(CODE_CHARACTERS))] for _ in range(CODE_LENGTH))
 
 
 def typed_code(text: str) -> str:

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
+from motorcade.errors import MotorcadeError
+
 
 class Queue:
     """Pupils in the order in which they came; the first has what all wait for."""
@@ -71,6 +73,11 @@ class Cable(Queue):
         if pupil == self.first:
             self.is_ending = False
         super().leave(pupil)
+
+    def check(self, pupil: str) -> None:
+        """Raise MotorcadeError where it isn't a pupil's turn."""
+        if self.first != pupil:
+            raise MotorcadeError("cable-of-another")
 
     def begin(self, who: str, now_s: float) -> None:
         """Something is sent from now on, by the first one or the teacher."""

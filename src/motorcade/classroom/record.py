@@ -1,14 +1,17 @@
 """What the file ``class.json`` holds: the pupils of a class, its code and its settings."""
 
+from typing import TypeVar
+
 import msgspec
 from msgspec import Struct, field
 
 from motorcade.classroom.messages import News
-from motorcade.classroom.names import LONG_CODE_LENGTH, RandomBelow, new_code
+from motorcade.classroom.names import RandomBelow, new_code
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 
 FORMAT = "motorcade-class/1"
+_Stored = TypeVar("_Stored", bound=Struct)
 
 
 class Pupil(Struct):
@@ -44,6 +47,7 @@ class ClassRecord(Struct):
     """A class.
 
     Attributes:
+        id: of this class alone, so that its tablets' cookies serve at any port.
         password: how the teacher's password is checked (`motorcade.classroom.passwords`); None before the first one.
         pupils: in the order in which they joined.
         joined: how many have joined since the beginning; the next pupil's id.
@@ -53,6 +57,7 @@ class ClassRecord(Struct):
     """
 
     code: str
+    id: str = ""
     format: str = FORMAT
     title: str = ""
     is_open: bool = True
@@ -66,15 +71,10 @@ class ClassRecord(Struct):
     handed: int | None = None
     removed: list[str] = []
 
-    @property
-    def is_guessed(self) -> bool:
-        """Whether the code is a long one, because somebody has guessed codes."""
-        return len(self.code) == LONG_CODE_LENGTH
-
 
 def new_record(random_below: RandomBelow) -> ClassRecord:
     """A new class, without pupils."""
-    return ClassRecord(new_code(random_below))
+    return ClassRecord(new_code(random_below), new_code(random_below))
 
 
 def to_bytes(record: ClassRecord) -> bytes:
@@ -94,3 +94,20 @@ def from_bytes(data: bytes, file: object) -> ClassRecord:
     if record.format != FORMAT:
         raise MotorcadeError("class-of-another-kind", file=file, format=record.format[:40], known=FORMAT)
     return record
+
+
+def restore_record(record: ClassRecord, stored: ClassRecord) -> None:
+    """Undo what has changed in a record since ``stored``, except who is signed in as the teacher.
+
+    A pupil stays the same object: pages that show one go on to do so.
+    """
+    own = {pupil.id: pupil for pupil in record.pupils}
+    stored.sign_ins = record.sign_ins
+    stored.pupils = [_overwritten(own.get(pupil.id, pupil), pupil) for pupil in stored.pupils]
+    _overwritten(record, stored)
+
+
+def _overwritten(old: _Stored, new: _Stored) -> _Stored:
+    for name in new.__struct_fields__:
+        setattr(old, name, getattr(new, name))
+    return old

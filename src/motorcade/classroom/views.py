@@ -31,7 +31,6 @@ def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | Non
     return ClassView(
         title=record.title,
         code=record.code,
-        guessed=record.is_guessed,
         is_open=record.is_open,
         frozen=room.frozen,
         stuck_minutes=record.stuck_minutes,

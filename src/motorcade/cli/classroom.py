@@ -86,6 +86,8 @@ def _class(
             elif network.why_no_name:
                 lines.append(str(network.why_no_name.sentence()))
             lines.append(translated("class-first-password" if first_key else "class-desk", url=desk))
+            if files.problem:
+                lines.append(files.problem.sentence())
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
             print_result(found, "\n".join(lines), as_json)

@@ -194,6 +194,10 @@ def read_file(path: Path) -> bytes:
     return data
 
 
+# A frame has 36 bits; a number with more digits than this is none that anything here takes.
+_MOST_OF_A_NUMBER = 80
+
+
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
     """Write ``data`` whole or not at all. Raises MotorcadeError where ``path`` is the file ``source``."""
     from motorcade.config.files import replace_file
@@ -208,7 +212,7 @@ def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
 
 def whole_number(text: str, name: str | Phrase) -> int:
     """Return ``text`` as an integer: decimal, 0x hexadecimal or 0b binary. Raises MotorcadeError."""
-    for base in (0, 10):
+    for base in (0, 10) if len(text) <= _MOST_OF_A_NUMBER else ():
         try:
             return int(text, base)
         except ValueError:

@@ -25,6 +25,8 @@ from typing import Any
 FOLDER = Path(__file__).parent
 # The language of texts that another language lacks; the first in lists.
 FIRST = "en"
+# Of a number in a sentence: Python writes none of more than 4,300 digits, and nobody reads one of fifty.
+_MOST_BITS = 160
 
 
 @cache
@@ -101,6 +103,8 @@ class _ForAudience:
 
 def _in_language(value: Any, language: str) -> Any:
     """Return a detail in the language of its sentence."""
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        return f"{'-' if value < 0 else ''}2^{value.bit_length() - 1}"
     return value.sentence(language) if hasattr(value, "sentence") else value
 
 

@@ -20,6 +20,8 @@ from motorcade.program.syntax_mends import syntax_mends
 
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
+# The levels of its tree, and the bits of a number in it: blocks have at most a tenth of both.
+_MOST_LEVELS, _MOST_BITS = 150, 1024
 # The beginnings of the messages of Python's parser, and the phrase for each; groups become its details.
 _REASONS = tuple(
     (re.compile(pattern, re.DOTALL), key)
@@ -133,7 +135,7 @@ def _parse(text: str) -> ast.Module:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return ast.parse(text)
+            return _checked(ast.parse(text))
     except SyntaxError as problem:
         found = ((pattern.match(problem.msg or ""), key) for pattern, key in _REASONS)
         reason = next((Phrase(key, **match.groupdict()) for match, key in found if match), Phrase("python-mistake"))
@@ -148,6 +150,20 @@ def _parse(text: str) -> ast.Module:
         raise _not_python(reason, line, column, mends) from None
     except (RecursionError, MemoryError):
         raise _not_python(Phrase("too-deep"), 1, 1) from None
+
+
+def _checked(tree: ast.Module) -> ast.Module:
+    """Return a tree that is safe to walk and to write. Raises RecursionError, or SyntaxError for a number too long."""
+    level: list[ast.AST] = [tree]
+    for _ in range(_MOST_LEVELS):
+        for node in level:
+            if isinstance(node, ast.Constant) and isinstance(node.value, int) and node.value.bit_length() > _MOST_BITS:
+                end = node.end_lineno, node.end_col_offset
+                raise SyntaxError("Exceeds the limit", ("", node.lineno, node.col_offset + 1, "", *end))
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return tree
+    raise RecursionError
 
 
 def _not_python(reason: Phrase, line: int, column: int, mends: Iterable[Mend] = ()) -> ProgramError:

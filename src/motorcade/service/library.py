@@ -11,6 +11,8 @@ from motorcade.service import messages
 
 # A character takes at most four bytes, three where it is quoted: with a digest a file name stays below 255 bytes.
 LONGEST_NAME = 60
+# Letters that turn the direction of what follows: a name with one reads otherwise than it is.
+_TURNS = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 # Control characters, surrogates, private characters, line and paragraph separators.
 _UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
 _ALL_STARS = (1, 2, 3)
@@ -37,7 +39,7 @@ DEFAULT_LIMITS = Limits()
 def checked_name(name: str) -> str:
     """Return a project's name in Unicode's form NFC, without spaces around it. Raises MotorcadeError."""
     name = unicodedata.normalize("NFC", name).strip()
-    is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\"}
+    is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\", *_TURNS}
     if not is_allowed or any(unicodedata.category(character) in _UNWANTED for character in name):
         raise MotorcadeError("bad-project-name", most=LONGEST_NAME)
     return name

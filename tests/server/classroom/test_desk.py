@@ -4,6 +4,8 @@ import errno
 import io
 import json
 import shutil
+import stat
+import sys
 import zipfile
 from random import Random
 
@@ -73,10 +75,10 @@ def test_a_starter_is_handed_out_as_a_copy_for_each(room):
     mia, ben = room.join("Mia"), room.join("Ben")
     room.teacher.save("Starter")
     ben.save("Starter")
-    assert room.teacher.ask("desk/hand-out", name="Starter") == {"pupils": 2}
+    assert room.teacher.ask("desk/hand-out", name="Starter") == {"pupils": 2, "missed": []}
     assert (mia.names(), ben.names()) == (["Starter"], ["Starter", "Starter 2"])
     project = {"leader": {"own": True}}
-    assert room.teacher.ask("desk/hand-out", name="Extra", project=project, to=[ben.id]) == {"pupils": 1}
+    assert room.teacher.ask("desk/hand-out", name="Extra", project=project, to=[ben.id]) == {"pupils": 1, "missed": []}
     assert (mia.names(), len(ben.names())) == (["Starter"], 3)
     assert room.teacher.ask("desk/hand-out", name="Nothing") == "no-project"
     assert room.teacher.ask("desk/hand-out", name="Starter", to=["99"]) == "no-such-pupil"
@@ -92,7 +94,7 @@ def test_the_teacher_opens_a_pupils_project_and_gives_it_back_as_another(room):
     assert (opened["name"], opened["leader"]) == ("Robot", {"own": True})
     assert room.teacher.names() == [], "to look leaves nothing in the teacher's shelf"
     hint = PROJECT | {"leader": {"hint": True}}
-    assert room.teacher.ask("desk/hand-out", to=[mia.id], name="Robot", project=hint) == {"pupils": 1}
+    assert room.teacher.ask("desk/hand-out", to=[mia.id], name="Robot", project=hint) == {"pupils": 1, "missed": []}
     assert mia.ask("projects/read", name="Robot")["leader"] == {"own": True}, "hers stays as it is"
     assert mia.ask("projects/read", name="Robot 2")["leader"] == {"hint": True}
     with mia.open("class/stream") as page:
@@ -133,10 +135,50 @@ def test_the_desk_is_told_of_a_full_disk_until_there_is_room(room, now, monkeypa
             mia.ask("class/hand", raised=True)
             assert "磁盘满了" in desk.until("class", lambda view: view["disk"])["disk"]["zh"]
             assert room.teacher.ask("desk/rename", pupil=mia.id, name="Mila") == "cant-save"
+            newcomer = room.browser()
+            asked = {"code": room.code, "name": "Ben", "avatar": "bus"}
+            assert newcomer.ask("class/join", **asked) == "cant-save"
+            assert newcomer.ask("class/about")["me"] is None
+            assert room.browser().ask("desk/sign-in", password=PASSWORD) == {}
+            assert room.teacher.ask("desk/stop-all") == {"missed": []}
+            assert room.teacher.ask("desk/freeze", frozen=True) == room.teacher.ask("desk/freeze", frozen=False) == {}
+            assert mia.ask("class/draft/read")["project"]["leader"] == {"is": "kept"}
         assert mia.ask("class/draft/read")["project"]["leader"] == {"is": "kept"}
         assert mia.save("Robot") == 1
         mia.ask("class/hand", raised=False)
-        assert desk.until("class", lambda view: not view["disk"])["pupils"][0]["name"] == "Mila"
+        pupils = desk.until("class", lambda view: not view["disk"])["pupils"]
+        assert [pupil["name"] for pupil in pupils] == ["Mia"], "what failed had no effect"
+        assert newcomer.ask("class/join", **asked)["name"] == "Ben"
+
+
+def test_a_class_begins_on_a_full_disk_and_says_so(tmp_path, monkeypatch):
+    with class_room(tmp_path) as room:
+        mia = room.join("Mia")
+    monkeypatch.setattr(folder, "replace_file", no_room)
+    with class_room(tmp_path, first_key=None) as room:
+        teacher = room.browser()
+        assert teacher.ask("desk/sign-in", password=PASSWORD) == {}
+        with teacher.open("desk/stream") as desk:
+            view = desk.until("class", lambda view: view["disk"])
+        assert [pupil["id"] for pupil in view["pupils"]] == [mia.id]
+
+
+def test_a_full_shelf_keeps_the_hand_out_from_nobody_else(tmp_path):
+    files = folder.ClassFolder(tmp_path, folder.LIMITS._replace(projects=2))
+    with class_room(tmp_path, files=files) as room:
+        mia, ben = room.join("Mia"), room.join("Ben")
+        for name in ("a", "b"):
+            mia.save(name)
+        for to, answer in ((None, {"pupils": 1, "missed": [mia.id]}), ([mia.id], "too-many-projects")):
+            assert room.teacher.ask("desk/hand-out", name="Starter", project=PROJECT, to=to) == answer
+        assert (mia.names(), ben.names()) == (["a", "b"], ["Starter"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
+def test_others_on_this_computer_read_no_folder_that_was_there_before(tmp_path):
+    tmp_path.chmod(0o755)
+    with class_room(tmp_path):
+        assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o700
 
 
 def no_room(path, data):
@@ -145,7 +187,7 @@ def no_room(path, data):
 
 def test_a_mission_is_handed_out_to_who_is_here_and_who_comes(room):
     mia = room.join("Mia")
-    assert room.teacher.ask("desk/hand-out", mission={"id": "follow-me"}) == {"pupils": 1}
+    assert room.teacher.ask("desk/hand-out", mission={"id": "follow-me"}) == {"pupils": 1, "missed": []}
     assert room.teacher.ask("desk/hand-out", mission={"id": "no-such"}) == "no-mission"
     for pupil in (mia, room.join("Ben")):
         with pupil.open("class/stream") as page:

@@ -87,11 +87,6 @@ function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
       {!open && view && <p className={css.notice}>{t("linkLost")}</p>}
       <Problem text={problem} />
       {view?.disk && <Problem text={inLanguage(view.disk)} />}
-      {view?.guessed && (
-        <p role="status" className={css.notice}>
-          {t("codeGuessed", { code: view.code })}
-        </p>
-      )}
       <nav className={css.parts} aria-label={t("deskTitle")}>
         {PARTS.map((each) => (
           <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>

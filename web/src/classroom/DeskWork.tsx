@@ -88,8 +88,10 @@ export function HandOutPart({ view }: { view: ClassView }) {
   const [done, setDone] = useState("");
   const send = (message: { name: string } | { mission: { id: string } }, what: string) =>
     attempt(async () => {
-      const { pupils } = await askDesk("hand-out", { ...message, to: to.length > 0 ? [...to] : null });
-      setDone(t("handedOut", { what, count: pupils }));
+      const { pupils, missed } = await askDesk("hand-out", { ...message, to: to.length > 0 ? [...to] : null });
+      const names = view.pupils.filter((pupil) => missed.includes(pupil.id)).map((pupil) => pupil.name);
+      const failed = names.length > 0 ? ` ${t("notHandedOut", { names: names.join(", ") })}` : "";
+      setDone(t("handedOut", { what, count: pupils }) + failed);
     });
   const choose = (id: string, chosen: boolean) => setTo(chosen ? [...to, id] : to.filter((each) => each !== id));
   return (

@@ -1,7 +1,6 @@
 /** What an address of the class holds behind '#'. The studio doesn't import this file: its links hold projects there. */
 
-/** Six characters, or ten where somebody has guessed codes. */
-const CODE = /^(?:[0-9A-Za-z]{6}|[0-9A-Za-z]{10})$/;
+const CODE = /^[0-9A-Za-z]{6}$/;
 
 /**
  * The secret in the part of an address behind '#': the code of the class at `/join`, from a QR code; the key of a teacher

@@ -164,9 +164,10 @@ export interface HandOut {
   mission?: MissionChoice | null;
 }
 
-/** To how many pupils it was given. */
+/** To how many pupils it was given; ``missed`` has the ids of those whose shelf takes nothing more. */
 export interface HandedOut {
   pupils: number;
+  missed: string[];
 }
 
 /** A pupil's projects. */
@@ -272,7 +273,6 @@ export interface ClassView {
   is: "class";
   title: string;
   code: string;
-  guessed: boolean;
   is_open: boolean;
   frozen: boolean;
   stuck_minutes: number;

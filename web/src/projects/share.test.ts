@@ -23,6 +23,10 @@ describe("a share link", () => {
     await expect(projectIn(await fragmentOf("a", 7 as unknown as string))).rejects.toThrow(TypeError);
   });
 
+  it("is refused by its length before anything of it is unpacked", async () => {
+    await expect(projectIn(`#project=${"A".repeat(200_000)}`)).rejects.toThrow(RangeError);
+  });
+
   it("can't be a bomb", async () => {
     const fragment = await fragmentOf("a", " ".repeat(MOST_BYTES));
     expect(fragment.length).toBeLessThan(10_000);

@@ -2,7 +2,9 @@
 
 const MARK = "#project=";
 /** The most bytes that a link may unpack to: anyone can send one, and a few bytes can unpack to gigabytes. */
-export const MOST_BYTES = 2_000_000;
+export const MOST_BYTES = 500_000;
+/** The most characters of a link: a longer one is refused before anything of it is read. */
+const MOST_CHARACTERS = 200_000;
 
 function toBase64Url(bytes: Uint8Array): string {
   let binary = "";
@@ -41,6 +43,7 @@ export async function fragmentOf(name: string, text: string): Promise<string> {
 /** The project in a fragment; null where there is none. Throws where it is damaged. */
 export async function projectIn(fragment: string): Promise<{ name: string; text: string } | null> {
   if (!fragment.startsWith(MARK)) return null;
+  if (fragment.length > MOST_CHARACTERS) throw new RangeError(`more than ${MOST_CHARACTERS} characters`);
   const packed = new Blob([fromBase64Url(fragment.slice(MARK.length))]).stream();
   const bytes = await collect(packed.pipeThrough(new DecompressionStream("deflate-raw")), MOST_BYTES);
   const { name, text } = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes)) as Record<string, unknown>;

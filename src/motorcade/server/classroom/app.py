@@ -56,7 +56,9 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         with suppress(MotorcadeError):
             await running.delete_shelves()
-        await running.settle()
+        # On a full disk the class begins all the same: the desk says why nothing is stored.
+        with suppress(MotorcadeError):
+            await running.settle()
         await visitors.count_stars([pupil.id for pupil in running.room.record.pupils])
         async with settings.network.announced():
             time = asyncio.create_task(running.pass_time())
@@ -131,13 +133,18 @@ async def _answer(
         visitors.check_request(running.visitor(request), running.now_s())
     async with visitors.bodies.loaded(request) as data:
         message = Nothing() if exchange.message is Nothing and not data else decode(data, exchange.message)
-    response = json_response(None)
+    response, since = json_response(None), running.room.revision
     try:
         answer = await method_for(methods, name)(request, message, response)
-    finally:
+    except MotorcadeError:
         # Also what a refused request has changed, such as the count of wrong numbers.
         running.show_changes()
-    await running.settle()
+        raise
+    try:
+        await running.settle(since)
+    except MotorcadeError:
+        if exchange.stores:
+            raise
     response.body = msgspec.json.encode(answer)
     response.headers["content-length"] = str(len(response.body))
     return response

@@ -64,6 +64,7 @@ class DeskRequests:
         check_password(message.password)
         salt = os.urandom(_SALT_BYTES)
         self._room.set_password(await to_thread.run_sync(to_stored, message.password, salt))
+        await self._running.settle()
         # It works once.
         self._running.first_key = None
         self._sign_in(asks, response)
@@ -169,10 +170,18 @@ class DeskRequests:
             data = project_text(message.project).encode()
         else:
             data = await self._running.with_files(self._folder.read, TEACHER, message.name)
+        missed, why = [], None
         for pupil in pupils:
-            name = await self._running.with_files(self._folder.copy, data, pupil.id, message.name)
-            self._room.tell(pupil, "project", name, "")
-        return messages.HandedOut(len(pupils))
+            try:
+                name = await self._running.with_files(self._folder.copy, data, pupil.id, message.name)
+            except MotorcadeError as problem:
+                missed.append(pupil.id)
+                why = problem
+            else:
+                self._room.tell(pupil, "project", name, "")
+        if why and len(missed) == len(pupils):
+            raise why
+        return messages.HandedOut(len(pupils) - len(missed), missed)
 
     async def on_shelf(
         self, asks: HTTPConnection, message: messages.PupilId, response: Response

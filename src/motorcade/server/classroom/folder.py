@@ -5,7 +5,7 @@ The folder is the whole class: a copy of it is a backup. A file is replaced whol
 
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
@@ -36,6 +36,7 @@ class ClassFolder(FolderStorage):
         self._file = folder / RECORD
         self._copying = Lock()
         self.problem: MotorcadeError | None = None
+        self._new: ClassRecord | None = None
 
     @contextmanager
     def _storing(self) -> Iterator[None]:
@@ -75,6 +76,9 @@ class ClassFolder(FolderStorage):
         """
         try:
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with suppress(OSError):
+                # A folder that was there already; some disks have no permissions.
+                self._folder.chmod(0o700)
             with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
                 yield
         except OSError as problem:
@@ -85,7 +89,9 @@ class ClassFolder(FolderStorage):
         try:
             return from_bytes(self._file.read_bytes(), self._file)
         except FileNotFoundError:
-            return new_record(random_below)
+            # The same until it is stored: on a full disk the code that is printed is that of the server.
+            self._new = self._new or new_record(random_below)
+            return self._new
         except OSError as problem:
             raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
 

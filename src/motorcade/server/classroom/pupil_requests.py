@@ -64,12 +64,12 @@ class PupilRequests:
 
     async def on_check_code(self, asks: HTTPConnection, message: messages.ClassCode, response: Response) -> Nothing:
         """Check the code before the nickname is asked for."""
-        self._check_code(message.code)
+        self._check_code(asks, message.code)
         return Nothing()
 
     async def on_join(self, asks: HTTPConnection, message: messages.Joining, response: Response) -> Self:
         """Let a newcomer in."""
-        self._check_code(message.code)
+        self._check_code(asks, message.code)
         secret = self._running.new_secret()
         who, now_s = self._running.guesser(asks), self._running.now_s()
         pupil = self._room.join(message.name, message.avatar, digest(secret), now_s, who)
@@ -77,7 +77,7 @@ class PupilRequests:
 
     async def on_return(self, asks: HTTPConnection, message: messages.Returning, response: Response) -> Self:
         """Let a pupil in at another device."""
-        self._check_code(message.code)
+        self._check_code(asks, message.code)
         secret, who, now_s = self._running.new_secret(), self._running.guesser(asks), self._running.now_s()
         pupil = self._room.come_back(message.name, message.number, digest(secret), who, now_s)
         return self._let_in(asks, pupil, secret, response)
@@ -87,8 +87,8 @@ class PupilRequests:
         self._running.forget(response, asks)
         return Nothing()
 
-    def _check_code(self, code: str) -> None:
-        self._room.check_code(code, self._running.now_s())
+    def _check_code(self, asks: HTTPConnection, code: str) -> None:
+        self._room.check_code(code, self._running.guesser(asks), self._running.now_s())
 
     def _let_in(self, asks: HTTPConnection, pupil: Pupil, secret: str, response: Response) -> Self:
         self._running.remember(response, asks, secret)

@@ -17,9 +17,9 @@ from starlette.responses import Response
 from motorcade.classroom.attempts import guesser
 from motorcade.classroom.classroom import MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.passwords import digest
-from motorcade.classroom.record import Pupil, to_bytes
+from motorcade.classroom.record import Pupil, from_bytes, to_bytes
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.folder import ClassFolder
+from motorcade.server.classroom.folder import RECORD, ClassFolder
 from motorcade.server.classroom.network import Network
 from motorcade.server.studio.app import Settings
 from motorcade.server.studio.sessions import SessionLimits
@@ -75,11 +75,14 @@ class RunningClass:
         self.room = Classroom(folder.load(secrets.randbelow), secrets.randbelow, cars, settings.clock())
         self.hashing = CapacityLimiter(1)
         self._storing = asyncio.Lock()
-        self._stored = self._shown = -1
+        # What the file holds, the revision that it has, and the last one that was undone.
+        self._kept = to_bytes(self.room.record)
+        self._stored = self._undone = self._shown = -1
         self._waiting: set[asyncio.Event] = set()
         self._strangers: OrderedDict[str, RateLimit] = OrderedDict()
-        # Cookies are shared between ports: two classes on one computer need different names.
-        self._pupil_cookie, self._desk_cookie = (f"motorcade_{name}_{settings.port}" for name in ("class", "desk"))
+        # Cookies are shared between ports: two classes on one computer need different names, one the same at any port.
+        own = self.room.record.id
+        self._pupil_cookie, self._desk_cookie = (f"motorcade_{name}_{own}" for name in ("class", "desk"))
 
     def now_s(self) -> float:
         """The time by the server's clock."""
@@ -137,17 +140,37 @@ class RunningClass:
 
     # Changes.
 
-    async def settle(self) -> None:
-        """Store what has changed, then let pages know. Raises MotorcadeError where it can't be stored.
+    async def settle(self, since: int | None = None) -> None:
+        """Store what has changed, then let pages know.
 
-        An answer is sent after this, so that nothing is lost that was answered.
+        An answer is sent after this, so that nothing is lost that was answered. Where it can't be stored, what has
+        changed since the last time is undone, and this raises MotorcadeError.
+
+        Args:
+            since: the revision with which a request began: what was undone since then, it may have changed.
         """
-        async with self._storing:
-            revision = self.room.revision
-            if revision != self._stored:
-                await to_thread.run_sync(self.folder.store, to_bytes(self.room.record))
-                self._stored = revision
-        self.show_changes()
+        since = self.room.revision if since is None else since
+        try:
+            async with self._storing:
+                revision = self.room.revision
+                self._check_kept(since)
+                if revision != self._stored:
+                    data = to_bytes(self.room.record)
+                    await to_thread.run_sync(self.folder.store, data)
+                    self._stored, self._kept = revision, data
+        except MotorcadeError:
+            self._undo()
+            raise
+        finally:
+            self.show_changes()
+
+    def _check_kept(self, since: int) -> None:
+        if since <= self._undone:
+            raise MotorcadeError("undone-meanwhile")
+
+    def _undo(self) -> None:
+        self._undone = self.room.revision
+        self.room.restore(from_bytes(self._kept, RECORD))
 
     async def delete_shelves(self) -> None:
         """Delete the shelves of pupils who are out. Raises MotorcadeError; the next start tries again."""

@@ -115,7 +115,7 @@ class ClassVisitors(Visitors):
             if self._room.frozen:
                 raise MotorcadeError("class-frozen")
             if port != VIRTUAL:
-                self._room.check_cable(visitor)
+                self._room.cable.check(visitor)
         if visitor not in self._cars:
             self._cars[visitor] = VirtualCar(self._running.folder.virtual_car(visitor))
         if port == VIRTUAL:
