@@ -17,6 +17,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats import parse_mat
 from motorcade.program.alignment import align
 from motorcade.service.requests import Context, respond
+from motorcade.words.image import bytes_to_words
 
 MISSION = (Path(motorcade.missions.__file__).parent / "gallery" / "a-secret.toml").read_text(encoding="utf-8")
 HEAD = "from motorcade import *\nprogram = Program(leader=["
@@ -78,7 +79,7 @@ DOCUMENTS = {
     "a mat's path": (900, lambda n: mat(person=[{"path": [[k, 1, 1] for k in range(n)]}])),
     "a program and its image": (
         25,
-        lambda n: decompile(compile_program(Program(leader=[forward(1), led(1, 1)] * n)).image),
+        lambda n: decompile(bytes_to_words(compile_program(Program(leader=[forward(1), led(1, 1)] * n)).image)),
     ),
     "a voice map": (300, lambda n: parse_voice_map("".join(f"[k{k}]\nx = 1\n" for k in range(n)), "v.toml")),
     "pins": (300, lambda n: parse_pins("".join(f"k{k} = {k}\n" for k in range(n)), "p.toml")),
