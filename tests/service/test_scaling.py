@@ -78,7 +78,7 @@ DOCUMENTS = {
     ),
     "a mat's path": (900, lambda n: mat(person=[{"path": [[k, 1, 1] for k in range(n)]}])),
     "a program and its image": (
-        25,
+        12,
         lambda n: decompile(bytes_to_words(compile_program(Program(leader=[forward(1), led(1, 1)] * n)).image)),
     ),
     "a voice map": (300, lambda n: parse_voice_map("".join(f"[k{k}]\nx = 1\n" for k in range(n)), "v.toml")),
