@@ -10,6 +10,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "portable")]
@@ -36,7 +37,7 @@ HEAP_BYTES = 200_000
 # A short loop of C code; see tests/portable/simulated/costs.py.
 RP2040_NS = 17
 DRIVES = compile_program(Program([forward(2), wait(1)])).image
-STATES = (
+STATES: tuple[tuple[str, str, list[list[Any]]], ...] = (
     ("leader, at rest", "leader", []),
     ("leader, driving", "leader", [[10, "upload", list(DRIVES)]]),
     ("follower, at rest", "follower", []),

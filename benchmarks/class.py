@@ -17,10 +17,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from contextlib import AsyncExitStack, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import httpx2 as httpx
 import msgspec
@@ -68,7 +70,7 @@ class Pupil:
     async def ask(self, path: str, **message: object) -> httpx.Response:
         return await self.client.post(f"/api/{path}", json=message)
 
-    def socket(self, path: str):
+    def socket(self, path: str) -> connect:
         base = str(self.client.base_url).replace("http", "ws", 1)
         cookies = "; ".join(f"{name}={value}" for name, value in self.client.cookies.items())
         return connect(
@@ -100,7 +102,7 @@ class Pupil:
             async for _ in stream:
                 pass
 
-    async def edit(self, blocks: dict) -> None:
+    async def edit(self, blocks: dict[str, Any]) -> None:
         await asyncio.sleep(EDIT_EVERY_S * (self.number % 17) / 17)
         while True:
             began_s = time.perf_counter()
@@ -128,7 +130,7 @@ async def show_desk(teacher: Pupil) -> None:
             pass
 
 
-def begin(folder: str, port: int) -> tuple[subprocess.Popen, dict]:
+def begin(folder: str, port: int) -> tuple[subprocess.Popen[str], dict[str, Any]]:
     command = [sys.executable, "-m", "motorcade", "class", "--host", "127.0.0.1", "--no-browser", "--json"]
     server = subprocess.Popen([*command, "--folder", folder, "--port", str(port)], stdout=subprocess.PIPE, text=True)
     assert server.stdout
@@ -142,7 +144,11 @@ def person(number: int, base: str) -> Pupil:
     return pupil
 
 
-async def measure(pupils_count: int, seconds: float, browsers: int, open_pages) -> dict:
+# Opens pages of pupils, given the server's address and the class's code.
+OpenPages = Callable[[str, str], AbstractAsyncContextManager[list[Any]]]
+
+
+async def measure(pupils_count: int, seconds: float, browsers: int, open_pages: OpenPages) -> dict[str, Any]:
     blocks = msgspec.to_builtins(example("parade"))
     blocks = {name: blocks[name] for name in ("leader", "followers", "profile")}
     with tempfile.TemporaryDirectory() as folder:
@@ -220,7 +226,7 @@ async def measure(pupils_count: int, seconds: float, browsers: int, open_pages) 
             server.wait()
 
 
-def pages_of(browsers: int):
+def pages_of(browsers: int) -> OpenPages:
     """A function that opens pages in browsers; without them, no browser is needed."""
     if not browsers:
         return lambda base, code: nullcontext([])

@@ -37,7 +37,7 @@ def different(number: int) -> Step:
 def together(number: int, drive_s: int, led_s: int, avoid_s: int) -> Step:
     """Return one of 256 different steps of three blocks."""
     drive = DriveStep(DIRECTIONS[number % 4], number // 4 % 4, drive_s)
-    return TogetherStep([drive, LedStep(number // 16 % 4, led_s), AvoidStep(number // 64, avoid_s)])
+    return TogetherStep((drive, LedStep(number // 16 % 4, led_s), AvoidStep(number // 64, avoid_s)))
 
 
 def shapes() -> dict[str, Program]:
@@ -45,7 +45,7 @@ def shapes() -> dict[str, Program]:
     short, long = [DriveStep("forward", 2, 1)], [DriveStep("forward", 2, 3)]
     blocks = [together(number, 1, 1, 1) for number in range(STATES)]
     uneven = [together(number, 3, 2, 1) for number in range(STATES)]
-    nested = [RepeatStep(17, [RepeatStep(3, varied[:5])])]
+    nested = [RepeatStep(17, (RepeatStep(3, tuple(varied[:5])),))]
     return {
         "all different": Program(varied, varied),
         "all the same, 1 s": Program(short * STATES, short * WORDS),

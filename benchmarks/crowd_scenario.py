@@ -109,5 +109,5 @@ def neighbours(x_m: np.ndarray, y_m: np.ndarray) -> float:
     found = 0
     for one, low, high in zip(some, first, end, strict=True):
         away = np.hypot(x_m[low:high] - x_m[one], y_m[low:high] - y_m[one])
-        found += np.count_nonzero(away <= RANGE_M) - 1
+        found += int(np.count_nonzero(away <= RANGE_M)) - 1
     return found / len(some)

@@ -10,7 +10,7 @@ import argparse
 import asyncio
 import os
 import signal
-import ssl
+import socket
 import struct
 import sys
 import tempfile
@@ -59,7 +59,7 @@ STILL = word(90, 0)
 # Round trips
 
 
-def trips_us(connection: ssl.SSLSocket, count: int) -> list[float]:
+def trips_us(connection: socket.socket, count: int) -> list[float]:
     """Return the duration of each of ``count`` round trips."""
     words = [word(angle, 150) for angle in range(181)]
     times = []
@@ -101,7 +101,7 @@ def trip_rows(keys: Path, turns: int) -> Rows:
                 server = stack.enter_context(server_process(kind, car_keys))
                 connections[kind] = stack.enter_context(connect(server.ports[0], tls))
                 trips_us(connections[kind], TRIPS)
-            times = {kind: [] for kind in kinds}
+            times: dict[str, list[list[float]]] = {kind: [] for kind in kinds}
             for _ in range(turns):
                 for kind in kinds:
                     times[kind].append(trips_us(connections[kind], TRIPS))

@@ -10,6 +10,7 @@ from contextlib import AsyncExitStack, contextmanager, suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any, cast
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
@@ -24,7 +25,12 @@ NEUTRAL = (90, 1, 0)
 CLASSROOM = built_in_profile("classroom")
 # For measurements of commands alone: a busy machine must not stop these cars.
 _LONG_MS = 3_600_000
-_LIMITS = {"watchdog_ms": _LONG_MS, "failsafe_ms": _LONG_MS, "hand_over_ms": 2 * _LONG_MS, "commands_per_s": 10_000_000}
+_LIMITS: dict[str, Any] = {
+    "watchdog_ms": _LONG_MS,
+    "failsafe_ms": _LONG_MS,
+    "hand_over_ms": 2 * _LONG_MS,
+    "commands_per_s": 10_000_000,
+}
 ENDLESS = replace(CLASSROOM, drive=replace(CLASSROOM.drive, **_LIMITS))
 Note = tuple[float, tuple[int, int, int]]
 
@@ -61,6 +67,7 @@ class AnsweringBoard(IdleBoard):
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         if self._connection is None:
             self._connection = self.server.commands[0].line
+            assert self._connection is not None
         self._connection.write(b"\x00")
 
 
@@ -70,8 +77,8 @@ class Echo(asyncio.BufferedProtocol):
     def __init__(self) -> None:
         self._view = memoryview(bytearray(4096))
 
-    def connection_made(self, transport: asyncio.Transport) -> None:
-        self._transport = transport
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._transport = cast(asyncio.Transport, transport)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         return self._view
@@ -98,7 +105,7 @@ async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoa
             if isinstance(board, AnsweringBoard):
                 board.server = server
             await stack.enter_async_context(watched(drive))
-            await stack.enter_async_context(drive_server.serving(server, *sockets, tls))
+            await stack.enter_async_context(drive_server.serving(server, sockets[0], sockets[1], tls))
             ports += [each.getsockname()[1] for each in sockets]
         pipe.send(ports)
         await _wait_for_end(pipe)

@@ -15,6 +15,7 @@ import tempfile
 import time
 import venv
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -53,6 +54,11 @@ def simulate_s(folder: str, *options: str) -> float:
     command = [sys.executable, "-m", "motorcade", "simulate", str(PARADE), "--seconds", "0.1", *options]
     subprocess.run(command, env=environment(folder), stdout=subprocess.DEVNULL, check=True)
     return time.perf_counter() - began_s
+
+
+def crowd_s(followers: str, folder: str) -> float:
+    """As `simulate_s`, with so many followers."""
+    return simulate_s(folder, "--followers", followers)
 
 
 def serve_s(folder: str) -> float:
@@ -128,7 +134,7 @@ def main() -> None:
         table.add_row(name, f"{figure_s:.2f} s", *goal)
 
     for followers in ("5", "1000"):
-        taken_s = best_s(lambda folder, followers=followers: simulate_s(folder, "--followers", followers))
+        taken_s = best_s(partial(crowd_s, followers))
         add(f"simulate, {followers} followers", taken_s, SIMULATE_GOAL_S)
     add("simulate, native kernels compiled first", best_s(lambda folder: simulate_s(folder, "--kernels", "native"), 1))
     add("drive serve: the simulated car moves", best_s(serve_s), SIMULATE_GOAL_S)

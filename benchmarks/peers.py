@@ -12,6 +12,7 @@ import json
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -53,10 +54,12 @@ def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
 
 
 def _ir_sim_world(mat: Mat, collisions: str) -> dict[str, object]:
-    starts, (width, height) = mat.starts, mat.size_m
+    starts = mat.starts
+    assert mat.size_m
+    width, height = mat.size_m
     corners = [(0, 0), (width, 0), (width, height), (0, height)]
     walls = [*((wall[:2], wall[2:]) for wall in mat.walls), *zip(corners, corners[1:] + corners[:1], strict=True)]
-    obstacles = [{"shape": {"name": "linestring", "vertices": wall}} for wall in walls]
+    obstacles: list[dict[str, Any]] = [{"shape": {"name": "linestring", "vertices": wall}} for wall in walls]
     obstacles += [{"shape": {"name": "circle", "radius": radius}, "state": [x, y, 0]} for x, y, radius in mat.discs]
     obstacles += [{"shape": {"name": "polygon", "vertices": corners}} for corners in mat.polygons]
     robots = {
@@ -90,7 +93,9 @@ def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
         from vmas.simulator.utils import ScenarioUtils
     except ImportError:
         return None
-    half = crowd_mat(cars).size_m[0] / 2
+    size_m = crowd_mat(cars).size_m
+    assert size_m
+    half = size_m[0] / 2
 
     class Crowd(BaseScenario):
         def make_world(self, batch_dim: int, device: torch.device, **_: object) -> World:

@@ -12,7 +12,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -71,11 +71,12 @@ def image(words: tuple[int, ...], tagged: int, dwell_ms: int = DWELL_MS) -> byte
     return words_to_bytes(image_words(Image((0x40000000,), words, PROFILE.dwell_ms.index(dwell_ms), tagged)))
 
 
-def standing(x_m: NDArray[np.float64], y_m: NDArray[np.float64], shaded: bool, bit_error_rate: float) -> Mat:
+def standing(x_m: Any, y_m: Any, shaded: bool, bit_error_rate: float) -> Mat:
     """Return a mat of cars that stand still; car 0 leads."""
     leads = np.arange(len(x_m)) == 0
     physics = Physics(collisions=False, line_of_sight=shaded, bit_error_rate=bit_error_rate)
-    return Mat("relay", Starts(x_m, y_m, np.zeros(len(x_m)), leads), TICK_MS, physics=physics)
+    heading: Any = np.zeros(len(x_m))
+    return Mat("relay", Starts(x_m, y_m, heading, leads), TICK_MS, physics=physics)
 
 
 def crowd(shaded: bool) -> Mat:
@@ -132,7 +133,8 @@ def held_shares(tagged: int) -> list[float]:
             for at_ms, word in zip(its["t_ms"].tolist(), its["word"].tolist(), strict=True):
                 held[at_ms:] = WORDS.index(word)
             shares[row, hop - 1] = (held == sent)[DWELL_MS:].mean()
-    return shares.mean(axis=0).tolist()
+    means: list[float] = shares.mean(axis=0).tolist()
+    return means
 
 
 def limit_shares() -> list[float]:
@@ -141,7 +143,7 @@ def limit_shares() -> list[float]:
     return [1 - hop * frame_ms / DWELL_MS for hop in range(1, HOPS + 1)]
 
 
-@numba.njit  # type: ignore[untyped-decorator]
+@numba.njit()
 def _wrong_words(frames: int, rate: float, seed: int, tagged: bool) -> int:
     """Flip bits of random frames; how many damaged frames a car that hears such frames takes for good."""
     np.random.seed(seed)
@@ -309,7 +311,7 @@ def main() -> None:
 
 
 # Importing it makes the functions of words/infrared.py callable from compiled code.
-assert native.compiled
+assert callable(native.compiled)
 
 if __name__ == "__main__":
     main()

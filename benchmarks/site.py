@@ -52,7 +52,7 @@ def visitor(browser: Browser) -> BrowserContext:
 
 def seconds(page: Page, condition: str) -> float:
     """When a condition became true, in s since the visit began."""
-    return page.wait_for_function(condition, polling="raf", timeout=120_000).json_value() / 1000
+    return float(page.wait_for_function(condition, polling="raf", timeout=120_000).json_value()) / 1000
 
 
 def size_rows(files: dict[str, bytes]) -> Rows:

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from edits import edit_rows
 from playwright.sync_api import Browser, CDPSession, sync_playwright
@@ -48,11 +49,11 @@ STAGE_SHARE = """() => { const { width, height } = document.querySelector("#stag
 Rows = Iterator[tuple[str, str, str, str]]
 
 
-def step(direction: str, speed: int) -> dict:
+def step(direction: str, speed: int) -> dict[str, Any]:
     return {"drive": {"direction": direction, "speed": speed, "seconds": 3}}
 
 
-FULL = {
+FULL: dict[str, Any] = {
     "format": "motorcade-program/1",
     "profile": "classroom",
     "leader": [{"wait": {"seconds": 1}}, *(step(("left", "forward")[k % 2], 1 + k % 3) for k in range(254))],
@@ -60,7 +61,7 @@ FULL = {
 }
 
 
-def crowd(cars: int) -> dict:
+def crowd(cars: int) -> dict[str, Any]:
     """A leader and followers that pass its words on, on a mat where they have room."""
     side = max(4, 0.5 * cars**0.5)
     return {

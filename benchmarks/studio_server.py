@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import psutil
 from rich.console import Console
@@ -71,7 +72,7 @@ class Page:
     lags_s: list[float] = field(default_factory=list)
     began: tuple[float, int] | None = None
 
-    def mat(self) -> dict:
+    def mat(self) -> dict[str, Any]:
         side_m = max(0.5 * self.followers**0.5, 3.0)
         crowd = {"cars": self.followers + 1, "leaders": 1, "spacing_m": 0.4}
         return {

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
+from typing import cast
 
 import numpy as np
 from crowd_scenario import TICK_MS, crowd_mat, programs
@@ -25,7 +26,7 @@ from timing import Contestant, take_turns
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.linear_memory import PATH
-from motorcade.engine.targets import NAMES
+from motorcade.engine.targets import NAMES, Name
 from motorcade.engine.world import World
 from support.plain_world import PlainWorld
 
@@ -58,7 +59,7 @@ def _world(name: str, cars: int) -> World | PlainWorld:
     mat, images = crowd_mat(cars), programs()
     if name == "plain loop":
         return PlainWorld(mat, images, built_in_profile("classroom"), 3)
-    world = World(mat, images, seeds=3, threads=1, kernels=name)
+    world = World(mat, images, seeds=3, threads=1, kernels=cast(Name, name))
     world.step()
     world.reset()
     return world
@@ -69,7 +70,7 @@ class Crowd:
 
     def __init__(self, name: str, cars: int, ms: int) -> None:
         self.world: World | PlainWorld
-        self._make = lambda: _world(name, cars)
+        self._make: Callable[[], World | PlainWorld] = lambda: _world(name, cars)
         self.contestant = Contestant(cars * ms / TICK_MS, lambda: self.world.run(ms), self._prepare)
 
     def _prepare(self) -> None:
@@ -80,8 +81,8 @@ class Crowd:
         if isinstance(world, PlainWorld):
             return digest(world.x, world.y, world.heading, [car.memory for car in world.cars])
         order = np.argsort(world.state.number)
-        held = (np.asarray(each)[..., order] for each in (world.state.x, world.state.y, world.state.heading))
-        return digest(*held, np.asarray(world.state.memory)[:, order].T)
+        x, y, heading = (np.asarray(each)[..., order] for each in (world.state.x, world.state.y, world.state.heading))
+        return digest(x, y, heading, np.asarray(world.state.memory)[:, order].T)
 
 
 def first_step_s(name: str) -> float:

@@ -63,8 +63,8 @@ def arbiter_svg(language: str) -> str:
         labels = " / ".join(_word(event, language) for event in events)
         parts.append(_arrow(_PLACES[begin][:2], _PLACES[end][:2], labels, (end, begin) in transitions))
     for event, following in from_frame.items():
-        begin, end, label = _FROM_FRAME[following]
-        parts.append(_line(*begin, *end) + _label(*label, _FROM_ALL_OTHERS[language] + _word(event, language)))
+        tail, head, label = _FROM_FRAME[following]
+        parts.append(_line(*tail, *head) + _label(*label, _FROM_ALL_OTHERS[language] + _word(event, language)))
     for name, (x, y, colour) in _PLACES.items():
         parts.append(_state(name, x, y, colour, language))
     parts.append(_legend(language))
@@ -79,9 +79,10 @@ def _transitions() -> tuple[dict[str, str], dict[tuple[str, str], list[str]]]:
         transitions by first and next state.
     """
     by_event: dict[tuple[str, str], set[str]] = defaultdict(set)
-    for state, event, following in TABLE:
-        by_event[EVENTS[event][0], STATES[following][0]].add(STATES[state][0])
-    from_frame, transitions = {}, defaultdict(list)
+    for before, what, after in TABLE:
+        by_event[EVENTS[what][0], STATES[after][0]].add(STATES[before][0])
+    from_frame: dict[str, str] = {}
+    transitions: dict[tuple[str, str], list[str]] = defaultdict(list)
     framed = {name for name, _ in STATES if name not in _OUTSIDE}
     for (event, following), states in by_event.items():
         if states >= framed - {following}:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from motorcade import __version__
@@ -20,7 +21,7 @@ def arduino_files() -> dict[str, Callable[[], str]]:
     """Return what makes each file, by its path in the repository."""
     made: dict[str, Callable[[], str]] = {f"{LIBRARY}/library.properties": _properties}
     for example in PIN_FILES:
-        made[f"{LIBRARY}/examples/{example}/{SETTINGS}"] = lambda example=example: _settings(example)
+        made[f"{LIBRARY}/examples/{example}/{SETTINGS}"] = partial(_settings, example)
     made[f"{LIBRARY}/examples/Mega/Mega.ino"] = lambda: _read(SKETCH)
     return made
 

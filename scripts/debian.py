@@ -4,9 +4,10 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
-_QUIET = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "check": False}
-_SILENT = {**_QUIET, "stderr": subprocess.DEVNULL}
+_QUIET: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "check": False}
+_SILENT: dict[str, Any] = {**_QUIET, "stderr": subprocess.DEVNULL}
 
 
 def find_or_install(command: str, *packages: str) -> Path | None:

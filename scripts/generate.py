@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def _exports() -> dict[str, Callable[[], str]]:
     """Return what makes each file of `motorcade export`, by its path in the repository."""
-    made = {}
+    made: dict[str, Callable[[], str]] = {}
     for name, text in exported_files().items():
         folder = "firmware/arduino/src/" if "brain" in name else "src/motorcade/export/"
         made[folder + name] = partial(str, text)

@@ -45,7 +45,7 @@ _CLASS_HEAD = """/** Messages of a class's pages and the server. Written by scri
 import type { {names} } from "./messages";
 """
 # The TypeScript types of fields whose Python type says less: dictionaries without a class, and texts of a few values.
-_NAMED = {
+_NAMED: dict[str | tuple[str, str], str] = {
     "sentence": "Sentence",
     ("MissionZone", "title"): "Sentence",
     ("Example", "title"): "Sentence",

@@ -5,14 +5,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from playwright.sync_api import Browser, expect, sync_playwright
+from playwright.sync_api import Browser, StorageState, ViewportSize, expect, sync_playwright
 from scripts import chromium
 from scripts.studio_process import ROOT, build_page, project_link, running_studio
 
 from motorcade.locales import catalogue
 
 PICTURES = {"studio.png": ("en", "light", "A parade"), "studio-zh.png": ("zh", "dark", "列队行进")}
-SIZE = {"width": 1440, "height": 900}
+SIZE: ViewportSize = {"width": 1440, "height": 900}
 # Tenths of a second, to a moment at which leader and followers show what they do.
 MOMENT = 57
 # After this time the page describes anew what the cars do.
@@ -53,8 +53,12 @@ def take(browser: Browser, url: str, path: Path) -> None:
     language, theme, name = PICTURES[path.name]
     settings = {"theme": theme, "toured": True, "level": "words", "drawer": {"tab": "timeline", "open": True}}
     stored = {"motorcade.language": language, "motorcade.settings": json.dumps(settings)}
-    origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": stored[k]} for k in stored]}
-    state = {"cookies": [], "origins": [origin]}
+    state: StorageState = {
+        "cookies": [],
+        "origins": [
+            {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": stored[k]} for k in stored]},
+        ],
+    }
     page = browser.new_context(viewport=SIZE, storage_state=state, reduced_motion="reduce").new_page()
     page.clock.install()
     page.goto(project_link(url, PROJECT, name))

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from motorcade.boards.wiring import wiring_svg, wiring_table
@@ -26,9 +27,9 @@ def wiring_files() -> dict[str, Callable[[], str]]:
     made: dict[str, Callable[[], str]] = {}
     for language, suffix in _SUFFIX.items():
         for car in PIN_FILES:
-            made[f"docs/wiring/{car}{suffix}.svg"] = lambda car=car, language=language: _drawing(car, language)
+            made[f"docs/wiring/{car}{suffix}.svg"] = partial(_drawing, car, language)
     for name, language in PAGES.items():
-        made[name] = lambda name=name, language=language: _page(name, language)
+        made[name] = partial(_page, name, language)
     return made
 
 

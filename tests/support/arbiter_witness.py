@@ -124,7 +124,7 @@ class Witness:
 
     def memory(self) -> tuple[Any, ...]:
         """All that its next words depend on."""
-        flags = self.is_stopped, self.needs_neutral, self.runs_program, self.is_low
+        flags: tuple[Any, ...] = self.is_stopped, self.needs_neutral, self.runs_program, self.is_low
         if self.arming:
             flags += (self.armed_by,)
         return self.driver, self.sent, self.age_ms, self.wanted, flags

@@ -1,6 +1,7 @@
 """Boards that break the contract, each in one way, and part of the sentence that check_board gives."""
 
 import time
+from typing import Any
 
 from motorcade.car.board import Board
 from support.tin_car import RealClock, TinBoard
@@ -74,7 +75,7 @@ class BadNumber(TinBoard):
 
 
 class BadRole(TinBoard):
-    is_leader = "leader"
+    is_leader: Any = "leader"
 
 
 class FramesStay(TinBoard):

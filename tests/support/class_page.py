@@ -2,6 +2,7 @@
 
 import json
 from contextlib import contextmanager
+from typing import Any
 
 from starlette.testclient import TestClient
 
@@ -13,7 +14,7 @@ from support.world_page import Page
 
 HERE = "http://192.168.1.5:7710"
 FIRST_KEY, PASSWORD = "a-first-key", "correct horse"
-PROJECT = {"leader": {}, "followers": None, "profile": "classroom"}
+PROJECT: dict[str, Any] = {"leader": {}, "followers": None, "profile": "classroom"}
 
 
 class Browser:

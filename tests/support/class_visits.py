@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import ExitStack, contextmanager
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, StorageState, expect
 
 from motorcade.locales import catalogue
 from support.class_page import PASSWORD
@@ -20,18 +20,27 @@ class Visit:
 
     def __init__(self, browser: Browser, base: str, *, language="en", theme="light", size=(1024, 768), **options):
         kept = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
-        origin = {"origin": base.rstrip("/"), "localStorage": [{"name": k, "value": v} for k, v in kept.items()]}
-        self.base, self.faults = base, []
+        state: StorageState = {
+            "cookies": [],
+            "origins": [
+                {
+                    "origin": base.rstrip("/"),
+                    "localStorage": [{"name": k, "value": v} for k, v in kept.items()],
+                }
+            ],
+        }
+        self.base = base
+        self.faults: list[str] = []
         self.texts = catalogue(language)["page"]
         self.context = browser.new_context(
             viewport={"width": size[0], "height": size[1]},
-            storage_state={"cookies": [], "origins": [origin]},
+            storage_state=state,
             service_workers="block",
             **options,
         )
         self.context.set_default_timeout(60_000)
         self._forgiven: list[str] = []
-        self.context.on("console", lambda message: message.type == "error" and self._blame(message.text))
+        self.context.on("console", self._hear)
         self.context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
         self.context.on("request", lambda request: self._check(request.url))
         self.page = self.context.new_page()
@@ -43,6 +52,10 @@ class Visit:
     def forgive(self, *parts: str) -> None:
         """Expect errors on the console that contain one of these texts."""
         self._forgiven += parts
+
+    def _hear(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self._blame(message.text)
 
     def _blame(self, text: str) -> None:
         if not any(part in text for part in self._forgiven):
@@ -107,6 +120,8 @@ class Visit:
 
 class ClassRoom:
     """A class in a process, its teacher, and the browsers of its pupils; ``start`` starts a server at a port."""
+
+    teacher: Visit
 
     def __init__(self, browser: Browser, start: Callable):
         self._start = start

@@ -111,7 +111,7 @@ class DrivenCar:
         with ExitStack() as stack:
             sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
             self.port, self.telemetry_port = (each.getsockname()[1] for each in sockets)
-            async with watched(self.control), serving(self.server, *sockets, self._tls):
+            async with watched(self.control), serving(self.server, sockets[0], sockets[1], self._tls):
                 self._ready.set()
                 await self._ended.wait()
 

@@ -47,6 +47,7 @@ def upload(world: World, chip: Chip, image: bytes) -> int:
     """Upload an image; returns how many ms it took."""
     begin_ms = world.now_ms
     done = run(world, chip, UploadTransfer(image, BAUD))
+    assert done.outcome
     assert done.outcome.kind == VERIFIED, done.outcome
     assert done.holds == "new"
     return world.now_ms - begin_ms
@@ -55,6 +56,7 @@ def upload(world: World, chip: Chip, image: bytes) -> int:
 def held_image(world: World, chip: Chip) -> bytes:
     """Read back the image."""
     done = run(world, chip, ReadbackTransfer(BAUD))
+    assert done.outcome
     assert done.outcome.kind == IMAGE, done.outcome
     image: bytes = done.outcome.detail
     return image

@@ -41,7 +41,7 @@ async def loop_car(tls: Any = None, profile: Profile = CLASSROOM) -> AsyncIterat
     car = LoopCar(tls, profile)
     beating = asyncio.ensure_future(car.beat())
     try:
-        async with serving(car.server, *car.sockets, tls):
+        async with serving(car.server, car.sockets[0], car.sockets[1], tls):
             yield car
     finally:
         beating.cancel()

@@ -242,7 +242,14 @@ def half_only(self, data):
 
 
 LEVELS = TinBoard.levels
-OFTEN_CALLED = ("now_ms", "read_serial", "write_serial", "received_frames", "senses_carrier", "is_sending")
+OFTEN_CALLED: tuple[str, ...] = (
+    "now_ms",
+    "read_serial",
+    "write_serial",
+    "received_frames",
+    "senses_carrier",
+    "is_sending",
+)
 OFTEN_CALLED += ("obstacle_mm", "sees_person", "heard_voice", "set_wheels", "set_led", "note")
 # Found without an observer: the name, what the board has instead, and part of the sentence.
 ALONE: list[tuple[str, Any, str]] = [

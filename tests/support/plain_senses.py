@@ -2,18 +2,25 @@
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import layout
 from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
+from motorcade.mats import Person
 
 if TYPE_CHECKING:
     from support.plain_world import PlainWorld
 
 
+def ahead_of(heading: int) -> tuple[float, float]:
+    """The direction of a binary angle, as the kernels compute it."""
+    cosines: Any = COSINES
+    return cosine(heading, cosines), sine(heading, cosines)
+
+
 def obstacle_mm(world: "PlainWorld", car: int) -> int:
-    ahead_x, ahead_y = cosine(world.heading[car], COSINES), sine(world.heading[car], COSINES)
+    ahead_x, ahead_y = ahead_of(world.heading[car])
     radius, cone = world.rules.radius, (world.rules.cone_cos, world.rules.cone_sin)
 
     def seen(x: float, y: float) -> tuple[float, float]:
@@ -25,8 +32,8 @@ def obstacle_mm(world: "PlainWorld", car: int) -> int:
             ahead, aside = seen(x - world.x[car], y - world.y[car])
             nearest = min(nearest, disc_in_cone(ahead - radius, aside, radius, *cone))
     front_x, front_y = world.x[car] + radius * ahead_x, world.y[car] + radius * ahead_y
-    for x, y, disc_radius in world.discs:
-        nearest = min(nearest, disc_in_cone(*seen(x - front_x, y - front_y), disc_radius, *cone))
+    for disc_x, disc_y, disc_radius in world.discs:
+        nearest = min(nearest, disc_in_cone(*seen(disc_x - front_x, disc_y - front_y), disc_radius, *cone))
     for x0, y0, x1, y1 in world.walls:
         ends = *seen(x0 - front_x, y0 - front_y), *seen(x1 - front_x, y1 - front_y)
         nearest = min(nearest, segment_in_cone(*ends, *cone))
@@ -37,7 +44,7 @@ def obstacle_mm(world: "PlainWorld", car: int) -> int:
 def sees_person(world: "PlainWorld", car: int) -> bool:
     if not world.mat.people:
         return False
-    ahead_x, ahead_y = cosine(world.heading[car], COSINES), sine(world.heading[car], COSINES)
+    ahead_x, ahead_y = ahead_of(world.heading[car])
     for person in world.mat.people:
         x, y = _person_at(world, person)
         dx, dy = x - world.x[car], y - world.y[car]
@@ -47,7 +54,7 @@ def sees_person(world: "PlainWorld", car: int) -> bool:
     return False
 
 
-def _person_at(world: "PlainWorld", person: object) -> tuple[int, int]:
+def _person_at(world: "PlainWorld", person: Person) -> tuple[float, float]:
     path = [(round(t_s * 1000), x * 1e6, y * 1e6) for t_s, x, y in person.path]
     at_ms = world.now_ms % path[-1][0] if person.repeats and path[-1][0] else world.now_ms
     for (t0, x0, y0), (t1, x1, y1) in pairwise(path):

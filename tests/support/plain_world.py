@@ -14,17 +14,14 @@ from motorcade.config.profile import Profile
 from motorcade.engine import layout
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.geometry import (
-    COSINES,
     FULL_TURN,
     NORMALS,
-    cosine,
     cross,
     is_shaded,
     mix,
     nearest_of_segment,
-    sine,
 )
-from motorcade.engine.interpreted import HeapArrays
+from motorcade.engine.interpreted import InterpretedKernels
 from motorcade.engine.targets import keep_all
 from motorcade.mats import Mat, Pose
 from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
@@ -109,17 +106,17 @@ class PlainWorld:
 
     def __init__(self, mat: Mat, images: list[bytes], profile: Profile, seed: int = 0):
         self.mat, self.images, self.profile, self.seed = mat, images, profile, seed
-        self.rules = keep_all(HeapArrays(), layout.rules_of(mat, profile, images))
+        self.rules = keep_all(InterpretedKernels(), layout.rules_of(mat, profile, images))
         self.walls, self.discs = layout.outlines_of(mat)
         starts = mat.starts
         self.x = [round(each * 1e6) for each in starts.x_m.tolist()]
         self.y = [round(each * 1e6) for each in starts.y_m.tolist()]
         self.heading = [round(each / math.tau * FULL_TURN) % FULL_TURN for each in starts.heading.tolist()]
-        self.way = [(0, 0)] * len(starts)
+        self.way: list[tuple[int, ...]] = [(0, 0)] * len(starts)
         self.driven: dict[int, tuple[float, float, float]] = {}
         self.turned: dict[int, int] = {}
         self.loudest = [0] * len(starts)
-        self.events: list[tuple[int, int, str, str, int, int]] = []
+        self.events: list[tuple[int, int, int, int, int, int]] = []
         self.on_air: list[Frame] = []
         self.begun: list[Frame] = []
         self.undetected = self.touching_ms = self.tick = 0
@@ -146,7 +143,7 @@ class PlainWorld:
     def furnish(self, mat: Mat, range_mm: int) -> None:
         self.mat = replace(mat, starts=self.mat.starts, tick_ms=self.mat.tick_ms)
         self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
-        self.rules = keep_all(HeapArrays(), layout.rules_of(self.mat, self.profile, self.images))
+        self.rules = keep_all(InterpretedKernels(), layout.rules_of(self.mat, self.profile, self.images))
         self.walls, self.discs = layout.outlines_of(self.mat)
         for car in range(len(self.cars)):
             self.set_way(car)
@@ -175,8 +172,8 @@ class PlainWorld:
         for car in self.driven:
             self._set_out(car)
         self._deliver()
-        for car in self.cars:
-            car.tick()
+        for each in self.cars:
+            each.tick()
         pushes = [self._push(index) for index in range(len(self.cars))]
         self.begun = self._begin()
         for frame in self.begun:
@@ -277,7 +274,7 @@ class PlainWorld:
         distance = math.sqrt(dx * dx + dy * dy)
         if dx * dx + dy * dy > self.rules.range**2:
             return None
-        ahead = cosine(self.heading[sender], COSINES), sine(self.heading[sender], COSINES)
+        ahead = plain_senses.ahead_of(self.heading[sender])
         if dx * ahead[0] + dy * ahead[1] < self.rules.beam_cos * distance:
             return None
         return None if self.rules.line_of_sight and self._is_hidden(sender, receiver) else int(distance)
@@ -298,7 +295,7 @@ class PlainWorld:
         self._drive(car, speed)
 
     def _drive(self, car: int, speed: float) -> None:
-        along = cosine(self.heading[car], COSINES), sine(self.heading[car], COSINES)
+        along = plain_senses.ahead_of(self.heading[car])
         self.way[car] = tuple(math.floor(speed * 4096 * each + 0.5) for each in along)
 
     def _set_out(self, car: int) -> None:
@@ -310,7 +307,7 @@ class PlainWorld:
             ahead, aside = ahead * share, aside * share
         self.turned[car] = int(turn)
         heading = self.heading[car] + int(turn) // 2
-        along = cosine(heading, COSINES), sine(heading, COSINES)
+        along = plain_senses.ahead_of(heading)
         way = ahead * along[0] - aside * along[1], ahead * along[1] + aside * along[0]
         self.way[car] = tuple(math.floor(each + 0.5) for each in way)
 
@@ -325,7 +322,11 @@ class PlainWorld:
     def _push(self, car: int) -> tuple[int, int]:
         if not self.mat.physics.collisions:
             return 0, 0
-        x, y, push_x, push_y = self.x[car], self.y[car], 0, 0
+        dx: float
+        dy: float
+        push_x: float = 0
+        push_y: float = 0
+        x, y = self.x[car], self.y[car]
         for other in range(len(self.cars)):
             dx, dy = self.x[other] - x, self.y[other] - y
             distance = math.sqrt(dx * dx + dy * dy)

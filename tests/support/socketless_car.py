@@ -31,6 +31,9 @@ class Applied(DriveBoard):
 class Line(asyncio.Transport):
     """A connection whose client reads when the test says so."""
 
+    channel: CommandChannel | TelemetryChannel
+    high: int | None
+
     def __init__(self, port: int, address: str) -> None:
         super().__init__({"peername": (address, port)})
         self.sent = bytearray()
@@ -41,10 +44,11 @@ class Line(asyncio.Transport):
     def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
         self.high = high
 
-    def write(self, data: bytes) -> None:
+    def write(self, data: bytes | bytearray | memoryview) -> None:
         self.sent += data
         if not self.reads:
             self.waiting += len(data)
+            assert self.high is not None
             if self.waiting > self.high:
                 self.channel.pause_writing()
 

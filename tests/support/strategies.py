@@ -30,7 +30,9 @@ def sums(profile: Profile, most: int = 3, least: int = 0) -> st.SearchStrategy[f
     return levels.map(lambda chosen: sum(chosen) / 1000)
 
 
-def made(kind: type[Step], seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> st.SearchStrategy[Step]:
+def made(
+    kind: type[Step], seconds: st.SearchStrategy[float | None], **more: st.SearchStrategy
+) -> st.SearchStrategy[Step]:
     """Steps of one kind, each field as its schema allows."""
     fields = {}
     for each in own_fields(kind):
@@ -43,11 +45,11 @@ def made(kind: type[Step], seconds: st.SearchStrategy[float], **more: st.SearchS
 
 def single_steps(seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> st.SearchStrategy[Step]:
     """Steps that are no list of others."""
-    return st.one_of(made(kind, seconds, **more) for kind in SIMPLE_KINDS)
+    return st.one_of([made(kind, seconds, **more) for kind in SIMPLE_KINDS])
 
 
 @st.composite
-def togethers(draw: st.DrawFn, seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> TogetherStep:
+def togethers(draw: st.DrawFn, /, seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> TogetherStep:
     """Steps of different groups at once, in any order."""
     groups: dict[str, list[st.SearchStrategy[Step]]] = {}
     for kind in SIMPLE_KINDS:
@@ -97,7 +99,7 @@ JSON = st.recursive(
 def damaged_documents(draw: st.DrawFn) -> dict[str, Any]:
     """A program's document in which something was replaced, added or taken away."""
     document = draw(programs()).as_dict()
-    places = [document]
+    places: list[Any] = [document]
     for place in places:
         inner = place.values() if isinstance(place, dict) else place
         places.extend(each for each in inner if isinstance(each, (dict, list)) and each)

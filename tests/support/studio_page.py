@@ -6,7 +6,18 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Request, Route, expect
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    FloatRect,
+    Locator,
+    Page,
+    Request,
+    Route,
+    StorageState,
+    expect,
+)
 from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
@@ -29,7 +40,7 @@ class StudioPage:
         self._taken = 0
         self._texts = catalogue(language)["page"]
         context.set_default_timeout(PATIENCE_MS)
-        context.on("console", lambda message: message.type == "error" and self._blame(message.text))
+        context.on("console", self._hear)
         context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
         context.on("request", self._check_host)
         self.page = self._new_page()
@@ -77,14 +88,19 @@ class StudioPage:
         if language:
             kept["motorcade.language"] = language
         base, _, token = url.partition("?token=")
-        origin = {
-            "origin": "{0.scheme}://{0.netloc}".format(urlsplit(base)),
-            "localStorage": [{"name": k, "value": kept[k]} for k in kept],
+        state: StorageState = {
+            "cookies": [],
+            "origins": [
+                {
+                    "origin": "{0.scheme}://{0.netloc}".format(urlsplit(base)),
+                    "localStorage": [{"name": k, "value": kept[k]} for k in kept],
+                }
+            ],
         }
         width, height = size
         context = browser.new_context(
             viewport={"width": width, "height": height},
-            storage_state={"cookies": [], "origins": [origin]},
+            storage_state=state,
             # It would store the whole site in each profile.
             service_workers="block",
             **options,
@@ -151,6 +167,10 @@ class StudioPage:
         """Expect errors on the console that contain one of these texts."""
         self._forgiven += parts
 
+    def _hear(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self._blame(message.text)
+
     def _blame(self, text: str) -> None:
         if not any(part in text for part in self._forgiven):
             self.faults.append(text)
@@ -204,10 +224,10 @@ class StudioPage:
         x, y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
         start = (taken["x"] + 12, taken["y"] + taken["height"] / 2)
         finger = self.context.new_cdp_session(self.page)
-        for kind, *points in (
-            ("touchStart", start),
-            *(("touchMove", at) for at in ((start[0] + 40, start[1] + 10), (x + 30, y + 30), (x + 5, y + 5), (x, y))),
-            ("touchEnd",),
+        for kind, points in (
+            ("touchStart", [start]),
+            *(("touchMove", [at]) for at in ((start[0] + 40, start[1] + 10), (x + 30, y + 30), (x + 5, y + 5), (x, y))),
+            ("touchEnd", []),
         ):
             touches = [{"x": left, "y": top} for left, top in points]
             finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,12 +24,12 @@ def world(
     return World(mat, [compile_program(Program(leader, followers)).image], profile, events=True)
 
 
-def table(leader: list[Step], followers: Followers | list[Step] | None, poses: Sequence[Pose], **more: object) -> World:
+def table(leader: list[Step], followers: Followers | list[Step] | None, poses: Sequence[Pose], **more: Any) -> World:
     """Cars on a table, of which the first leads; ``more`` changes the table."""
     return world(replace(open_table(poses), **more), leader, followers)
 
 
-def leaders(steps: list[Step], poses: Sequence[Pose], profile: Profile = CLASSROOM, **more: object) -> World:
+def leaders(steps: list[Step], poses: Sequence[Pose], profile: Profile = CLASSROOM, **more: Any) -> World:
     """Cars that all lead."""
     return world(Mat("leaders", Starts.of(poses, [True] * len(poses)), **more), steps, None, profile)
 

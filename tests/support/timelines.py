@@ -36,10 +36,12 @@ def moments(steps: Sequence[Step], idle_ms: int) -> list[Moment]:
         drive = next((part for part in _parts(step) if isinstance(part, DriveStep) and part.speed), None)
         led = next((part for part in _parts(step) if isinstance(part, LedStep)), None)
         for at_ms in range(length_ms(step, idle_ms)):
-            drives = drive is not None and at_ms < _ms(drive)
-            lit = led is not None and at_ms < _ms(led)
-            wheels = (DIRECTIONS.index(drive.direction), drive.speed) if drives else STILL
-            shown.append((wheels, led.which if lit else DARK))
+            wheels, lit = STILL, DARK
+            if drive is not None and at_ms < _ms(drive):
+                wheels = DIRECTIONS.index(drive.direction), drive.speed
+            if led is not None and at_ms < _ms(led):
+                lit = led.which
+            shown.append((wheels, lit))
     return shown
 
 

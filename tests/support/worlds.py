@@ -3,6 +3,7 @@
 import hashlib
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -125,11 +126,14 @@ def crowd(cars: int) -> Mat:
     """A walled square full of cars, in which everything happens that can happen in a world."""
     side = math.ceil(math.sqrt(cars))
     dice = np.random.RandomState(1)
+    x_m: Any
+    y_m: Any
     x_m, y_m = (0.1 + 0.2 * places for places in (np.arange(cars) % side, np.arange(cars) // side))
     edge_m = 0.2 * side
+    heading: Any = dice.random_sample(cars) * math.tau
     return Mat(
         "a crowd",
-        Starts(x_m, y_m, dice.random_sample(cars) * math.tau, np.arange(cars) % 40 == 0),
+        Starts(x_m, y_m, heading, np.arange(cars) % 40 == 0),
         tick_ms=20,
         size_m=(edge_m, edge_m),
         walled=True,
@@ -154,7 +158,7 @@ def go(world: World, duration_ms: int) -> None:
     world.run(duration_ms // 4)
 
 
-def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: object) -> World:
+def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: Any) -> World:
     """A world of roaming cars that has run for ``duration_ms``."""
     world = World(mat, [ROAMING], seeds=seeds, **more)
     go(world, duration_ms)

@@ -1,5 +1,7 @@
 """pyserial's ``chip://``: the UART of an emulated chip. Time passes only while somebody waits for bytes."""
 
+from typing import Any
+
 from serial.serialutil import SerialBase
 
 from support.emulated_chips import Chip, World
@@ -37,6 +39,7 @@ class Serial(SerialBase):
         """Return what came; wait for at most the timeout."""
         world, chip = plugged[-1]
         waited_ms = 0
+        assert self.timeout is not None
         while not self._came and waited_ms < self.timeout * 1000:
             world.run(1)
             waited_ms += 1
@@ -45,7 +48,7 @@ class Serial(SerialBase):
         del self._came[:size]
         return data
 
-    def write(self, data: bytes) -> int:
+    def write(self, data: Any) -> int:
         """Send bytes."""
         plugged[-1][1].send(data)
         return len(data)
