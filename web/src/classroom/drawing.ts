@@ -1,8 +1,10 @@
 /** Small worlds: what a picture of the wall holds, and a world drawn on a canvas, seen from above. */
 
-import { type Picture, Flag, NO_LED } from "../api/world";
+import { type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { inLanguage } from "../i18n";
+import { beacon, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
+import { hexColour, LEDS } from "../mat/colours";
 import { floorOf } from "../mat/document";
 import { drawFloor } from "./floor";
 
@@ -121,7 +123,6 @@ export interface Inks {
   thing: string;
   leader: string;
   follower: string;
-  window: string;
   beam: string;
   text: string;
 }
@@ -135,13 +136,11 @@ export function inksOf(element: Element): Inks {
     thing: of("--quiet"),
     leader: of("--leader"),
     follower: of("--followers"),
-    window: of("--ground"),
     beam: of("--running"),
     text: of("--text"),
   };
 }
 
-const LED_COLOURS = ["#ffd60a", "#00e5ff", "#b8ff3d", "#ff5cd6"];
 /** Smaller cars could not be seen on a tile. */
 const LEAST_CAR_PX = 4;
 
@@ -234,12 +233,48 @@ function drawZones(
   context.restore();
 }
 
+/** How many pixels half a car has in its picture, and how many half cars the picture is wide. */
+const [HALF_PX, HALVES] = [64, 2.5];
+/** The studio's picture of a car, by its colour and whether it leads. */
+const carPictures = new Map<string, HTMLCanvasElement>();
+
+function carPicture(colour: string, leads: boolean): HTMLCanvasElement {
+  const key = `${colour} ${leads}`;
+  const known = carPictures.get(key);
+  if (known) return known;
+  const [picture, body, tinted] = [0, 1, 2].map(() => Object.assign(document.createElement("canvas"), { width: HALF_PX * HALVES, height: HALF_PX * HALVES })) as [HTMLCanvasElement, HTMLCanvasElement, HTMLCanvasElement];
+  const paint = (canvas: HTMLCanvasElement, how: (g: CanvasRenderingContext2D) => void, [x, y, halves]: readonly number[] = [0, 0, 1]) => {
+    const g = canvas.getContext("2d")!;
+    g.setTransform(HALF_PX * halves!, 0, 0, HALF_PX * halves!, HALF_PX * (HALVES / 2 + x!), HALF_PX * (HALVES / 2 + y!));
+    g.lineJoin = g.lineCap = "round";
+    how(g);
+    g.setTransform(1, 0, 0, 1, 0, 0);
+  };
+  paint(picture, shadow, [-0.06, 0.1, HALVES / 2]);
+  for (const y of [-0.68, 0.68]) paint(picture, wheel(0), [-0.06, y, 0.39]);
+  paint(body, leads ? leader : follower);
+  const g = tinted.getContext("2d")!;
+  g.drawImage(body, 0, 0);
+  g.globalCompositeOperation = "multiply";
+  g.fillStyle = colour;
+  g.fillRect(0, 0, body.width, body.height);
+  // The tint has filled the ground too.
+  g.globalCompositeOperation = "destination-in";
+  g.drawImage(body, 0, 0);
+  picture.getContext("2d")!.drawImage(tinted, 0, 0);
+  paint(picture, face(true));
+  if (leads) paint(picture, beacon, [-0.36, 0, 0.23]);
+  carPictures.set(key, picture);
+  return picture;
+}
+
 function drawCar(
   context: CanvasRenderingContext2D,
   { x, y, heading, r }: { x: number; y: number; heading: number; r: number },
   inks: Inks,
   { leads, led, sends }: { leads: boolean; led: number; sends: boolean },
 ): void {
+  const half = leads ? r * 1.15 : r;
   context.save();
   context.translate(x, y);
   if (sends) {
@@ -250,23 +285,17 @@ function drawCar(
     context.stroke();
   }
   context.rotate(-heading);
-  context.fillStyle = leads ? inks.leader : inks.follower;
-  context.beginPath();
-  // A leader is an arrowhead, a follower a rounded box, so that they differ without colour.
-  if (leads) {
-    context.moveTo(r * 1.15, 0);
-    context.lineTo(-r, r * 0.95);
-    context.lineTo(-r * 0.5, 0);
-    context.lineTo(-r, -r * 0.95);
-    context.closePath();
-  } else context.roundRect(-r, -r * 0.7, r * 2, r * 1.4, r * 0.45);
-  context.fill();
-  context.fillStyle = inks.window;
-  if (!leads) context.fillRect(r * 0.25, -r * 0.45, r * 0.35, r * 0.9);
-  if (led !== NO_LED) {
-    context.fillStyle = LED_COLOURS[led] ?? inks.beam;
+  const side = half * HALVES;
+  context.drawImage(carPicture(leads ? inks.leader : inks.follower, leads), -side / 2, -side / 2, side, side);
+  const lamp = LAMPS[led];
+  if (lamp) {
+    context.fillStyle = hexColour(LEDS[led]!);
     context.beginPath();
-    context.arc(-r * 0.15, 0, r * 0.35, 0, Math.PI * 2);
+    context.arc(lamp[0] * half, -lamp[1] * half, half * 0.28, 0, Math.PI * 2);
+    context.fill();
+    context.globalAlpha = 0.35;
+    context.beginPath();
+    context.arc(lamp[0] * half, -lamp[1] * half, half * 0.8, 0, Math.PI * 2);
     context.fill();
   }
   context.restore();

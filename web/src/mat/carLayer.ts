@@ -3,7 +3,8 @@
 import { Container, Graphics, Sprite, type Texture } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
 import { carColour, LEDS, plateColour, type WordColours, type MatTheme } from "./colours";
-import { LAMPS, numberTexture, TREADS, type Textures } from "./textures";
+import { LAMPS, TREADS } from "./carPaint";
+import { numberTexture, type Textures } from "./textures";
 
 /** The least size on the screen, so that cars stay visible on a large mat. */
 const LEAST_PX = 9;

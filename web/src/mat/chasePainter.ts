@@ -11,7 +11,7 @@ import { type Mark, marksOf } from "./floorMarks";
 import { skyOver } from "./floors";
 import { aheadOf, circleAt, type Eye } from "./perspective";
 import type { Sight } from "./scene";
-import { LAMPS } from "./textures";
+import { LAMPS } from "./carPaint";
 
 const FARTHEST_M = 14;
 const NUMBERED_PX = 46;

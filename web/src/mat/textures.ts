@@ -1,11 +1,10 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
+import { beacon, DARK, face, follower, leader, outlined, rounded, shadow, TREADS, wheel } from "./carPaint";
 import { arrow, ring } from "./plainShapes";
 
 const SIZE = 128;
-const DARK = "#1b2330";
-const GLASS = "#27364a";
 
 export interface Textures {
   /** Bodies to be tinted, with and without wheels: the latter for many cars. */
@@ -43,91 +42,6 @@ function draw(paint: (g: CanvasRenderingContext2D) => void, size = SIZE): Textur
   return texture;
 }
 
-function rounded(g: CanvasRenderingContext2D, fill: string, box: readonly [number, number, number, number], radius: number) {
-  g.fillStyle = fill;
-  g.beginPath();
-  g.roundRect(...box, radius);
-  g.fill();
-}
-
-export const TREADS = 4;
-const TREAD = 0.5;
-
-/** A wheel from above, 1.2 by 0.44 of a half car, its tread moved by a share of its spacing. */
-function wheel(share: number) {
-  return (g: CanvasRenderingContext2D) => {
-    rounded(g, DARK, [-1, -0.4, 2, 0.8], 0.26);
-    g.save();
-    g.beginPath();
-    g.roundRect(-1, -0.4, 2, 0.8, 0.26);
-    g.clip();
-    g.fillStyle = "#76839a";
-    for (let x = -1.5 + share * TREAD; x < 1.5; x += TREAD) g.fillRect(x, -0.4, TREAD * 0.34, 0.8);
-    g.restore();
-  };
-}
-
-function eyes(g: CanvasRenderingContext2D, open: boolean) {
-  rounded(g, GLASS, [0.1, -0.5, 0.5, 1], 0.22);
-  for (const y of [-0.25, 0.25]) {
-    g.beginPath();
-    if (open) {
-      g.fillStyle = "#fff";
-      g.ellipse(0.38, y, 0.17, 0.19, 0, 0, 2 * Math.PI);
-      g.fill();
-      g.beginPath();
-      g.fillStyle = "#7a1030";
-      g.arc(0.44, y, 0.09, 0, 2 * Math.PI);
-      g.fill();
-      g.beginPath();
-      g.fillStyle = "#ffb9c9";
-      g.arc(0.47, y - 0.03, 0.035, 0, 2 * Math.PI);
-      g.fill();
-    } else {
-      g.strokeStyle = "#fff";
-      g.lineWidth = 0.08;
-      g.arc(0.34, y, 0.16, -1.1, 1.1);
-      g.stroke();
-    }
-  }
-}
-
-/** The four lamps as they are when off. */
-function lamps(g: CanvasRenderingContext2D) {
-  for (const [x, y] of LAMPS) {
-    g.beginPath();
-    g.arc(x, y, 0.1, 0, 2 * Math.PI);
-    g.fillStyle = "#dfe5ee";
-    g.fill();
-    g.strokeStyle = DARK;
-    g.lineWidth = 0.05;
-    g.stroke();
-  }
-}
-
-/** Where the LEDs are, in half cars ahead and to the left. */
-export const LAMPS = [
-  [0.66, 0.42],
-  [0.66, -0.42],
-  [-0.68, -0.42],
-  [-0.68, 0.42],
-] as const;
-
-function face(open: boolean) {
-  return (g: CanvasRenderingContext2D) => {
-    eyes(g, open);
-    lamps(g);
-  };
-}
-
-function shadow(g: CanvasRenderingContext2D) {
-  const dark = g.createRadialGradient(0, 0, 0.5, 0, 0, 1);
-  dark.addColorStop(0, "rgba(10,16,30,0.42)");
-  dark.addColorStop(1, "rgba(10,16,30,0)");
-  g.fillStyle = dark;
-  g.fillRect(-1, -1, 2, 2);
-}
-
 function glow(g: CanvasRenderingContext2D) {
   const light = g.createRadialGradient(0, 0, 0, 0, 0, 1);
   light.addColorStop(0, "rgba(255,255,255,0.95)");
@@ -135,87 +49,6 @@ function glow(g: CanvasRenderingContext2D) {
   light.addColorStop(1, "rgba(255,255,255,0)");
   g.fillStyle = light;
   g.fillRect(-1, -1, 2, 2);
-}
-
-function beacon(g: CanvasRenderingContext2D) {
-  g.beginPath();
-  g.arc(0, 0, 0.9, 0, 2 * Math.PI);
-  g.fillStyle = "#fff";
-  g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.14;
-  g.stroke();
-  g.fillStyle = "#d62728";
-  g.beginPath();
-  g.arc(0, 0, 0.55, 0, 2 * Math.PI);
-  g.fill();
-  g.fillStyle = "rgba(255,255,255,0.7)";
-  g.beginPath();
-  g.arc(-0.18, -0.18, 0.16, 0, 2 * Math.PI);
-  g.fill();
-}
-
-/** White, a little darker to the sides: the tint keeps a rounded look. */
-function bodyFill(g: CanvasRenderingContext2D) {
-  const round = g.createLinearGradient(0, -0.66, 0, 0.66);
-  round.addColorStop(0, "#cfd3da");
-  round.addColorStop(0.28, "#ffffff");
-  round.addColorStop(0.72, "#ffffff");
-  round.addColorStop(1, "#cfd3da");
-  return round;
-}
-
-function body(g: CanvasRenderingContext2D, corners: readonly number[]) {
-  g.beginPath();
-  g.roundRect(-0.92, -0.64, 1.84, 1.28, [...corners]);
-  g.fillStyle = bodyFill(g);
-  g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.09;
-  g.stroke();
-}
-
-function outlined(g: CanvasRenderingContext2D, width: number) {
-  g.fillStyle = "#fff";
-  g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = width;
-  g.stroke();
-}
-
-function follower(g: CanvasRenderingContext2D) {
-  body(g, [0.34, 0.62, 0.62, 0.34]);
-}
-
-/** A leader differs from followers by its shape too: a pointed nose, and the star around its beacon. */
-function leader(g: CanvasRenderingContext2D) {
-  g.beginPath();
-  g.moveTo(1, 0);
-  g.bezierCurveTo(0.92, 0.5, 0.7, 0.68, 0.4, 0.68);
-  g.lineTo(-0.66, 0.68);
-  g.quadraticCurveTo(-0.94, 0.66, -0.94, 0.36);
-  g.lineTo(-0.94, -0.36);
-  g.quadraticCurveTo(-0.94, -0.66, -0.66, -0.68);
-  g.lineTo(0.4, -0.68);
-  g.bezierCurveTo(0.7, -0.68, 0.92, -0.5, 1, 0);
-  g.closePath();
-  g.fillStyle = bodyFill(g);
-  g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.1;
-  g.stroke();
-  star(g, -0.36, 0, 0.5);
-}
-
-function star(g: CanvasRenderingContext2D, x: number, y: number, radius: number) {
-  g.beginPath();
-  for (let k = 0; k < 10; k++) {
-    const angle = (k * Math.PI) / 5;
-    const reach = k % 2 ? radius * 0.45 : radius;
-    g.lineTo(x + reach * Math.cos(angle), y + reach * Math.sin(angle));
-  }
-  g.closePath();
-  outlined(g, 0.07);
 }
 
 function led(g: CanvasRenderingContext2D) {
