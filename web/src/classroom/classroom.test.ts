@@ -3,7 +3,7 @@ import type { PupilRow, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { byNeed } from "./DeskPupils";
 import { groundOf } from "../mat/floors";
-import { boxOf, columnsFor, decodeWall, Tiles } from "./drawing";
+import { boxOf, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
 import { drawFloor } from "./floor";
 import { secretOf } from "./secret";
 
@@ -199,4 +199,23 @@ it("the projector shows the floor of the mat, with its pattern where there is ro
   expect(filled).toEqual([groundOf("moon")]);
   drawFloor(context, "moon", { ...size, scale: 600 });
   expect(filled).toContain("#9f9d98");
+});
+
+it("the projector draws each car by the studio's picture, turned to where it drives", () => {
+  const painted: unknown[] = [];
+  const turned: number[] = [];
+  const context = (drawn: unknown[]) =>
+    new Proxy({ drawImage: (picture: unknown) => drawn.push(picture), rotate: (by: number) => turned.push(by) } as never, {
+      get: (target, key): unknown => Reflect.get(target, key) ?? (() => ({ addColorStop: () => undefined })),
+    }) as CanvasRenderingContext2D;
+  const made = vi.spyOn(HTMLCanvasElement.prototype, "getContext").mockImplementation((() => context([])) as never);
+  const cars = decodeWall(bytesOf(GOLDEN))!.worlds.get(0)!;
+  const two = { ...cars, cars: 2, x: [1, 2], y: [1, 2], heading: [0.5, 1], led: [4, 0], flags: [0, 0] } as never;
+  const world = { pupil: "", mat: {}, leads: [0], radius_m: 0.075, cars: 2, zones: [], goals: [] } as unknown as WallWorld;
+  const inks = { floor: "#fff", thing: "#888", leader: "#d62728", follower: "#1f77b4", beam: "#0f0", text: "#000" };
+  drawWorld(context(painted), { width: 300, height: 200 }, { world, cars: two, box: boxOf(world, two, null), inks });
+  made.mockRestore();
+  expect(painted).toHaveLength(2);
+  expect(new Set(painted).size).toBe(2);
+  expect(turned).toEqual([-0.5, -1]);
 });
