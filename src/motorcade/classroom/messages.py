@@ -63,7 +63,6 @@ class ClassAbout(Struct):
         me: the pupil whose device this is; None for a newcomer.
         teacher: this browser is signed in at the teacher's desk.
         is_open: newcomers may join.
-        https: the page came by HTTPS; without it a tablet has neither Gamepad nor Web Serial.
         avatars: the ids of the pictures to choose from.
         title: the name of the class; may be empty.
     """
@@ -71,7 +70,6 @@ class ClassAbout(Struct):
     me: Self | None
     teacher: bool
     is_open: bool
-    https: bool
     avatars: list[str]
     title: str
 

@@ -21,7 +21,7 @@ def test_three_steps_let_a_pupil_in(room):
     tablet = room.browser()
     assert tablet.client.get("/").headers["location"] == "/join"
     about = tablet.ask("class/about")
-    assert (about["me"], about["is_open"], about["teacher"], about["https"]) == (None, True, False, False)
+    assert (about["me"], about["is_open"], about["teacher"]) == (None, True, False)
     assert tablet.ask("class/check-code", code=room.code.lower()) == {}
     me = tablet.ask("class/join", code=room.code, name="Mia", avatar=about["avatars"][0])
     assert (me["id"], me["name"], len(me["number"])) == ("01", "Mia", 4)

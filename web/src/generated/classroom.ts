@@ -7,7 +7,6 @@ export interface ClassAbout {
   me: Self | null;
   teacher: boolean;
   is_open: boolean;
-  https: boolean;
   avatars: string[];
   title: string;
 }

@@ -57,7 +57,6 @@ class PupilRequests:
             me=self._room.self_of(pupil) if pupil else None,
             teacher=self._running.is_teacher(asks),
             is_open=record.is_open,
-            https=asks.scope["scheme"] == "https",
             avatars=list(AVATARS),
             title=record.title,
         )
