@@ -8,7 +8,7 @@ function probed(drawsMs: number[], lost = false): [boolean, number] {
   const last = pending.at(-1)!;
   const gl = new Proxy(
     { canvas: { width: 0, height: 0 }, getExtension: () => null, isContextLost: () => lost, readPixels: () => (now += pending.shift() ?? last) },
-    { get: (own, name) => own[name as keyof typeof own] ?? (() => 0) },
+    { get: (own, name) => (name in own ? own[name as keyof typeof own] : () => 0) },
   );
   vi.spyOn(HTMLCanvasElement.prototype, "getContext").mockReturnValue(gl as never);
   return [hasFastWebGl(() => now), now];
