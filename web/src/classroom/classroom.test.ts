@@ -205,7 +205,7 @@ it("the projector draws each car by the studio's picture, turned to where it dri
   const painted: unknown[] = [];
   const turned: number[] = [];
   const context = (drawn: unknown[]) =>
-    new Proxy({ drawImage: (picture: unknown) => drawn.push(picture), rotate: (by: number) => turned.push(by) }, {
+    new Proxy<object>({ drawImage: (picture: unknown) => drawn.push(picture), rotate: (by: number) => turned.push(by) }, {
       get: (target, key): unknown => Reflect.get(target, key) ?? (() => ({ addColorStop: () => undefined })),
     }) as CanvasRenderingContext2D;
   const made = vi.spyOn(HTMLCanvasElement.prototype, "getContext").mockImplementation((() => context([])) as never);
