@@ -11,7 +11,8 @@ from binascii import crc32
 
 from drivers import DrivenCar
 from drivers import total_names as drive_names
-from inputs import Random, damaged, draw_frame, draw_image, draw_raw
+from inputs import damaged, draw_frame, draw_image, draw_raw
+from randomness import Random
 
 from motorcade.car import brain, frames, next_wakeup
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels

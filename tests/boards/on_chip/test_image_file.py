@@ -20,7 +20,7 @@ def cuts(flash: Flash, old: bytes | None, new: bytes):
         flash.cut_after = None
         store = ImageFile("car.image", flash, flash.open)
         if old is not None:
-            flash.files["car.image"] = old
+            store.save(old)
         flash.cut_after = steps
         try:
             store.save(new)

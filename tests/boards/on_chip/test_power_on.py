@@ -7,6 +7,7 @@ from simulated.flash import Flash
 from simulated.microcontroller import Reset
 
 from motorcade.boards.on_chip import power_on
+from motorcade.boards.on_chip.image_file import ImageFile
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
@@ -16,7 +17,7 @@ from support.strategies import CLASSROOM
 
 def test_a_stopped_car_switches_its_wheels_and_leds_off(capsys):
     flash = Flash()
-    flash.files["car.image"] = SMALL
+    ImageFile("car.image", flash, flash.open).save(SMALL)
     a_bench = bench(is_leader=True, flash=flash)
     lit = []
     a_bench.chip.listeners.append(lambda *what: lit.append(what))

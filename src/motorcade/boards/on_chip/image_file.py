@@ -11,16 +11,12 @@ if MYPY:
 
 from binascii import crc32
 
-from motorcade.words.image import ImageError, parse_image_bytes
-
 NEW = ".new"
 _CHECKSUM_BYTES = 4
 
 
 class ImageFile:
     """An image in a file, and its CRC-32 behind it: a chip checks that much faster than each word.
-
-    A file without a checksum, from an older version, is checked word by word.
 
     Args:
         path: of the file; while an image is written there is a second file beside it.
@@ -40,13 +36,11 @@ class ImageFile:
             try:
                 with self._open(path, "rb") as file:
                     data: bytes = file.read()
-                image = data[:-_CHECKSUM_BYTES]
-                if image and data[-_CHECKSUM_BYTES:] == _checksum(image):
-                    return image
-                parse_image_bytes(data)
-            except (OSError, ImageError):
+            except OSError:
                 continue
-            return data
+            image = data[:-_CHECKSUM_BYTES]
+            if image and data[-_CHECKSUM_BYTES:] == _checksum(image):
+                return image
         return None
 
     def save(self, data: bytes) -> None:

@@ -22,10 +22,10 @@ from motorcade.car.brain import (
     VOICE_GO,
 )
 from motorcade.car.check.probe import LONGEST_CALL_MS, Probe, brief, is_count
-from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.infrared import to_frame
 from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.ticks import elapsed_ms
+from motorcade.words.upload import IMAGE, SILENCE_MS, CarEnd
 
 METHODS: tuple[str, ...] = (
     "now_ms",
@@ -145,10 +145,13 @@ def is_image_or_none(value: object) -> bool:
     """Return whether ``value`` is None or an image's bytes."""
     if value is None:
         return True
-    try:
-        return type(value) is bytes and bool(parse_image_bytes(value))
-    except ImageError:
+    if type(value) is not bytes:
         return False
+    end = CarEnd()
+    end.receive_data(value, 0)
+    end.receive_data(b"", SILENCE_MS)
+    event = end.next_event()
+    return event is not None and event.kind == IMAGE and event.image == value
 
 
 def is_bytes(value: object) -> bool:
