@@ -24,7 +24,7 @@ def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
 
 
 def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
-    studio = open_page(project=FOLLOWED, webgl=True)
+    studio = open_page(project=FOLLOWED)
     studio.look_up("swarm")
     followers = studio.page.get_by_role("textbox", name="Followers")
     followers.fill("1000")

@@ -28,7 +28,7 @@ def test_ticking_the_box_opens_the_followers_editor_and_sends_them_words(open_pa
     studio = open_page(project=EXAMPLE)
     studio.program_followers()
     studio.drag_out("followers", "drive", "drive", below=studio.hat("followers"))
-    studio.expect_words(["02010100", "65800000", "6a800000", "a4800000"])
+    studio.expect_words(["02010100", "65800000", "6a800000", "e4800000"])
     studio.play()
     expect(studio.block("followers", "forward")).to_contain_class(RUNNING)
 
