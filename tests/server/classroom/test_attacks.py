@@ -324,8 +324,9 @@ def test_the_certificates_secret_is_not_served(shared, tmp_path):
 
 def test_a_request_that_takes_too_long_is_ended_and_keeps_nobody_waiting(room):
     eve, mia = room.join("Eve"), room.join("Mia")
-    # Python's reader of TOML takes the square of the number of dots.
-    heavy = {"text": 'format = "motorcade-mission/1"\n' + "a." * 100_000 + "a = 1"}
+    # Python's reader of TOML takes the square of a key's parts for each line.
+    lines = "".join("a." * 98 + f"k{number} = 1\n" for number in range(4_800))
+    heavy = {"text": f'format = "motorcade-mission/1"\n{lines}'}
     with ThreadPoolExecutor(3) as pool:
         hers = [pool.submit(eve.ask, "missions/open", heavy) for _ in range(3)]
         assert mia.ask("missions/open", {"text": "motorcade-mission"}) == "mission-not-valid"
