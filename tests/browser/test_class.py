@@ -233,9 +233,7 @@ def test_a_pupil_sees_nothing_of_what_others_do(room) -> None:
     page.goto(f"{room.base}?pupil=01")
     expect(page.get_by_role("textbox").first).to_have_value("Robot")
     page.close()
-    # A pupil has one world, and the second page had it last.
-    ming.page.reload()
-    ming.wait_for_studio()
+    ming.page.reload()  # for its world, which the second page had last
     asked = ming.context.request.post(f"{room.base}api/desk/project", data={"pupil": "01", "name": ""})
     assert asked.status == 401
 
