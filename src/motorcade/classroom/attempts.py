@@ -1,23 +1,11 @@
 """Bound how often an address, or for a name, something may be tried: codes, personal numbers, passwords, joining."""
 
-import ipaddress
 import math
 from collections import OrderedDict, deque
 
 from motorcade.errors import MotorcadeError
 
 _MOST_KEYS = 4096
-
-
-def guesser(address: str) -> str:
-    """Whom tries from an address count for; one computer may have all the addresses of an IPv6 network."""
-    try:
-        found = ipaddress.ip_address(address.partition("%")[0])
-    except ValueError:
-        return address
-    if found.version == 4:
-        return str(found)
-    return str(found.ipv4_mapped or ipaddress.ip_network((int(found) >> 64 << 64, 64)))
 
 
 class Attempts:

@@ -14,7 +14,6 @@ from anyio import CapacityLimiter, to_thread
 from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
-from motorcade.classroom.attempts import guesser
 from motorcade.classroom.classroom import MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.passwords import digest
 from motorcade.classroom.record import Pupil, from_bytes, to_bytes
@@ -23,6 +22,7 @@ from motorcade.server.classroom.folder import RECORD, ClassFolder
 from motorcade.server.classroom.network import Network
 from motorcade.server.studio.app import Settings
 from motorcade.server.studio.sessions import SessionLimits
+from motorcade.sockets import network_of
 from motorcade.timing import RateLimit, to_ticks
 
 # The owner of the teacher's own projects; pupils' ids are numbers.
@@ -109,7 +109,7 @@ class RunningClass:
 
     def guesser(self, connection: HTTPConnection) -> str:
         """Whom wrong attempts count for."""
-        return guesser(connection.client.host if connection.client else "")
+        return network_of(connection.client.host if connection.client else "")
 
     def new_secret(self) -> str:
         """The secret of a device."""
