@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.classroom.attempts import Attempts, guesser
+from motorcade.classroom.attempts import Attempts
 from motorcade.classroom.classroom import MOST_OF_AN_ADDRESS, MOST_PUPILS, MOST_WRONG_CODES
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.names import CODE_CHARACTERS, MOST_OF_A_NAME, checked_name, likeness, typed_code
@@ -68,20 +68,6 @@ def test_a_pupil_has_eight_pages_at_most():
     refused("too-many-sessions-of-one", room.connect, "01", 0.0)
     room.disconnect("01", 1.0)
     room.connect("01", 2.0)
-
-
-@pytest.mark.parametrize(
-    ("address", "counts_for"),
-    [
-        ("192.168.1.7", "192.168.1.7"),
-        ("::ffff:192.168.1.7", "192.168.1.7"),
-        ("fe80::1:2:3:4%eth0", "fe80::/64"),
-        ("2001:db8:1:2:3::4", "2001:db8:1:2::/64"),
-        ("testclient", "testclient"),
-    ],
-)
-def test_all_addresses_of_a_computer_count_for_one_guesser(address, counts_for):
-    assert guesser(address) == counts_for
 
 
 def test_a_flood_of_addresses_takes_no_memory():
