@@ -45,8 +45,7 @@ def expect_cover(visit, text: str) -> None:
     """The whole page is covered, and nothing takes the cover away."""
     cover = visit.page.get_by_role("dialog", name=visit.say(text), exact=True)
     expect(cover).to_be_visible()
-    for _ in range(3):
-        visit.page.keyboard.press("Escape")
+    visit.page.keyboard.press("Escape")
     expect(cover).to_be_visible()
     box, size = cover.bounding_box(), visit.page.viewport_size
     assert (box["width"], box["height"]) == (size["width"], size["height"])
@@ -85,7 +84,6 @@ def test_three_taps_lead_from_the_qr_code_into_the_studio_and_back_into_it(room)
     lin = room.visit(size=PHONE, has_touch=True, is_mobile=True)
     lin.page.goto(f"{room.base}join#{room.code}")
     lin.page.get_by_label(lin.say("class.nickname")).fill("Lin")
-    # What HTTPS is, is the teacher's to know.
     expect(lin.page.get_by_text("HTTPS")).to_have_count(0)
     assert room.code not in lin.page.url
     lin.page.locator("label").filter(has=lin.page.get_by_label(lin.say("class.carNumber", number=3), exact=True)).tap()
@@ -111,8 +109,7 @@ def test_a_raised_hand_and_a_handed_out_project_cross_the_room(room, desk) -> No
     room.mia.button("pupil.raiseHand").tap()
     desk.button("class.lowerHandOf", name="Mia").click()
     expect(room.mia.button("pupil.raiseHand")).to_be_visible()
-    starter = {"name": "Starter", "project": PROJECT}
-    assert desk.context.request.post(f"{room.base}api/projects/write", data=starter).ok
+    assert desk.context.request.post(f"{room.base}api/projects/write", data={"name": "Starter", "project": PROJECT}).ok
     part = desk.part("handOut")
     part.get_by_role("checkbox", name="Mia").check()
     part.get_by_role("button", name="Starter", exact=True).click()
@@ -242,8 +239,15 @@ def test_the_teacher_looks_at_a_pupils_stage_and_at_what_the_pupil_works_on(room
     row = desk.row("小明")
     with desk.context.expect_page() as opened:
         row.get_by_role("link").first.click()
-    expect_leaders(opened.value.get_by_role("img", name=desk.say("class.stageOf", name="小明"), exact=True), 1)
-    opened.value.close()
+    wall, page = opened.value, room.ming.page
+    expect_leaders(wall.get_by_role("img", name=desk.say("class.stageOf", name="小明"), exact=True), 1)
+    blocks = wall.get_by_role("region", name=desk.say("editors.leaderBlocks")).locator(".blocklyBlock")
+    expect(blocks).to_have_count(3)
+    page.locator("#leader-blocks .blocklyBlock").last.click(position={"x": 8, "y": 8})
+    for key, count in (("Delete", 2), ("Control+z", 3)):
+        page.keyboard.press(key)
+        expect(blocks).to_have_count(count)
+    wall.close()
     row.locator("summary").click()
     row.get_by_role("button", name=desk.say("class.showProjects")).click()
     with desk.context.expect_page() as opened:
@@ -342,18 +346,14 @@ def assert_clear(page) -> None:
     assert Windows(page).faults(page.url) == []
 
 
-def draft_name(room, pupil: str) -> str:
-    """The name of what the server holds as a pupil's draft."""
-    asked = room.teacher.context.request.post(f"{room.base}api/desk/project", data={"pupil": pupil, "name": ""})
-    return asked.json()["name"]
-
-
-def wait_until(room, is_so) -> None:
-    for _ in range(600):
-        if is_so():
-            return
-        room.teacher.page.wait_for_timeout(100)
-    assert is_so()
+def expect_drafts(room, names: dict[str, str]) -> None:
+    """Wait until the server holds drafts of these names, by pupils' ids."""
+    holds = """async names => {
+        const ask = pupil => fetch("/api/desk/project", {method: "POST", body: JSON.stringify({pupil, name: ""})});
+        const drafts = await Promise.all(Object.keys(names).map(async pupil => (await ask(pupil)).json()));
+        return drafts.every(({name}, k) => name === Object.values(names)[k]);
+    }"""
+    room.teacher.page.wait_for_function(holds, arg=names, polling=200)
 
 
 def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, desk) -> None:
@@ -364,7 +364,7 @@ def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, desk) ->
     # As a tablet that sleeps: what was due meanwhile happens once.
     page.clock.fast_forward("10:00")
     mia.context.set_offline(False)
-    wait_until(room, lambda: draft_name(room, "01") == "Asleep")
+    expect_drafts(room, {"01": "Asleep"})
     mia.button("pupil.raiseHand").tap()
     desk.button("class.lowerHandOf", name="Mia").click()
     expect(page.get_by_role("textbox").first).to_have_value("Asleep")
@@ -388,7 +388,7 @@ def test_after_the_server_was_killed_all_are_back_and_nothing_is_lost(room, desk
         expect(desk.row(name).and_(desk.page.locator(":not([data-away])"))).to_be_visible()
     assert not SOAK or monotonic() - began_s < 5
     after = {"01": f"Before {kill}", "02": f"Meanwhile {kill}"}
-    wait_until(room, lambda: {number: draft_name(room, number) for number in pupils} == after)
+    expect_drafts(room, after)
     for number, visit in pupils.items():
         play = visit.page.locator("#mat-play")
         play.click()

@@ -1,6 +1,6 @@
 /** The projector's pages: all stages at once, one pupil's stage, and the shared mat. */
 
-import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
+import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
 import type { ClassView, DeskAbout, DeskAnswer, Wall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
@@ -12,6 +12,8 @@ import { Action, Frame, titleOr } from "./Frame";
 import { AllStages, WorldCanvas } from "./Stages";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
+
+const ShownBlocks = lazy(() => import("./ShownBlocks"));
 
 /** The class, as it changes. */
 export function useClass(): { view: ClassView | null; open: boolean } {
@@ -154,7 +156,14 @@ function TheWall() {
   return (
     <Frame title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a href="/wall">{t("allStages")}</a>}>
       {view && !pupil && <p className={css.notice}>{t("pupilGone")}</p>}
-      {pupil && <LargeWorld path={`/api/desk/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />}
+      {pupil && (
+        <div className={css.shown}>
+          <LargeWorld path={`/api/desk/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />
+          <Suspense>
+            <ShownBlocks pupil={pupil.id} />
+          </Suspense>
+        </div>
+      )}
     </Frame>
   );
 }

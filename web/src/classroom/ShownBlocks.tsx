@@ -1,0 +1,109 @@
+/** The blocks of the pupil whose stage the projector shows, only to be read. It brings Blockly with it: load it where it is shown. */
+
+import * as Blockly from "blockly/core";
+import i18next from "i18next";
+import { useEffect, useRef, useState } from "react";
+import { HttpService } from "../api/http";
+import { loadFigures } from "../api/requests";
+import { connectTo } from "../api/service";
+import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
+import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
+import { themeOf } from "../blocks/workspaces";
+import type { StoredProject } from "../generated/messages";
+import { startLanguages } from "../i18n";
+import { useSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
+import { askDesk } from "./ask";
+import { useLanguage } from "./texts";
+import css from "./class.module.css";
+
+type Programs = Pick<StoredProject, EditorName>;
+
+/** The projector follows a pupil's edits this soon; pupils' pages send a draft at most each second. */
+const ASK_EVERY_MS = 2000;
+const LARGEST_SCALE = 1.2;
+
+/** Get Blockly ready for blocks in a language. */
+async function prepare(language: string): Promise<void> {
+  if (!i18next.isInitialized) {
+    connectTo(new HttpService());
+    startLanguages();
+  }
+  await i18next.changeLanguage(language);
+  await Promise.all([loadFigures(), setBlocklyLanguage(language)]);
+  defineBlocks(useStudio.getState().profileFigures!);
+}
+
+/** The pupil's draft, as it changes; null where there is none. */
+function useDraft(pupil: string): Programs | null {
+  const [programs, setPrograms] = useState<Programs | null>(null);
+  useEffect(() => {
+    let shown: string | null = null;
+    const ask = async () => {
+      const { draft_at } = await askDesk("shelf", { pupil });
+      if (draft_at === shown) return;
+      setPrograms(draft_at === null ? null : await askDesk("project", { pupil, name: "" }));
+      shown = draft_at;
+    };
+    // While nothing answers, what was shown stays.
+    const askAgain = () => void (document.hidden || ask().catch(() => undefined));
+    askAgain();
+    const timer = setInterval(askAgain, ASK_EVERY_MS);
+    return () => clearInterval(timer);
+  }, [pupil]);
+  return programs;
+}
+
+/** One program, as large as its place allows. */
+function Program({ editor, state }: { editor: EditorName; state: WorkspaceState }) {
+  const host = useRef<HTMLDivElement>(null);
+  const workspace = useRef<Blockly.WorkspaceSvg | null>(null);
+  const theme = useSettings((settings) => settings.theme);
+  useEffect(() => {
+    const made = Blockly.inject(host.current!, {
+      readOnly: true,
+      renderer: "zelos",
+      media: `${import.meta.env.BASE_URL}assets/blockly/`,
+      sounds: false,
+      move: { scrollbars: true, drag: true, wheel: true },
+      zoom: { minScale: 0.3, maxScale: LARGEST_SCALE },
+    });
+    workspace.current = made;
+    const resized = new ResizeObserver(() => fit(made));
+    resized.observe(host.current!);
+    return () => {
+      resized.disconnect();
+      made.dispose();
+    };
+  }, []);
+  useEffect(() => workspace.current?.setTheme(themeOf(theme)), [theme]);
+  useEffect(() => {
+    Blockly.serialization.workspaces.load(state, workspace.current!);
+    fit(workspace.current!);
+  }, [state]);
+  return (
+    <section className={css.program} aria-label={i18next.t(`editors.${editor}Blocks`)}>
+      <h2>{i18next.t(`editors.${editor}`)}</h2>
+      <div ref={host} />
+    </section>
+  );
+}
+
+function fit(workspace: Blockly.WorkspaceSvg): void {
+  Blockly.svgResize(workspace);
+  workspace.zoomToFit();
+}
+
+/** A pupil's programs, the leader's and the followers', in the page's language. */
+export default function ShownBlocks({ pupil }: { pupil: string }) {
+  const language = useLanguage((state) => state.language);
+  const [ready, setReady] = useState("");
+  const programs = useDraft(pupil);
+  useEffect(() => void prepare(language).then(() => setReady(language), () => undefined), [language]);
+  if (ready !== language || !programs) return null;
+  return (
+    <div className={css.programs} key={language}>
+      {EDITORS.map((editor) => programs[editor] && <Program key={editor} editor={editor} state={programs[editor]} />)}
+    </div>
+  );
+}
