@@ -1,4 +1,4 @@
-"""The Python text and the blocks follow each other; a wrong block is mended; each level shows its blocks whole."""
+"""The Python text and the blocks follow each other; a wrong block is corrected; each level shows its blocks whole."""
 
 import pytest
 from playwright.sync_api import expect
@@ -89,7 +89,7 @@ def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None
     assert studio.faults == []
 
 
-def test_a_wrong_block_says_what_would_mend_it_and_keeps_the_cars_from_driving(open_page) -> None:
+def test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving(open_page) -> None:
     studio = open_page(project=Program([wait(1), forward(1.5)]).as_dict())
     studio.expect_words(["01000000", "60800000"])
     studio.play()

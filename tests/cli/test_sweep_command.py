@@ -252,9 +252,8 @@ def test_programs_and_mats_that_are_not_valid_are_named(spec, tmp_path):
     spec.write_text(SPEC, encoding="utf-8")
     ran = run("sweep", spec, "-o", tmp_path / "out.parquet")
     assert (ran.code, ran.out) == (1, "")
-    assert (
-        ran.err.splitlines()[-1] == f"motorcade: spec.toml: programs[0], '{PARADE.name}', has errors: mend them first"
-    )
+    says = f"motorcade: spec.toml: programs[0], '{PARADE.name}', has errors: correct them first"
+    assert ran.err.splitlines()[-1] == says
 
 
 @pytest.mark.parametrize(("missing", "extra"), [("pyarrow", "sim"), ("distributed", "cluster")])

@@ -1,4 +1,4 @@
-"""Steps that can't be sent, or can't be done together: one other duration mends them."""
+"""Steps that can't be sent, or can't be done together: one other duration fixes them."""
 
 import re
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ def steps_of(seconds: list[float]) -> st.SearchStrategy[list[Step]]:
     return st.lists(st.one_of(step, st.builds(lambda inner: repeat(2, inner), step)), min_size=1, max_size=4)
 
 
-def mended(steps: Sequence[Step], path: str, value: object) -> Sequence[Step]:
+def with_fix(steps: Sequence[Step], path: str, value: object) -> Sequence[Step]:
     """The steps with another duration of the one at the path."""
     return lasting(steps, [int(place) for place in re.findall(r"\[(\d+)\]", path)], value)
 
@@ -46,36 +46,36 @@ def lasting(steps: Any, places: list[int], seconds: object) -> Sequence[Step]:
 
 
 @given(steps_of([0, 0.4, 0.6, 0.8, 1, 1.4, 2]))
-def test_one_other_duration_mends_steps_that_cannot_be_sent(steps: list[Step]) -> None:
+def test_one_other_duration_fixes_steps_that_cannot_be_sent(steps: list[Step]) -> None:
     for each in compile_program(Program([wait(1)], steps), SENT).diagnostics:
-        for mend in each.mends if each.code == "dwell-not-expressible" else ():
+        for fix in each.fixes if each.code == "dwell-not-expressible" else ():
             event(str(each.details["reason"]))
-            right = mended(steps, each.path, mend.value)
+            right = with_fix(steps, each.path, fix.value)
             assert not has_errors(compile_program(Program([wait(1)], right), SENT).diagnostics)
 
 
 @given(steps_of([0, 3, 5, 6, 7, 8, 10]))
-def test_one_other_duration_mends_blocks_that_cannot_go_together(steps: list[Step]) -> None:
+def test_one_other_duration_fixes_blocks_that_cannot_go_together(steps: list[Step]) -> None:
     for each in compile_program(Program(steps), DONE).diagnostics:
-        for mend in each.mends:
-            right = mended(steps, each.path, mend.value)
+        for fix in each.fixes:
+            right = with_fix(steps, each.path, fix.value)
             assert each.path not in [other.path for other in compile_program(Program(right), DONE).diagnostics]
 
 
 def test_each_reason_has_its_durations() -> None:
     def offered(steps: list[Step]) -> list[tuple[str, list[object]]]:
         found = compile_program(Program([wait(1)], steps), SENT).diagnostics
-        return [(each.path, [mend.value for mend in each.mends]) for each in found]
+        return [(each.path, [fix.value for fix in each.fixes]) for each in found]
 
     # No dwell in common; a step that takes no time; one that no dwell divides.
     assert offered([led(0, 0.4), led(1, 0.6)]) == [("followers.steps[0]", [0.6])]
     assert offered([wait(0), wait(0.4)]) == [("followers.steps[0]", [0.4])]
     assert offered([together(forward(1), led(1, 0.4))]) == [("followers.steps[0].together[0]", [0.8, 1.2])]
-    # Two steps are wrong, so no one value mends it.
+    # Two steps are wrong, so no one value fixes it.
     assert offered([wait(0), wait(0)]) == [("followers.steps[0]", [])]
 
     (found,) = compile_program(Program([together(forward(8), led(1, 7))]), DONE).diagnostics
-    assert (found.path, [mend.value for mend in found.mends]) == ("leader[0].together[0]", [7, 10])
+    assert (found.path, [fix.value for fix in found.fixes]) == ("leader[0].together[0]", [7, 10])
     # Two blocks are the longest.
     (found,) = compile_program(Program([together(forward(8), led(1, 8), avoid(1, 7))]), DONE).diagnostics
-    assert (found.path, found.mends) == ("leader[0]", ())
+    assert (found.path, found.fixes) == ("leader[0]", ())

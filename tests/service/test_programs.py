@@ -32,14 +32,14 @@ def bad_block(answer):
     return diagnostic
 
 
-def test_a_wrong_block_has_values_that_would_mend_it():
+def test_a_wrong_block_has_values_that_would_fix_it():
     sent = blocks([wait(1, id="w"), forward(1.5, id="f")])
     found = bad_block(ask("compile", sent))
     assert (found["code"], found["block"]) == ("duration-not-expressible", "f")
-    assert [(each["field"], each["value"]) for each in found["mends"]] == [("SECONDS", 1.0), ("SECONDS", 2.0)]
-    assert found["mends"][0]["sentence"] == {"en": "make it 1 s", "zh": "改成 1 秒"}
-    for mend in found["mends"]:
-        sent["leader"]["blocks"]["blocks"][0]["next"]["block"]["next"]["block"]["fields"]["SECONDS"] = mend["value"]
+    assert [(each["field"], each["value"]) for each in found["fixes"]] == [("SECONDS", 1.0), ("SECONDS", 2.0)]
+    assert found["fixes"][0]["sentence"] == {"en": "make it 1 s", "zh": "改成 1 秒"}
+    for fix in found["fixes"]:
+        sent["leader"]["blocks"]["blocks"][0]["next"]["block"]["next"]["block"]["fields"]["SECONDS"] = fix["value"]
         assert ask("compile", sent)["diagnostics"] == []
 
 
@@ -51,12 +51,12 @@ def block_in(state, wanted):
     return next((found for part in parts if (found := block_in(part, wanted))), None)
 
 
-def mended(sent, diagnostic, mend):
-    """The message after the page has set the value of a mend."""
+def with_fix(sent, diagnostic, fix):
+    """The message after the page has set the value of a fix."""
     sent = deepcopy(sent)
-    block = block_in(sent[diagnostic["editor"]], mend.get("block") or diagnostic["block"] or FOLLOWERS_HAT)
-    assert mend["field"] in block["fields"]
-    block["fields"][mend["field"]] = mend["value"]
+    block = block_in(sent[diagnostic["editor"]], fix.get("block") or diagnostic["block"] or FOLLOWERS_HAT)
+    assert fix["field"] in block["fields"]
+    block["fields"][fix["field"]] = fix["value"]
     return sent
 
 
@@ -93,16 +93,16 @@ def followers_programs(draw):
 
 
 @given(st.floats(0.001, 2000), st.integers(1, 60), st.integers(1, 400), followers_programs())
-def test_a_mend_mends(seconds, steps, times, followers):
+def test_a_fix_mends(seconds, steps, times, followers):
     program = Program([*[wait(1)] * steps, repeat(times, wait(1)), forward(seconds, id="f")], followers)
     leader, state = blocks_of(program)
     sent = with_ids({"leader": leader, "followers": state, "profile": "classroom"})
     found = ask("compile", sent)["diagnostics"]
     for each in found:
-        for mend in each.get("mends", []):
-            left = ask("compile", mended(sent, each, mend))["diagnostics"]
+        for fix in each.get("fixes", []):
+            left = ask("compile", with_fix(sent, each, fix))["diagnostics"]
             assert (each["code"], each["block"]) not in [(other["code"], other["block"]) for other in left]
-            # What mends a warning makes no error.
+            # What fixes a warning makes no error.
             new = {other["code"] for other in left if other["severity"] == "error"} - {one["code"] for one in found}
             assert each["severity"] == "error" or not new
 
@@ -167,7 +167,7 @@ def test_a_text_with_a_mistake_makes_no_blocks_and_is_not_touched():
     for name in ("python-to-blocks", "blocks-to-python"):
         found = bad_block(answer := ask(name, sent))
         assert found["place"] == {"line": 2, "column": 20, "end_line": 2, "end_column": 26}
-        assert [(each["field"], each["value"]) for each in found["mends"]] == [("TEXT", "forward")]
+        assert [(each["field"], each["value"]) for each in found["fixes"]] == [("TEXT", "forward")]
         assert answer.get("leader") is None
         assert answer.get("text", sent["text"]) == sent["text"]
     unknown = bad_block(ask("python-to-blocks", {**sent, "text": "program = Program([], profile='nix')"}))
@@ -214,22 +214,22 @@ def test_a_text_with_a_mistake_makes_no_blocks_and_is_not_touched():
         ("Program([forward(01)])", "forward(1)"),
     ],
 )
-def test_a_value_that_would_mend_a_text_is_written_in_its_place(program, written):
+def test_a_value_that_would_fix_a_text_is_written_in_its_place(program, written):
     text = f"from motorcade import Followers, Program, forward, led, repeat, wait\nprogram = {program}"
     found = bad_block(ask("python-to-blocks", {"leader": {}, "text": text}))
-    (mend,) = found["mends"]
-    assert (mend["field"], set(mend["sentence"])) == ("TEXT", set(languages()))
-    fixed = mended_text(text, found, mend)
+    (fix,) = found["fixes"]
+    assert (fix["field"], set(fix["sentence"])) == ("TEXT", set(languages()))
+    fixed = fixed_text(text, found, fix)
     assert written in fixed
     assert ask("python-to-blocks", {"leader": {}, "text": fixed})["diagnostics"] == []
 
 
-def mended_text(text, diagnostic, mend):
-    """The text after the page has put the value of a mend into it."""
-    place, lines = mend.get("place") or diagnostic["place"], text.split("\n")
+def fixed_text(text, diagnostic, fix):
+    """The text after the page has put the value of a fix into it."""
+    place, lines = fix.get("place") or diagnostic["place"], text.split("\n")
     before = [*lines[: place["line"] - 1], lines[place["line"] - 1][: place["column"] - 1]]
     after = [lines[place["end_line"] - 1][place["end_column"] - 1 :], *lines[place["end_line"] :]]
-    return "\n".join(before) + mend["value"] + "\n".join(after)
+    return "\n".join(before) + fix["value"] + "\n".join(after)
 
 
 _IMPORT = "from motorcade import Program, forward"
@@ -254,17 +254,17 @@ _IMPORT = "from motorcade import Program, forward"
         (f"{_IMPORT}\n  program = Program([])", f"{_IMPORT}\nprogram = Program([])"),
     ],
 )
-def test_a_line_that_is_missing_or_too_much_is_mended(text, fixed):
+def test_a_line_that_is_missing_or_too_much_is_fixed(text, fixed):
     found = bad_block(ask("python-to-blocks", {"leader": {}, "text": text}))
-    (mend,) = found["mends"]
-    assert mended_text(text, found, mend) == fixed
+    (fix,) = found["fixes"]
+    assert fixed_text(text, found, fix) == fixed
     assert ask("python-to-blocks", {"leader": {}, "text": fixed})["diagnostics"] == []
 
 
 def test_the_button_says_whether_it_adds_deletes_or_writes():
     def said(text):
         found = ask("python-to-blocks", {"leader": {}, "text": f"{_IMPORT}\nprogram = {text}"})["diagnostics"]
-        return found[0]["mends"][0]["sentence"]["en"]
+        return found[0]["fixes"][0]["sentence"]["en"]
 
     assert said("Program([forward()])") == "add 'seconds=1'"
     assert said("Program([forward(1, seconds=2)])") == "delete it"
@@ -276,39 +276,39 @@ def test_the_button_says_whether_it_adds_deletes_or_writes():
 def test_a_block_that_stands_in_a_wrong_place_is_moved_or_deleted():
     drives = [forward(1, id="a"), wait(1, id="b")]
     found = bad_block(ask("compile", blocks([together(*drives, id="t")])))
-    assert (found["block"], [each["field"] for each in found["mends"]]) == ("b", ["BEHIND"])
+    assert (found["block"], [each["field"] for each in found["fixes"]]) == ("b", ["BEHIND"])
     inside = blocks([together(forward(1, id="a"), id="t")])
     block_in(inside, "a")["type"] = "motorcade_repeat"
     found = bad_block(ask("compile", inside))
-    assert (found["block"], [each["field"] for each in found["mends"]]) == ("a", ["BEHIND"])
+    assert (found["block"], [each["field"] for each in found["fixes"]]) == ("a", ["BEHIND"])
     twice = blocks([])
     twice["leader"]["blocks"]["blocks"].append({"type": "motorcade_leader", "id": "second"})
     found = bad_block(ask("compile", twice))
-    assert (found["block"], [each["field"] for each in found["mends"]]) == ("second", ["DELETE"])
+    assert (found["block"], [each["field"] for each in found["fixes"]]) == ("second", ["DELETE"])
 
 
-def test_deaf_followers_are_mended_where_the_setting_stands():
+def test_deaf_followers_are_fixed_where_the_setting_stands():
     sent = with_ids(blocks([wait(1)], Followers([wait(3, id="w", accept_ir=False), wait(1)])))
     found = next(each for each in ask("compile", sent)["diagnostics"] if each["code"] == "deaf-followers")
-    (mend,) = found["mends"]
-    assert block_in(sent["followers"], mend["block"])["type"] == "motorcade_infrared"
-    assert (mend["field"], mend["value"]) == ("ACCEPT_IR", "yes")
-    assert ask("compile", mended(sent, found, mend))["diagnostics"] == []
+    (fix,) = found["fixes"]
+    assert block_in(sent["followers"], fix["block"])["type"] == "motorcade_infrared"
+    assert (fix["field"], fix["value"]) == ("ACCEPT_IR", "yes")
+    assert ask("compile", with_fix(sent, found, fix))["diagnostics"] == []
     sent = with_ids(blocks([wait(1)], Followers([wait(3, id="w"), wait(1)], accept_ir=False)))
     found = next(each for each in ask("compile", sent)["diagnostics"] if each["code"] == "deaf-followers")
-    (mend,) = found["mends"]
-    assert (mend["block"], mend["value"]) == (FOLLOWERS_HAT, "TRUE")
-    assert ask("compile", mended(sent, found, mend))["diagnostics"] == []
+    (fix,) = found["fixes"]
+    assert (fix["block"], fix["value"]) == (FOLLOWERS_HAT, "TRUE")
+    assert ask("compile", with_fix(sent, found, fix))["diagnostics"] == []
 
 
-def test_a_leader_that_listens_to_infrared_is_mended_by_its_block():
+def test_a_leader_that_listens_to_infrared_is_fixed_by_its_block():
     sent = blocks([forward(1, id="f", accept_ir=True)])
     infrared = sent["leader"]["blocks"]["blocks"][0]["next"]["block"]
     infrared["id"] = "i"
     found = bad_block(ask("compile", sent))
     assert (found["code"], found["block"]) == ("leader-accepts-ir", "i")
-    (mend,) = found["mends"]
-    infrared["fields"][mend["field"]] = mend["value"]
+    (fix,) = found["fixes"]
+    infrared["fields"][fix["field"]] = fix["value"]
     assert ask("compile", sent)["diagnostics"] == []
 
 

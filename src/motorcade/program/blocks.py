@@ -9,7 +9,7 @@ from functools import cache
 from itertools import groupby
 from typing import Any
 
-from motorcade.program.diagnostics import BEHIND, DELETE, Mend, ProgramError, error
+from motorcade.program.diagnostics import BEHIND, DELETE, Fix, ProgramError, error
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
@@ -94,7 +94,7 @@ class _Reader:
             if not _is_enabled(block):
                 continue
             if inside and block.get("type") in _WITH_STEPS:
-                raise _refused("not-inside-together", path, block, [Mend(BEHIND)])
+                raise _refused("not-inside-together", path, block, [Fix(BEHIND)])
             if block.get("type") != INFRARED:
                 yield block, flags, depth
                 continue
@@ -105,8 +105,8 @@ class _Reader:
                 }
                 # Where two values are wrong, one isn't enough.
                 values = {"accept_ir": "no", "forward": "same"}
-                mends = [Mend(name, values[name]) for name in wrong] if len(wrong) == 1 else []
-                raise _refused("leader-accepts-ir", path, block, mends)
+                fixes = [Fix(name, values[name]) for name in wrong] if len(wrong) == 1 else []
+                raise _refused("leader-accepts-ir", path, block, fixes)
             yield from self._row(_inside(block, path), flags | own, path, depth + 1, inside)
 
     def _step(self, block: Block, flags: Flags, path: str, depth: int, inside: bool) -> dict[str, Any]:
@@ -165,7 +165,7 @@ def _hat(workspace: Any, kind: str, path: str) -> Block:
         raise _refused("bad-blocks", path, _NOWHERE)
     hats = [block for block in blocks if isinstance(block, dict) and block.get("type") == kind]
     if len(hats) > 1:
-        raise _refused("second-hat", path, hats[1], [Mend(DELETE)])
+        raise _refused("second-hat", path, hats[1], [Fix(DELETE)])
     return hats[0] if hats else _NOWHERE
 
 
@@ -328,8 +328,8 @@ def _workspace(hat: str, fields: dict[str, Any], first: Block | None) -> Workspa
 
 
 def _refused(
-    code: str, path: str, block: Mapping[str, Any], mends: Sequence[Mend] = (), **arguments: Any
+    code: str, path: str, block: Mapping[str, Any], fixes: Sequence[Fix] = (), **arguments: Any
 ) -> ProgramError:
     block_id = block.get("id")
     problem = error(code, path, block_id if isinstance(block_id, str) else None, **arguments)
-    return ProgramError([problem.mended_by(*mends)])
+    return ProgramError([problem.with_fixes(*fixes)])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Diagnostic, Mend, ProgramError, error, has_errors, warning
+from motorcade.program.diagnostics import Diagnostic, Fix, ProgramError, error, has_errors, warning
 from motorcade.program.expansion import (
     Expander,
     Item,
@@ -196,31 +196,31 @@ class _Followers:
         dwell_ms = to_ms(dwell_seconds)
         if dwell_ms not in self._profile.dwell_ms:
             reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
-            self._no_dwell("followers.dwell_seconds", None, reason, Mend("dwell_seconds", None))
+            self._no_dwell("followers.dwell_seconds", None, reason, Fix("dwell_seconds", None))
             return None
         found = literal_round(items, dwell_ms, self._profile)
         if isinstance(found, int):
             item = items[found]
             # The compiler's own choice of how long to send a word may have more words for the step.
-            mends = [Mend("dwell_seconds", None)] if best_round(items, self._profile, self._tagged) else []
+            fixes = [Fix("dwell_seconds", None)] if best_round(items, self._profile, self._tagged) else []
             reason = Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}")
-            self._no_dwell(item.path, item.id, reason, *mends)
+            self._no_dwell(item.path, item.id, reason, *fixes)
             return None
         return found
 
     def _no_common_dwell(self, items: list[Item], followers: Followers, wrong: Item | None, reason: Phrase) -> None:
-        """Add the error for steps that no dwell fits, about the block where one other duration would mend it."""
+        """Add the error for steps that no dwell fits, about the block where one other duration would fix it."""
         fitting = lengths_that_fit(items, self._profile, self._tagged)
         for item in items if wrong is None else [wrong]:
             block = longest_block(followers.steps, item) if item.path in fitting else None
             if block:
-                self._no_dwell(*block, reason, *(Mend("seconds", each / 1000) for each in fitting[item.path]))
+                self._no_dwell(*block, reason, *(Fix("seconds", each / 1000) for each in fitting[item.path]))
                 return
         self._no_dwell(*((wrong.path, wrong.id) if wrong else ("followers.steps", None)), reason)
 
-    def _no_dwell(self, path: str, step_id: str | None, reason: object, *mends: Mend) -> None:
+    def _no_dwell(self, path: str, step_id: str | None, reason: object, *fixes: Fix) -> None:
         problem = error("dwell-not-expressible", path, step_id, reason=reason, dwells=self._dwells)
-        self.diagnostics.append(problem.mended_by(*mends))
+        self.diagnostics.append(problem.with_fixes(*fixes))
 
     def _warn_of_deafness(self, items: list[Item], found: Round) -> None:
         warned = set()
@@ -231,15 +231,15 @@ class _Followers:
                 warned.add(item.path)
                 seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{found.dwell_ms / 1000:g}"}
                 problem = warning("deaf-followers", item.path, item.id, **seconds)
-                self.diagnostics.append(problem.mended_by(Mend("accept_ir", True)))
+                self.diagnostics.append(problem.with_fixes(Fix("accept_ir", True)))
 
     def _warn_of_echo(self, items: list[Item], found: Round) -> None:
         different = len(set(found.words))
         for word, position in zip(found.words, found.origins, strict=True):
             if word & _FORWARD and different > 1:
                 item = items[position]
-                mends = [Mend("tagged", "auto")] if best_round(items, self._profile, tagged=True) else []
-                self.diagnostics.append(warning("echo", item.path, item.id, count=different).mended_by(*mends))
+                fixes = [Fix("tagged", "auto")] if best_round(items, self._profile, tagged=True) else []
+                self.diagnostics.append(warning("echo", item.path, item.id, count=different).with_fixes(*fixes))
                 return
 
 
@@ -261,7 +261,7 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
     problem = error(code, place, step.id, count=count, cost=cost, hint=hint, page_hint=page_hint)
     left = MOST_PIECES - count + cost
     if isinstance(step, RepeatStep) and left * step.times // cost > 0:
-        return problem.mended_by(Mend("times", left * step.times // cost))
+        return problem.with_fixes(Fix("times", left * step.times // cost))
     if getattr(step, "seconds", None) is not None and cost > 1 and left * word_ms > 0:
-        return problem.mended_by(Mend("seconds", left * word_ms / 1000))
+        return problem.with_fixes(Fix("seconds", left * word_ms / 1000))
     return problem

@@ -19,8 +19,8 @@ class Span(NamedTuple):
     end_column: int
 
 
-class Mend(NamedTuple):
-    """One value, or one edit, that would mend what is wrong.
+class Fix(NamedTuple):
+    """One value, or one edit, that would fix what is wrong.
 
     Attributes:
         field: the field of the step (of the followers' settings where the diagnostic is about these, or where only
@@ -51,7 +51,7 @@ class Diagnostic:
         id: the step's id (the block it came from), where it has one.
         details: the values for the sentence's placeholders, by name.
         span: its place in the Python text that the program was read from; None for a program from elsewhere.
-        mends: values each of which would mend it.
+        fixes: values each of which would fix it.
     """
 
     code: str
@@ -60,15 +60,15 @@ class Diagnostic:
     id: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
     span: Span | None = None
-    mends: tuple[Mend, ...] = ()
+    fixes: tuple[Fix, ...] = ()
 
     def at(self, span: Span | None) -> "Diagnostic":
         """Return the same with its place in a text."""
         return replace(self, span=span)
 
-    def mended_by(self, *mends: Mend) -> "Diagnostic":
-        """Return the same with values that would mend it."""
-        return replace(self, mends=mends)
+    def with_fixes(self, *fixes: Fix) -> "Diagnostic":
+        """Return the same with values that would fix it."""
+        return replace(self, fixes=fixes)
 
     def sentence(self, language: str = "en", audience: str = "") -> str:
         """The sentence in one of `motorcade.locales.languages()`, for an ``audience`` as in `MotorcadeError`."""

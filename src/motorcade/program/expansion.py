@@ -33,7 +33,7 @@ from typing import NamedTuple
 
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import BEHIND, Diagnostic, Mend, error
+from motorcade.program.diagnostics import BEHIND, Diagnostic, Fix, error
 from motorcade.program.parts import (
     MOST_PIECES,
     Part,
@@ -141,7 +141,7 @@ class Expander:
                 self._check_duration(part, path, step.id, position)
         elif isinstance(step, AccompanyingStep) and step.seconds is None:
             problem = error("missing-field", f"{path}.{step.kind}", step.id, name="seconds")
-            self.diagnostics.append(problem.mended_by(Mend("seconds", self._levels_ms[1] / 1000)))
+            self.diagnostics.append(problem.with_fixes(Fix("seconds", self._levels_ms[1] / 1000)))
         else:
             self._check_duration(step, path, step.id)
         return len(self.diagnostics) == before
@@ -156,7 +156,7 @@ class Expander:
                 problem = error("parallel-conflict", place, part.id or step.id, kinds=kinds)
                 # Behind the together, a step that accompanies others would have no duration.
                 is_whole = part.id is not None and getattr(part, "seconds", None) is not None
-                self.diagnostics.append(problem.mended_by(*([Mend(BEHIND)] if is_whole else [])))
+                self.diagnostics.append(problem.with_fixes(*([Fix(BEHIND)] if is_whole else [])))
             seen[part.group] = part.kind
 
     def _check_duration(self, step: Step, path: str, step_id: str | None, position: int | None = None) -> None:
@@ -174,7 +174,7 @@ class Expander:
         below, above = nearest_sums(seconds, self._levels_ms)
         problem = error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=either(below, above))
         # 0 s is possible, yet nobody means it who writes half a second.
-        return problem.mended_by(*(Mend("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S))
+        return problem.with_fixes(*(Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S))
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Diagnostic, Mend, error
+from motorcade.program.diagnostics import Diagnostic, Fix, error
 from motorcade.program.expansion import Item, cut_for_leader, either, round_with
 from motorcade.program.parts import cut, is_sum, nearest_sums, with_durations
 from motorcade.program.steps import LONGEST_S, Step, TogetherStep
@@ -41,7 +41,7 @@ def not_expressible_together(item: Item, steps: Sequence[Step], levels_ms: tuple
     problem = error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=nearest)
     lengths = [each for each in (below, above) if block and 0 < each <= LONGEST_S]
     alone = (each for each in lengths if cut_for_leader(lasting(item, round(each * 1000)), levels_ms))
-    return problem.mended_by(*(Mend("seconds", each) for each in alone))
+    return problem.with_fixes(*(Fix("seconds", each) for each in alone))
 
 
 def longest_block(steps: Sequence[Step], item: Item) -> tuple[str, str | None] | None:

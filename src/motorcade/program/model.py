@@ -13,7 +13,7 @@ from typing import Any, Literal
 from motorcade.config.check import Fault, Schema, check, choice, fits, flag, table
 from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.program.diagnostics import Diagnostic, Mend, ProgramError, error
+from motorcade.program.diagnostics import Diagnostic, Fix, ProgramError, error
 from motorcade.program.steps import (
     COMMON,
     KINDS,
@@ -228,7 +228,7 @@ def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
         missing = error("missing-field", _path(place[:-1]), _id_at(document, place[:-1]), name=key)
         kind = KINDS.get(str(place[-2])) if len(place) > 1 else None
         value = first_value(kind, str(key)) if kind else None
-        return missing if value in (None, []) else missing.mended_by(Mend(str(key), value))
+        return missing if value in (None, []) else missing.with_fixes(Fix(str(key), value))
     path, step_id = _path(place), _id_at(document, place)
     if fault.code == "no-key":
         return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))
@@ -238,7 +238,7 @@ def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
     if fault.nearest is None or not isinstance(key, str):
         return problem
     # The compiler chooses a better sending time than the shortest that a file may name.
-    return problem.mended_by(Mend(key, None if key == "dwell_seconds" else fault.nearest))
+    return problem.with_fixes(Fix(key, None if key == "dwell_seconds" else fault.nearest))
 
 
 def _path(place: tuple[str | int, ...]) -> str:

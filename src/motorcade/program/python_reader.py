@@ -16,10 +16,10 @@ from typing import Any
 
 from motorcade.config.check import shown
 from motorcade.errors import Phrase
-from motorcade.program import python_mends as mends
+from motorcade.program import python_fixes as fixes
 from motorcade.program import steps
 from motorcade.program.blocks import MOST_DEEP
-from motorcade.program.diagnostics import TEXT, Diagnostic, Mend, ProgramError, Span, error, warning
+from motorcade.program.diagnostics import TEXT, Diagnostic, Fix, ProgramError, Span, error, warning
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.python_syntax import Source
 from motorcade.program.steps import COMMON, KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep
@@ -125,25 +125,26 @@ class _Reader:
             raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
 
     def in_text(self, problem: Diagnostic) -> Diagnostic:
-        """Return a diagnostic of the document with its place in the text, and with edits of the text that mend it."""
+        """Return a diagnostic of the document with its place in the text, and with edits of the text that fix it."""
         path, found = problem.path, []
-        for mend in problem.mends:
-            at = f"{path}.{mend.field}" if problem.code == "missing-field" else path
+        for fix in problem.fixes:
+            at = f"{path}.{fix.field}" if problem.code == "missing-field" else path
             if at in self.spans:
-                found.append(Mend(TEXT, mends.as_text(mend.value), self.spans[at]))
+                found.append(Fix(TEXT, fixes.as_text(fix.value), self.spans[at]))
             elif path in self._calls:
-                found += mends.with_argument(self._source, self._calls[path], mend.field, mend.value)
-        if problem.code == "missing-field" and not problem.mends and path in self._calls:
+                found += fixes.with_argument(self._source, self._calls[path], fix.field, fix.value)
+        if problem.code == "missing-field" and not problem.fixes and path in self._calls:
             # The only values without a first one are lists of steps.
-            found = mends.with_argument(self._source, self._calls[path], problem.details["name"], [])
-        return problem.at(span_of(self.spans, path)).mended_by(*found)
+            found = fixes.with_argument(self._source, self._calls[path], problem.details["name"], [])
+        return problem.at(span_of(self.spans, path)).with_fixes(*found)
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Yield a warning for each name that isn't imported, at its first use."""
         missing = [name for name in self._used if name not in self.imports]
-        more = mends.with_imports(self._source, self.imported_at, sorted(missing)) if missing else []
+        more = fixes.with_imports(self._source, self.imported_at, sorted(missing)) if missing else []
         for name in missing:
-            yield warning("python-not-imported", "", name=name).at(self._source.span(self._used[name])).mended_by(*more)
+            span = self._source.span(self._used[name])
+            yield warning("python-not-imported", "", name=name).at(span).with_fixes(*more)
 
     def program_call(self) -> ast.Call | None:
         """Return the call of Program, the only one among the statements."""
@@ -159,7 +160,7 @@ class _Reader:
                         pass
                     case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
                         if found:
-                            deleted = mends.without_lines(self._source, statement)
+                            deleted = fixes.without_lines(self._source, statement)
                             self._refuse("python-second-program", statement, deleted)
                         found = call
                     case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
@@ -167,8 +168,8 @@ class _Reader:
                     case _:
                         self._refuse_statement(statement)
             if not found and not self._errors:
-                written = mends.with_line(self._source, f"{VARIABLE} = Program(leader=[forward(3)])")
-                self._errors.append(error("python-no-program", "").at(Span(1, 1, 1, 2)).mended_by(*written))
+                written = fixes.with_line(self._source, f"{VARIABLE} = Program(leader=[forward(3)])")
+                self._errors.append(error("python-no-program", "").at(Span(1, 1, 1, 2)).with_fixes(*written))
         except _TooManyErrorsError:
             return None
         return found
@@ -219,7 +220,7 @@ class _Reader:
         if not isinstance(value, ast.Call):
             return {"steps": self._row(value, "followers.steps", node)}
         if self._name_of(value) != Followers.__name__:
-            self._refuse("python-no-list", value, mends.as_list(self._source, value, STEP_NAMES))
+            self._refuse("python-no-list", value, fixes.as_list(self._source, value, STEP_NAMES))
             return None
         document: dict[str, Any] = {}
         self._calls[node.path] = value
@@ -239,7 +240,7 @@ class _Reader:
 
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):
-            listed = mends.as_list(self._source, value, STEP_NAMES)
+            listed = fixes.as_list(self._source, value, STEP_NAMES)
             self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-no-list", value, listed)
             return []
         self.spans[path] = self._source.span(value)
@@ -250,7 +251,7 @@ class _Reader:
 
     def _step(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
         if not isinstance(value, ast.Call):
-            called = mends.as_step(self._source, value, _SIMPLE)
+            called = fixes.as_step(self._source, value, _SIMPLE)
             self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-not-a-step", value, called)
             return {}
         name = self._name_of(value)
@@ -297,7 +298,7 @@ class _Reader:
             elif takes_steps and inside is not None:
                 inside.append(value)
             else:
-                deleted = mends.without_argument(self._source, call, value)
+                deleted = fixes.without_argument(self._source, call, value)
                 function = ast.unparse(call.func)
                 self._refuse("python-too-many-values", value, deleted, name=function, names=", ".join(names))
         allowed = [*names, *(COMMON if inside is not None else ())]
@@ -308,10 +309,10 @@ class _Reader:
                 start = self._source.span(keyword)
                 span = Span(start.line, start.column, start.line, start.column + len(keyword.arg))
                 function = ast.unparse(call.func)
-                deleted = mends.without_argument(self._source, call, keyword)
+                deleted = fixes.without_argument(self._source, call, keyword)
                 self._refuse_name("python-no-such-value", span, keyword.arg, allowed, deleted, function=function)
             elif keyword.arg in seen:
-                deleted = mends.without_argument(self._source, call, keyword)
+                deleted = fixes.without_argument(self._source, call, keyword)
                 self._refuse("python-given-twice", keyword, deleted, name=keyword.arg)
             else:
                 seen.add(keyword.arg)
@@ -347,25 +348,25 @@ class _Reader:
         if isinstance(statement, _LOOPS):
             self._refuse("python-loop", statement)
         elif isinstance(statement, ast.Import | ast.ImportFrom):
-            self._refuse("python-import", statement, mends.right_import(self._source, statement))
+            self._refuse("python-import", statement, fixes.right_import(self._source, statement))
         elif isinstance(statement, _DEFINITIONS):
             self._refuse("python-function", statement)
         elif isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign):
-            named = mends.as_program(self._source, statement, VARIABLE, Program.__name__)
+            named = fixes.as_program(self._source, statement, VARIABLE, Program.__name__)
             self._refuse("python-other-variable", statement, named, name=VARIABLE)
         else:
-            named = mends.as_program(self._source, statement, VARIABLE, Program.__name__)
+            named = fixes.as_program(self._source, statement, VARIABLE, Program.__name__)
             self._refuse("python-statement", statement, named)
 
-    def _refuse(self, code: str, node: Any, edits: Iterable[Mend] = (), **details: Any) -> None:
+    def _refuse(self, code: str, node: Any, edits: Iterable[Fix] = (), **details: Any) -> None:
         span = self._source.span(node)
         # A whole loop or function would be red; its first line is enough.
         if span.end_line > span.line:
             span = self._source.first_line_of(span)
-        self._add(error(code, "", **details).at(span).mended_by(*edits))
+        self._add(error(code, "", **details).at(span).with_fixes(*edits))
 
     def _refuse_name(
-        self, code: str, span: Span, name: str, known: Iterable[str], edits: Sequence[Mend] = (), **details: Any
+        self, code: str, span: Span, name: str, known: Iterable[str], edits: Sequence[Fix] = (), **details: Any
     ) -> None:
         """Refuse a name, and propose the known one that is most like it; where there is none, ``edits``."""
         found = get_close_matches(name.rpartition(".")[2][:_LONGEST_NAME], list(known), 1)
@@ -374,8 +375,8 @@ class _Reader:
             if found
             else Phrase("python-known-names", names=", ".join(known))
         )
-        edits = [Mend(TEXT, each) for each in found] or edits
-        self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).mended_by(*edits))
+        edits = [Fix(TEXT, each) for each in found] or edits
+        self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).with_fixes(*edits))
 
     def _add(self, problem: Diagnostic) -> None:
         self._errors.append(problem)

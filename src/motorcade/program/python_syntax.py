@@ -1,4 +1,4 @@
-"""The syntax of a program's Python text: its tree, the places of its nodes, and sentences for what isn't Python.
+"""The syntax of a program's Python text: its tree, the places of its nodes, and what is wrong where it isn't Python.
 
 The text is parsed by `ast` and never executed.
 """
@@ -7,21 +7,36 @@ import ast
 import io
 import re
 import tokenize
+import unicodedata
 import warnings
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable
-from itertools import accumulate
+from collections.abc import Iterable, Iterator
+from itertools import accumulate, islice
 from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Mend, ProgramError, Span, error
-from motorcade.program.syntax_mends import syntax_mends
+from motorcade.program.diagnostics import TEXT, Fix, ProgramError, Span, error
 
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
 # The levels of its tree, and the bits of a number in it: blocks have at most a tenth of both.
 _MOST_LEVELS, _MOST_BITS = 150, 1024
+# Each edit that may correct a text is tried by Python's parser, which takes too long in a longer text.
+MOST_TRIED = 20_000
+_MOST_TRIES = 20
+_CLOSERS = {"(": ")", "[": "]", "{": "}"}
+# Signs of a Chinese keyboard that the compatibility form of Unicode leaves as they are.
+_PLAIN = {
+    "\u3001": ",",
+    "\u3002": ".",
+    "\u2018": "'",
+    "\u2019": "'",
+    "\u201c": '"',
+    "\u201d": '"',
+    "\u3010": "[",
+    "\u3011": "]",
+}
 # The beginnings of the messages of Python's parser, and the phrase for each; groups become its details.
 _REASONS = tuple(
     (re.compile(pattern, re.DOTALL), key)
@@ -75,7 +90,7 @@ class Source:
         self._starts = [0]
         for line in self._lines:
             self._starts.append(self._starts[-1] + len(line) + 1)
-        self.tree = _parse(self.text)
+        self.tree = _parse(self)
 
     def span(self, node: Any) -> Span:
         """The place of a node in the text."""
@@ -128,7 +143,8 @@ class Source:
         return line, offset - self._starts[line - 1] + 1
 
 
-def _parse(text: str) -> ast.Module:
+def _parse(source: Source) -> ast.Module:
+    text = source.text
     if "\0" in text:
         before = text[: text.index("\0")]
         raise _not_python(Phrase("python-null-byte"), before.count("\n") + 1, len(before) - before.rfind("\n"))
@@ -146,8 +162,8 @@ def _parse(text: str) -> ast.Module:
             column = len(code) - len(code.lstrip()) + 1
         line, column = max(1, line), max(1, column)
         sign = reason.details.get("opened") or reason.details.get("sign", "")
-        mends = syntax_mends(text, reason.key, Span(line, column, line, column + 1), sign)
-        raise _not_python(reason, line, column, mends) from None
+        start = source.start_of(line) + column - 1
+        raise _not_python(reason, line, column, _syntax_fixes(source, reason.key, start, sign)) from None
     except (RecursionError, MemoryError):
         raise _not_python(Phrase("too-deep"), 1, 1) from None
 
@@ -166,6 +182,66 @@ def _checked(tree: ast.Module) -> ast.Module:
     raise RecursionError
 
 
-def _not_python(reason: Phrase, line: int, column: int, mends: Iterable[Mend] = ()) -> ProgramError:
+def _not_python(reason: Phrase, line: int, column: int, fixes: Iterable[Fix] = ()) -> ProgramError:
     problem = error("not-python", "", reason=reason).at(Span(line, column, line, column + 1))
-    return ProgramError([problem.mended_by(*mends)])
+    return ProgramError([problem.with_fixes(*fixes)])
+
+
+def _syntax_fixes(source: Source, reason: str, start: int, sign: str) -> Iterator[Fix]:
+    """Yield the edit that makes Python of a text, which Python's parser refuses at the character ``start``.
+
+    Args:
+        reason: the key of the phrase that says why.
+        sign: the character that it is about.
+    """
+    text = source.text
+    if len(text) > MOST_TRIED:
+        return
+    for at, end, new in _candidates(text, reason, start, sign):
+        # One of several such characters is corrected, although the others are wrong still.
+        if reason == "python-bad-character" or is_python(text[:at] + new + text[end:]):
+            yield Fix(TEXT, new, source.span_between(at, end))
+            return
+
+
+def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple[int, int, str]]:
+    """Yield the edits to try, each as its first character, the one behind its last, and the new text."""
+    line_end = text.find("\n", start) if "\n" in text[start:] else len(text)
+    last = len(text.rstrip())
+    closers = _CLOSERS.get(sign, "")
+    match reason:
+        case "python-bad-character":
+            plain = _PLAIN.get(text[start : start + 1]) or unicodedata.normalize("NFKC", text[start : start + 1])
+            if plain.isascii() and plain.isprintable():
+                yield start, start + 1, plain
+        case "python-no-comma":
+            for found in islice(re.finditer(r"(?<=[\w)\]\"'])\s+(?=[\w\"'])", text[start:]), _MOST_TRIES):
+                yield start + found.start(), start + found.start(), ","
+        case "python-not-closed":
+            yield from ((at, at, closers) for at in (line_end, last))
+        case "python-other-bracket":
+            yield start, start, closers
+            yield start, start + 1, closers
+            yield start, start + 1, ""
+        case "python-not-opened":
+            yield start, start + 1, ""
+        case "python-open-string":
+            code = text[start:line_end].rstrip()
+            ends = (len(code.rstrip(")],")), *range(len(code.rstrip(")],")) + 1, len(code) + 1))
+            yield from ((start + at, start + at, text[start]) for at in ends)
+        case "python-bad-indent":
+            first = text.rfind("\n", 0, start) + 1
+            yield first, first + len(text[first:line_end]) - len(text[first:line_end].lstrip()), ""
+        case "python-bad-number":
+            digits = re.match(r"0+(?=\d)", text[start:])
+            if digits:
+                yield start, start + digits.end(), ""
+
+
+def is_python(text: str) -> bool:
+    """Whether Python's parser takes a text."""
+    try:
+        ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    return True

@@ -114,8 +114,8 @@ class TextPlace(Struct):
     end_column: int
 
 
-class Mend(Struct):
-    """A value or an edit that would mend what is wrong, and what a button says that does it.
+class Fix(Struct):
+    """A value or an edit that would fix what is wrong, and what a button says that does it.
 
     Attributes:
         field: the field of the block, or of the editor's first block where there is none; "TEXT" where the value
@@ -137,7 +137,7 @@ class Diagnostic(Struct, omit_defaults=True):
 
     Attributes:
         place: its place in the Python text, for a diagnostic of such a text.
-        mends: values each of which would mend it.
+        fixes: values each of which would fix it.
     """
 
     code: str
@@ -147,7 +147,7 @@ class Diagnostic(Struct, omit_defaults=True):
     block: str | None
     editor: str | None
     place: TextPlace | None = None
-    mends: list[Mend] = []
+    fixes: list[Fix] = []
 
 
 class BlocksAndText(Struct):

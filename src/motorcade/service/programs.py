@@ -30,15 +30,15 @@ _MOST_ROUNDS = 12
 # Errors of the whole program: without the block that they name, it would be another one.
 _TOO_MANY = ("too-many-states", "too-many-words")
 # What a button says that sets a field; of others, the value alone.
-_MENDS = {
-    "accept_ir": "mend-accept_ir",
-    "behind": "mend-behind",
-    "delete": "mend-delete",
-    "dwell_seconds": "mend-dwell_seconds",
-    "seconds": "mend-seconds",
-    "tagged": "mend-tagged",
-    "text": "mend-text",
-    "times": "mend-times",
+_FIXES = {
+    "accept_ir": "fix-accept_ir",
+    "behind": "fix-behind",
+    "delete": "fix-delete",
+    "dwell_seconds": "fix-dwell_seconds",
+    "seconds": "fix-seconds",
+    "tagged": "fix-tagged",
+    "text": "fix-text",
+    "times": "fix-times",
 }
 # What a block around the wrong one, or the followers' hat, decides.
 _SETTINGS = ("accept_ir", "dwell_seconds", "tagged")
@@ -178,7 +178,7 @@ def diagnostics_in_all_languages(
 ) -> list[messages.Diagnostic]:
     """Return the diagnostics in every language, each with the editor that it concerns.
 
-    A mend of the followers' settings names its block where ``followers``, the state of their workspace, is given.
+    A fix of the followers' settings names its block where ``followers``, the state of their workspace, is given.
     """
     return [
         messages.Diagnostic(
@@ -189,31 +189,31 @@ def diagnostics_in_all_languages(
             each.id,
             next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
             messages.TextPlace(*each.span) if each.span else None,
-            [_mend(mend, each.id, followers if each.path.startswith("followers") else None) for mend in each.mends],
+            [_fix(fix, each.id, followers if each.path.startswith("followers") else None) for fix in each.fixes],
         )
         for each in diagnostics
     ]
 
 
-def _mend(mend: program_diagnostics.Mend, block: str | None, followers: Any) -> messages.Mend:
-    """Return a mend of ``block`` for the page; of ``followers``, their workspace, it may mend another block."""
+def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> messages.Fix:
+    """Return a fix of ``block`` for the page; of ``followers``, their workspace, it may fix another block."""
     holder = None
-    if followers is not None and mend.field in _SETTINGS:
-        holder = holder_of(followers, block, mend.field)
-    name, value = field_value(mend.field, mend.value, holder is not None and "TAGGED" in holder.get("fields", {}))
+    if followers is not None and fix.field in _SETTINGS:
+        holder = holder_of(followers, block, fix.field)
+    name, value = field_value(fix.field, fix.value, holder is not None and "TAGGED" in holder.get("fields", {}))
     shown = f"{value:g}" if isinstance(value, float) else str(value)
-    key = _MENDS.get(mend.field, "mend-value")
-    if mend.field == program_diagnostics.TEXT:
+    key = _FIXES.get(fix.field, "fix-value")
+    if fix.field == program_diagnostics.TEXT:
         shown = shown.strip(" ,\n") or shown
         if not shown:
-            key = "mend-delete"
-        elif mend.span and mend.span[:2] == mend.span[2:]:
-            key = "mend-add"
-    elif mend.value is True:
-        key = "mend-listen"
+            key = "fix-delete"
+        elif fix.span and fix.span[:2] == fix.span[2:]:
+            key = "fix-add"
+    elif fix.value is True:
+        key = "fix-listen"
     sentence = messages.sentences(Phrase(key, value=shown))
-    place = messages.TextPlace(*mend.span) if mend.span else None
-    return messages.Mend(name, value, sentence, holder.get("id") if holder else None, place)
+    place = messages.TextPlace(*fix.span) if fix.span else None
+    return messages.Fix(name, value, sentence, holder.get("id") if holder else None, place)
 
 
 def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:

@@ -7,7 +7,7 @@ from motorcade.config.profile import built_in_profiles
 from motorcade.errors import MotorcadeError
 from motorcade.program.alignment import with_ids_of
 from motorcade.program.blocks import blocks_of, program_of
-from motorcade.program.diagnostics import TEXT, Mend, ProgramError, error
+from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
 from motorcade.program.model import Program
 from motorcade.program.python_reader import PythonProgram, read_python
 from motorcade.program.python_writer import python_text, updated_text
@@ -39,8 +39,8 @@ def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
         except MotorcadeError as problem:
             found = error("bad-profile", "profile", reason=problem)
             names = get_close_matches(read.program.profile, built_in_profiles(), 1)
-            mended = found.mended_by(*(Mend(TEXT, f'"{name}"') for name in names))
-            raise ProgramError(read.located([mended])) from None
+            fixed = found.with_fixes(*(Fix(TEXT, f'"{name}"') for name in names))
+            raise ProgramError(read.located([fixed])) from None
         leader, followers = blocks_of(with_ids_of(read.program, _sent_program(sent)))
     except ProgramError as problem:
         return messages.PythonBlocks(diagnostics=diagnostics_in_all_languages(problem.diagnostics))

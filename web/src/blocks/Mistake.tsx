@@ -5,7 +5,7 @@ import type { Diagnostic, EditorName } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
-import { MendButtons } from "./MendButtons";
+import { FixButtons } from "./FixButtons";
 import { workspaceOf } from "./workspaces";
 import buttons from "../ui/buttons.module.css";
 import css from "./mistakes.module.css";
@@ -41,7 +41,7 @@ function useWrong(editor: EditorName): Diagnostic | null {
   return wrong.find(({ block }) => block === selected) ?? wrong[0] ?? null;
 }
 
-/** The sentence of a wrong block beside it, and the buttons that mend it. The list of problems has it for screen readers. */
+/** The sentence of a wrong block beside it, and the buttons that fix it. The list of problems has it for screen readers. */
 export function Mistake({ editor, host }: { editor: EditorName; host: RefObject<HTMLDivElement | null> }) {
   const { t } = useTranslation();
   const wrong = useWrong(editor);
@@ -71,8 +71,8 @@ export function Mistake({ editor, host }: { editor: EditorName; host: RefObject<
   return (
     <div className={css.mistake} style={place} role="note" aria-label={t("words.diagnostics")}>
       <p>{sentence}</p>
-      <div className={css.mends}>
-        <MendButtons diagnostic={wrong} />
+      <div className={css.fixes}>
+        <FixButtons diagnostic={wrong} />
         <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => setHidden(sentence)}>
           {t("app.dismiss")}
         </Button>

@@ -7,7 +7,7 @@ import { usePython } from "../python/text";
 import { openDrawer, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { Icon } from "../ui/icons";
-import { MendButtons } from "./MendButtons";
+import { FixButtons } from "./FixButtons";
 import { showBlock } from "./workspaces";
 import css from "./blocks.module.css";
 
@@ -15,7 +15,7 @@ import css from "./blocks.module.css";
 function bySentence(diagnostics: readonly Diagnostic[]): Diagnostic[][] {
   const groups = new Map<string, Diagnostic[]>();
   diagnostics.forEach((each, index) => {
-    const key = each.editor && !each.mends?.length ? `${each.code} ${inLanguage(each.sentence)}` : String(index);
+    const key = each.editor && !each.fixes?.length ? `${each.code} ${inLanguage(each.sentence)}` : String(index);
     groups.set(key, [...(groups.get(key) ?? []), each]);
   });
   return [...groups.values()];
@@ -76,7 +76,7 @@ export function Problems() {
               );
             })}
           </span>
-          <MendButtons diagnostic={group[0]!} />
+          <FixButtons diagnostic={group[0]!} />
         </li>
       ))}
     </ul>

@@ -145,7 +145,7 @@ export interface Diagnostic {
   block: string | null;
   editor: "leader" | "followers" | null;
   place?: TextPlace | null;
-  mends?: Mend[];
+  fixes?: Fix[];
 }
 
 /** A part of a text, from its first character to the one behind its last; lines and columns count from 1. */
@@ -156,8 +156,8 @@ export interface TextPlace {
   end_column: number;
 }
 
-/** A value or an edit that would mend what is wrong, and what a button says that does it. */
-export interface Mend {
+/** A value or an edit that would fix what is wrong, and what a button says that does it. */
+export interface Fix {
   field: string;
   value: number | number | string;
   sentence: Sentence;

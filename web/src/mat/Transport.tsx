@@ -4,7 +4,7 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { useSettings } from "../state/settings";
 import { isHeard, showAlone, toggleSound, useStudio } from "../state/studio";
-import { tellWrongBlock } from "../blocks/mends";
+import { tellWrongBlock } from "../blocks/fixes";
 import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
 import { valueOf } from "../words/bits";

@@ -11,7 +11,7 @@ import { tags } from "@lezer/highlight";
 import { useEffect, useRef } from "react";
 import { useTranslation } from "react-i18next";
 import type { Diagnostic } from "../api/types";
-import { mend } from "../blocks/mends";
+import { applyFix } from "../blocks/fixes";
 import { inLanguage } from "../i18n";
 import type { TextPlace } from "../generated/messages";
 import { useStudio } from "../state/studio";
@@ -93,15 +93,15 @@ function change(before: string, now: string): { from: number; to: number; insert
   return { from, to: before.length - end, insert: now.slice(from, now.length - end) };
 }
 
-/** A diagnostic as CodeMirror shows it, with its mends as actions; null for one that has no place in the text. */
+/** A diagnostic as CodeMirror shows it, with its fixes as actions; null for one that has no place in the text. */
 function markOf(diagnostic: Diagnostic, place: TextPlace | undefined, text: Text): Mark | null {
   const where = diagnostic.place ?? place;
   if (!where) return null;
   const from = offsetIn(text, where.line, where.column);
   const to = offsetIn(text, where.end_line, where.end_column);
-  const actions = (diagnostic.mends ?? []).map((each): Action => ({
+  const actions = (diagnostic.fixes ?? []).map((each): Action => ({
     name: inLanguage(each.sentence),
-    apply: () => mend(diagnostic, each),
+    apply: () => applyFix(diagnostic, each),
   }));
   return { from, to, severity: diagnostic.severity === "error" ? "error" : "warning", message: inLanguage(diagnostic.sentence), actions };
 }

@@ -1,7 +1,7 @@
 import { lazy, Suspense, useEffect } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { MendButtons } from "../blocks/MendButtons";
+import { FixButtons } from "../blocks/FixButtons";
 import { inLanguage } from "../i18n";
 import { ErrorBoundary } from "../ui/areas";
 import { classes } from "../ui/classes";
@@ -23,7 +23,7 @@ function Mistakes() {
       {diagnostics.slice(0, 3).map((diagnostic, index) => (
         <p key={index} data-severity={diagnostic.severity}>
           {diagnostic.place && <b>{t("python.line", { line: diagnostic.place.line })}</b>} {inLanguage(diagnostic.sentence)}{" "}
-          <MendButtons diagnostic={diagnostic} />
+          <FixButtons diagnostic={diagnostic} />
         </p>
       ))}
       {mistaken && (

@@ -1,9 +1,9 @@
-/** Mend a wrong block by the one value that would do, and tell which block is wrong. */
+/** Correct a wrong block by the one value that would do, and tell which block is wrong. */
 
 import { type Block, Events } from "blockly/core";
 import i18next from "i18next";
 import type { Diagnostic } from "../api/types";
-import type { Mend } from "../generated/messages";
+import type { Fix } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -12,7 +12,7 @@ import { hatOf } from "./definitions";
 import { showBlock, workspaceOf } from "./workspaces";
 
 /** Set the value or do the edit; a diagnostic without a block is about the settings of its editor's first block. */
-export function mend(diagnostic: Diagnostic, { field, value, block, place }: Mend): void {
+export function applyFix(diagnostic: Diagnostic, { field, value, block, place }: Fix): void {
   if (field === "TEXT") {
     const where = place ?? diagnostic.place;
     if (where) replaceText(where, String(value));

@@ -1,14 +1,13 @@
-"""Edits that would mend a mistake in a program's Python text."""
+"""Edits that would fix a mistake in a program's Python text."""
 
 import ast
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
 
-from motorcade.program.diagnostics import TEXT, Mend
-from motorcade.program.python_syntax import Source
+from motorcade.program.diagnostics import TEXT, Fix
+from motorcade.program.python_syntax import MOST_TRIED, Source, is_python
 from motorcade.program.steps import Step, first_value, own_fields
-from motorcade.program.syntax_mends import MOST_TRIED, is_python
 
 _PACKAGE = "motorcade"
 
@@ -18,14 +17,14 @@ def as_text(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def replacement(source: Source, start: int, end: int, text: str) -> list[Mend]:
+def replacement(source: Source, start: int, end: int, text: str) -> list[Fix]:
     """Return the edit that puts ``text`` in the place of these characters; none where the result is no Python."""
     if len(source.text) > MOST_TRIED or not is_python(source.text[:start] + text + source.text[end:]):
         return []
-    return [Mend(TEXT, text, source.span_between(start, end))]
+    return [Fix(TEXT, text, source.span_between(start, end))]
 
 
-def without_argument(source: Source, call: ast.Call, argument: Any) -> list[Mend]:
+def without_argument(source: Source, call: ast.Call, argument: Any) -> list[Fix]:
     """Return the edit that deletes an argument of a call, with its comma."""
     extents = sorted(source.extent(each) for each in (*call.args, *call.keywords))
     place = extents.index(source.extent(argument))
@@ -37,28 +36,28 @@ def without_argument(source: Source, call: ast.Call, argument: Any) -> list[Mend
     return [] if "#" in source.text[start:end] else replacement(source, start, end, "")
 
 
-def with_argument(source: Source, call: ast.Call, name: str, value: Any) -> list[Mend]:
+def with_argument(source: Source, call: ast.Call, name: str, value: Any) -> list[Fix]:
     """Return the edit that adds a named argument to a call, behind its others."""
     ends = [source.extent(each)[1] for each in (*call.args, *call.keywords)]
     at = max(ends, default=source.extent(call)[1] - 1)
     return replacement(source, at, at, f"{', ' if ends else ''}{name}={as_text(value)}")
 
 
-def without_lines(source: Source, statement: ast.stmt) -> list[Mend]:
+def without_lines(source: Source, statement: ast.stmt) -> list[Fix]:
     """Return the edit that deletes the lines of a statement."""
     start, end = source.extent(statement)
     start = source.start_of(source.line_at(start))
     return replacement(source, start, min(end + 1, len(source.text)), "")
 
 
-def with_line(source: Source, line: str) -> list[Mend]:
+def with_line(source: Source, line: str) -> list[Fix]:
     """Return the edit that adds a line at the end."""
     end = len(source.text)
     before = "" if source.text.endswith("\n") or not end else "\n"
     return replacement(source, end, end, f"{before}{line}\n")
 
 
-def with_imports(source: Source, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Mend]:
+def with_imports(source: Source, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Fix]:
     """Return the edit that imports ``names`` too; ``statement`` is the import that is there."""
     text = ", ".join(names)
     if statement:
@@ -70,7 +69,7 @@ def with_imports(source: Source, statement: ast.ImportFrom | None, names: Iterab
     return replacement(source, at, at, f"from {_PACKAGE} import {text}\n\n")
 
 
-def right_import(source: Source, statement: ast.Import | ast.ImportFrom) -> list[Mend]:
+def right_import(source: Source, statement: ast.Import | ast.ImportFrom) -> list[Fix]:
     """Return the edit that corrects a misspelt import, or deletes another one."""
     start, end = source.extent(statement)
     module = statement.module if isinstance(statement, ast.ImportFrom) else statement.names[0].name
@@ -80,7 +79,7 @@ def right_import(source: Source, statement: ast.Import | ast.ImportFrom) -> list
     return replacement(source, start, end, f"from {_PACKAGE} import {names}")
 
 
-def as_program(source: Source, statement: ast.stmt, variable: str, name: str) -> list[Mend]:
+def as_program(source: Source, statement: ast.stmt, variable: str, name: str) -> list[Fix]:
     """Return the edit that gives a call of ``name``, the program's class, to the variable of the program."""
     match statement:
         case ast.Expr(value=ast.Call(func=ast.Name(id=found)) as call) if found == name:
@@ -91,14 +90,14 @@ def as_program(source: Source, statement: ast.stmt, variable: str, name: str) ->
     return []
 
 
-def as_list(source: Source, value: ast.expr, names: Iterable[str]) -> list[Mend]:
+def as_list(source: Source, value: ast.expr, names: Iterable[str]) -> list[Fix]:
     """Return the edit that puts a single step into a list."""
     start, end = source.extent(value)
     is_step = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in names
     return replacement(source, start, end, f"[{source.text[start:end]}]") if is_step else []
 
 
-def as_step(source: Source, value: ast.expr, kinds: dict[str, type[Step]]) -> list[Mend]:
+def as_step(source: Source, value: ast.expr, kinds: dict[str, type[Step]]) -> list[Fix]:
     """Return the edit that makes a step of its name alone, or of a name that is much like it."""
     if not isinstance(value, ast.Name):
         return []
