@@ -50,6 +50,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
     <section
       className={css.strip}
       data-folded={folded || undefined}
+      data-bits={mission.edits === "bits" || undefined}
       aria-label={t("missions.mission", { name: inLanguage(mission.name) })}
     >
       <header className={css.head}>
