@@ -7,7 +7,7 @@ from difflib import SequenceMatcher
 from functools import cache
 from typing import Any
 
-from motorcade.program.model import Followers, Program
+from motorcade.program.model import Program
 from motorcade.program.steps import RepeatStep, Step, TogetherStep
 
 # Of old and new steps that are compared step by step: 200 with 200.
@@ -70,13 +70,8 @@ def with_ids_of(program: Program, before: Program) -> Program:
     leader = _steps_with_ids(program.leader, before.leader, taken)
     followers = program.followers
     if followers and before.followers:
-        followers = replace_steps(followers, _steps_with_ids(followers.steps, before.followers.steps, taken))
+        followers = replace(followers, steps=_steps_with_ids(followers.steps, before.followers.steps, taken))
     return Program(leader, followers, program.profile)
-
-
-def replace_steps(followers: Followers, steps: Sequence[Step]) -> Followers:
-    """Return the followers' settings with other steps."""
-    return Followers(steps, followers.accept_ir, followers.forward, followers.dwell_seconds, followers.tagged)
 
 
 def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[str]) -> list[Step]:

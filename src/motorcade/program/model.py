@@ -4,20 +4,19 @@ Blocks, compiler and decompiler all make or take this model.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from motorcade.config.check import Fault, Schema, check, choice, fits, flag, table
+from motorcade.config.check import Fault, Schema, check, choice, flag, table
 from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.diagnostics import Diagnostic, Fix, ProgramError, error
 from motorcade.program.steps import (
     COMMON,
     KINDS,
-    LONGEST_S,
     SECONDS,
     SHORTEST_DWELL_S,
     SIMPLE_KINDS,
@@ -25,32 +24,33 @@ from motorcade.program.steps import (
     Step,
     TogetherStep,
     as_steps,
+    check_value,
     first_value,
     own_fields,
 )
 
 FORMAT = "motorcade-program/1"
-TAGGED_CHOICES = (True, False, "auto")
 # What may stand beside a program in its file, for the page alone.
 BESIDE = {
     "mat": "The mat that it drives on; see docs/mats.md.",
     "view": "Where the page's blocks stand, and comments on them.",
 }
-_DWELL = {**SECONDS, "minimum": SHORTEST_DWELL_S}
+_PROFILE: Schema = {"type": "string", "default": "classroom"}
+# The followers' settings; the compiler chooses those that have no default.
+_SETTINGS: dict[str, Schema] = {
+    "accept_ir": flag(default=True),
+    "forward": flag(default=False),
+    "tagged": {"enum": [True, False, "auto"], "default": "auto"},
+    "dwell_seconds": {**SECONDS, "minimum": SHORTEST_DWELL_S},
+}
 
 
 @cache
 def program_schema() -> Schema:
     """Return the JSON Schema (draft 2020-12) of ``*.motorcade.json``, made from the steps' declarations."""
     leader = {key: schema for key, schema in COMMON.items() if key != "forward"}
-    followers = table(
-        ("dwell_seconds",),
-        accept_ir=flag(default=True),
-        forward=flag(default=False),
-        tagged={"enum": list(TAGGED_CHOICES), "default": "auto"},
-        dwell_seconds=_DWELL,
-        steps={"type": "array", "items": {"$ref": "#/$defs/follower_step"}},
-    )
+    steps = {"type": "array", "items": {"$ref": "#/$defs/follower_step"}}
+    followers = table(("dwell_seconds",), **_SETTINGS, steps=steps)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Motorcade program",
@@ -58,7 +58,7 @@ def program_schema() -> Schema:
         **table(
             tuple(BESIDE),
             format=choice(FORMAT),
-            profile={"type": "string", "default": "classroom"},
+            profile=_PROFILE,
             leader={"type": "array", "items": {"$ref": "#/$defs/leader_step"}},
             followers={**followers, "type": ["object", "null"], "default": None},
             **{name: {"type": "object", "description": what} for name, what in BESIDE.items()},
@@ -106,34 +106,22 @@ class Followers:
             compiler chooses.
         tagged: whether each word is sent with a tag. By the tag a follower tells it from earlier words and begins it
             once. With "auto", words are tagged where some word is passed on, unless the followers have one bare word.
+
+    Raises:
+        ValueError: a setting has a value that no program may have.
     """
 
-    steps: tuple[Step, ...]
+    steps: Sequence[Step]
     accept_ir: bool = True
     forward: bool = False
     dwell_seconds: float | None = None
     tagged: bool | Literal["auto"] = "auto"
 
-    def __init__(
-        self,
-        steps: Iterable[Step],
-        accept_ir: bool = True,
-        forward: bool = False,
-        dwell_seconds: float | None = None,
-        tagged: bool | Literal["auto"] = "auto",
-    ):
-        _check_flags(accept_ir=accept_ir, forward=forward)
-        if dwell_seconds is not None and not fits(dwell_seconds, _DWELL):
-            raise ValueError(
-                f"followers: dwell_seconds is {dwell_seconds!r}; allowed: {SHORTEST_DWELL_S} to {LONGEST_S}"
-            )
-        if not fits(tagged, {"enum": list(TAGGED_CHOICES)}):
-            raise ValueError(f"followers: tagged is {tagged!r}; allowed: True, False or 'auto'")
-        object.__setattr__(self, "steps", as_steps(steps))
-        object.__setattr__(self, "accept_ir", accept_ir)
-        object.__setattr__(self, "forward", forward)
-        object.__setattr__(self, "dwell_seconds", dwell_seconds)
-        object.__setattr__(self, "tagged", tagged)
+    def __post_init__(self) -> None:
+        for name, schema in _SETTINGS.items():
+            if (value := getattr(self, name)) is not None or "default" in schema:
+                check_value("followers", name, value, schema)
+        object.__setattr__(self, "steps", as_steps(self.steps))
 
 
 @dataclass(frozen=True)
@@ -151,9 +139,8 @@ class Program:
         profile: str = "classroom",
     ):
         if followers is not None and not isinstance(followers, Followers):
-            followers = Followers(followers)
-        if not isinstance(profile, str):
-            raise ValueError(f"profile is {profile!r}; allowed: a profile's name")
+            followers = Followers(as_steps(followers))
+        check_value("program", "profile", profile, _PROFILE)
         object.__setattr__(self, "leader", as_steps(leader))
         object.__setattr__(self, "followers", followers)
         object.__setattr__(self, "profile", profile)
@@ -282,12 +269,6 @@ def _step_as_dict(step: Step) -> dict[str, Any]:
         if getattr(step, name) is not None:
             document[name] = getattr(step, name)
     return document
-
-
-def _check_flags(**flags: object) -> None:
-    for name, value in flags.items():
-        if not isinstance(value, bool):
-            raise ValueError(f"followers: {name} is {value!r}; allowed: True or False")
 
 
 def _not_json(reason: Any) -> ProgramError:

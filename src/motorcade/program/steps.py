@@ -80,16 +80,17 @@ class Step:
     def __post_init__(self) -> None:
         for name, schema in COMMON.items():
             if (value := getattr(self, name)) is not None:
-                _check(self, name, value, schema)
+                check_value(self.kind, name, value, schema)
         for each in own_fields(type(self)):
             value = getattr(self, each.name)
             if value is not None or each.default is not None:
-                _check(self, each.name, value, each.metadata["schema"])
+                check_value(self.kind, each.name, value, each.metadata["schema"])
 
 
-def _check(step: Step, name: str, value: object, schema: Schema) -> None:
+def check_value(what: str, name: str, value: object, schema: Schema) -> None:
+    """Raise ValueError unless ``value``, which Python code gave ``what`` as ``name``, fits the schema of files."""
     if not fits(value, schema) or (isinstance(value, float) and schema.get("type") == "integer"):
-        raise ValueError(f"{step.kind}: {name} is {value!r}; allowed: {allowed(schema)}")
+        raise ValueError(f"{what}: {name} is {value!r}; allowed: {allowed(schema)}")
 
 
 @dataclass(frozen=True, slots=True)
