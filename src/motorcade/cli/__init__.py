@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, classroom, drive, experiments, firmware, missions, pages, runs, uploads, words
+from motorcade.cli import car, classroom, drive, missions, pages, runs, uploads, words
 from motorcade.cli.language import current_language, language_in, request_language, translate_help
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
@@ -29,8 +29,6 @@ for _part in (
     runs.app,
     missions.app,
     uploads.app,
-    firmware.app,
-    experiments.app,
     pages.studio_app,
     classroom.app,
 ):

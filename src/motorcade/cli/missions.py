@@ -8,12 +8,9 @@ import typer
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     Json,
-    is_project,
     print_json,
     print_note,
     print_table,
-    python_in,
-    read_file,
     wants_json,
 )
 from motorcade.errors import MotorcadeError, Phrase
@@ -83,7 +80,7 @@ def _result(mission: "Mission", program: str) -> "Result":
     """Check the program in a file, or one of the mission's own. Raises MotorcadeError or OSError."""
     from motorcade.missions.check import check_image, check_program
     from motorcade.program.diagnostics import ProgramError
-    from motorcade.program.model import read_program
+    from motorcade.program.files import is_project, read_file, read_project
 
     path = Path(program)
     if program in _OWN and not path.exists():
@@ -92,13 +89,13 @@ def _result(mission: "Mission", program: str) -> "Result":
             raise MotorcadeError("mission-has-no-program", key=program)
         return check_program(mission, own)
     data = read_file(path)
-    if not is_project(path, data):
+    if not is_project(data, path):
         return check_image(mission, data)
-    text = python_in(data, path)
+    text = read_project(data, path)
     try:
-        return check_program(mission, text.program if text else read_program(data))
+        return check_program(mission, text.program)
     except ProgramError as problem:
-        raise (ProgramError(text.located(problem.diagnostics)) if text else problem) from None
+        raise ProgramError(text.located(problem.diagnostics)) from None
 
 
 def _missions_table(found: "tuple[Mission, ...]") -> "Table":

@@ -20,13 +20,10 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from motorcade.config.profile import Profile
-    from motorcade.program.compiler import Compiled
-    from motorcade.program.python_reader import PythonProgram
 
-_MOST_BYTES = 1 << 24
 DEFAULT_PROFILE = "classroom"
-# The ending of files with Python text.
-PYTHON = ".py"
+# A frame has 36 bits; a number with more digits than this is none that anything here takes.
+_MOST_OF_A_NUMBER = 80
 
 Json = Annotated[bool, typer.Option("--json")]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
@@ -101,38 +98,6 @@ def profile_named(name: str) -> "Profile":
     return load_profile(name, Path())
 
 
-def python_in(data: bytes, source: Path) -> "PythonProgram | None":
-    """Read the Python text (*.py) in ``data``, never execute it; return None for another file. Raises ProgramError."""
-    if source.suffix != PYTHON:
-        return None
-    from motorcade.program.python_reader import read_python
-
-    return read_python(data)
-
-
-def compile_project(data: bytes, source: Path) -> "tuple[Compiled, Profile]":
-    """Compile the project or the Python text in ``data``, of the file ``source``; return it with its profile.
-
-    Raises ProgramError.
-    """
-    from motorcade.config.profile import load_profile
-    from motorcade.program.compiler import compile_program
-    from motorcade.program.diagnostics import ProgramError, error
-    from motorcade.program.model import read_program
-
-    text = python_in(data, source)
-    program = text.program if text else read_program(data)
-    try:
-        profile = load_profile(program.profile, source.parent)
-    except MotorcadeError as problem:
-        found = [error("bad-profile", "profile", reason=problem)]
-        raise ProgramError(text.located(found) if text else found) from None
-    compiled = compile_program(program, profile)
-    if text:
-        compiled = replace(compiled, diagnostics=(*text.diagnostics, *text.located(compiled.diagnostics)))
-    return compiled, profile
-
-
 def image_for(source: Path, profile_name: str | None) -> "tuple[bytes, Profile]":
     """Return the image in a file, or compile the project in it, and the profile, as `image_of`.
 
@@ -155,10 +120,11 @@ def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, 
 
     from motorcade.cli.console import print_diagnostics
     from motorcade.program.diagnostics import ProgramError, has_errors
+    from motorcade.program.files import compile_project, is_project, read_file
     from motorcade.words.image import ImageError, parse_image_bytes
 
     data = read_file(source)
-    if not is_project(source, data):
+    if not is_project(data, source):
         try:
             parse_image_bytes(data)
         except ImageError as problem:
@@ -177,25 +143,13 @@ def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, 
 
 def words_in(source: Path) -> tuple[int, ...]:
     """Return the words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
+    from motorcade.program.files import is_project, read_file
     from motorcade.words.image import bytes_to_words
 
     data = read_file(source)
-    if is_project(source, data):
+    if is_project(data, source):
         raise MotorcadeError("project-is-no-image", file=source)
     return bytes_to_words(data)
-
-
-def read_file(path: Path) -> bytes:
-    """Return the bytes of a file. Raises MotorcadeError for more than 16 MiB, which no project or image has."""
-    with path.open("rb") as file:
-        data = file.read(_MOST_BYTES + 1)
-    if len(data) > _MOST_BYTES:
-        raise MotorcadeError("file-too-large", file=path, mebibytes=_MOST_BYTES >> 20)
-    return data
-
-
-# A frame has 36 bits; a number with more digits than this is none that anything here takes.
-_MOST_OF_A_NUMBER = 80
 
 
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
@@ -218,19 +172,6 @@ def whole_number(text: str, name: str | Phrase) -> int:
         except ValueError:
             continue
     raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
-
-
-def is_project(source: Path, data: bytes) -> bool:
-    """Return whether the bytes of a file are meant as a project, not as an image."""
-    from motorcade.words.image import ImageError, parse_image_bytes
-
-    if source.suffix in (".json", PYTHON):
-        return True
-    try:
-        parse_image_bytes(data)
-    except ImageError:
-        return data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
-    return False
 
 
 def host_and_port(address: str) -> tuple[str, int]:

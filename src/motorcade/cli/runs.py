@@ -1,10 +1,11 @@
-"""Commands about simulated runs: simulate, replay, plot."""
+"""Commands about simulated runs: simulate, replay, plot, sweep."""
 
+import dataclasses
 import heapq
 import json
 import math
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -19,6 +20,7 @@ from motorcade.cli.options import (
     Output,
     Source,
     image_for,
+    image_of,
     print_json,
     print_lines,
     print_note,
@@ -30,7 +32,14 @@ from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
+    from motorcade.config.profile import Profile
+    from motorcade.experiments.plan import Plan
+    from motorcade.experiments.spec import Sweep
+    from motorcade.mats import Mat
     from motorcade.runs.recording import Recording
+
+# The exit code of a sweep that Ctrl-C ended.
+STOPPED = 130
 
 app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
@@ -141,3 +150,111 @@ def _lines(recording: "Recording") -> Iterator[str]:
 def _print_damage(recording: "Recording") -> None:
     if recording.damage:
         print_note(recording.damage.sentence(current_language()))
+
+
+@app.command("sweep")
+def _sweep(
+    spec: Annotated[Path, typer.Argument(metavar="SPEC.toml", exists=True, dir_okay=False, readable=True)],
+    output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False)],
+    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
+    scheduler: str = "",
+    picture: Path | None = None,
+    x: str = "",
+    y: str = "",
+    colour: str = "",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
+        raise MotorcadeError("picture-needs-options")
+    with _ended_by_sentences(output):
+        plan = _plan(spec)
+        if picture:
+            from motorcade.experiments.picture import check_picture
+
+            check_picture(plan.sweep, picture, x, y, colour)
+        ran = _run(plan, output, jobs, scheduler)
+        if picture:
+            from motorcade.cli.console import drawing_texts
+            from motorcade.experiments.picture import draw_sweep
+
+            with drawing_texts():
+                draw_sweep(plan.sweep, output, picture, x, y, colour)
+    if wants_json(as_json):
+        result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
+        print_json(result | ({"picture": str(picture)} if picture else {}))
+        return
+    key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
+    lines = [translated(key, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
+    if picture:
+        lines.append(translated("sweep-is-drawn", picture=picture))
+    print_lines(lines)
+
+
+def _plan(spec: Path) -> "Plan":
+    from motorcade import __version__
+    from motorcade.cli.console import progress_bar
+    from motorcade.experiments.plan import Plan
+    from motorcade.experiments.spec import read_sweep
+
+    try:
+        wanted = read_sweep(spec)
+    except MotorcadeError as problem:
+        raise MotorcadeError("sweep-not-valid", reason=problem) from None
+    programs = [_program(spec, index, wanted) for index in range(len(wanted.programs))]
+    mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
+    with progress_bar("checked", wanted.cells) as advance:
+        return Plan(wanted, programs, mats, __version__, advance)
+
+
+def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
+    from motorcade.cli.console import progress_bar
+    from motorcade.experiments.run import on_a_cluster, on_this_computer, run_sweep
+
+    workers = on_a_cluster(scheduler) if scheduler else on_this_computer(jobs)
+    return run_sweep(plan, output, workers, progress_bar)
+
+
+def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]":
+    """Read one of the programs that a sweep names: its image and its cars' profile."""
+    name = wanted.programs[index]
+    place = f"{spec.name}: programs[{index}], '{name}'"
+    profile_name = wanted.profile
+    if profile_name.endswith(".toml"):
+        profile_name = str(spec.parent / profile_name)
+    try:
+        image, profile = image_of(spec.parent / name, profile_name, place)
+    except OSError as problem:
+        raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem.strerror) from None
+    except typer.Exit:
+        print_note(translated("sweep-program-has-errors", place=place))
+        raise
+    return image, dataclasses.replace(profile, name=Path(profile.name).name)
+
+
+def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
+    """Read one of the mats that a sweep names; None for the empty table."""
+    from motorcade.experiments.spec import EMPTY_TABLE
+    from motorcade.mats import read_mat
+
+    name = wanted.mats[index]
+    if name == EMPTY_TABLE:
+        return None
+    try:
+        return read_mat(spec.parent / name)
+    except MotorcadeError as problem:
+        raise MotorcadeError("sweep-mat-not-valid", place=f"{spec.name}: mats[{index}]", reason=problem) from None
+
+
+@contextmanager
+def _ended_by_sentences(output: Path) -> Iterator[None]:
+    """Print a sentence for all that ends a sweep early: a missing library, Ctrl-C, a failing disk."""
+    try:
+        with needs_extra("sweep", "sim"):
+            yield
+    except KeyboardInterrupt:
+        print_note(translated("sweep-is-stopped", table=output))
+        raise typer.Exit(STOPPED) from None
+    except OSError as problem:
+        reason = problem.strerror or problem
+        raise MotorcadeError("file-not-usable", file=problem.filename or output, reason=reason) from None

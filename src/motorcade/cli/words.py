@@ -10,12 +10,10 @@ from motorcade.cli.options import (
     ExistingFile,
     Json,
     OptionalOutput,
-    compile_project,
     print_json,
     print_lines,
     print_table,
     profile_named,
-    read_file,
     wants_json,
     whole_number,
     words_in,
@@ -93,6 +91,7 @@ def _compile(
 
     from motorcade.cli.console import print_diagnostics, words_table
     from motorcade.program.diagnostics import ProgramError, has_errors
+    from motorcade.program.files import compile_project, read_file
 
     try:
         compiled, profile = compile_project(read_file(project), project)

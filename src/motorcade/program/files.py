@@ -1,0 +1,74 @@
+"""Programs in files: project files and Python text are read and compiled, images are told from them."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from motorcade.config.profile import Profile, load_profile
+from motorcade.errors import MotorcadeError
+from motorcade.program.compiler import Compiled, compile_program
+from motorcade.program.diagnostics import Diagnostic, ProgramError, error
+from motorcade.program.model import Program, read_program
+from motorcade.program.python_reader import PythonProgram, read_python
+from motorcade.words.image import ImageError, parse_image_bytes
+
+# The ending of files with Python text.
+PYTHON = ".py"
+_MOST_BYTES = 1 << 24
+
+
+class ProgramText(NamedTuple):
+    """A program, and where its parts stand in the Python text that it was read from; None for a project file."""
+
+    program: Program
+    python: PythonProgram | None
+
+    def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+        """Return diagnostics of the program with their places in its Python text."""
+        return self.python.located(diagnostics) if self.python else tuple(diagnostics)
+
+
+def read_file(path: Path) -> bytes:
+    """Return the bytes of a file. Raises MotorcadeError for more than 16 MiB, which no project or image has."""
+    with path.open("rb") as file:
+        data = file.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise MotorcadeError("file-too-large", file=path, mebibytes=_MOST_BYTES >> 20)
+    return data
+
+
+def is_project(data: bytes, file: Path) -> bool:
+    """Whether the bytes of ``file`` are meant as a project or as Python text, not as an image."""
+    if file.suffix in (".json", PYTHON):
+        return True
+    try:
+        parse_image_bytes(data)
+    except ImageError:
+        return data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
+    return False
+
+
+def read_project(data: bytes, file: Path) -> ProgramText:
+    """Read the project, or the Python text (*.py), in the bytes of ``file``; execute nothing. Raises ProgramError."""
+    if file.suffix != PYTHON:
+        return ProgramText(read_program(data), None)
+    python = read_python(data)
+    return ProgramText(python.program, python)
+
+
+def compile_project(data: bytes, file: Path) -> tuple[Compiled, Profile]:
+    """Compile the project or the Python text in the bytes of ``file``, for cars of the profile that it names.
+
+    Raises ProgramError where it is none, or the profile, which may be a file beside it, is not valid.
+    """
+    text = read_project(data, file)
+    try:
+        profile = load_profile(text.program.profile, file.parent)
+    except MotorcadeError as problem:
+        raise ProgramError(text.located([error("bad-profile", "profile", reason=problem)])) from None
+    compiled = compile_program(text.program, profile)
+    if text.python:
+        diagnostics = (*text.python.diagnostics, *text.located(compiled.diagnostics))
+        compiled = replace(compiled, diagnostics=diagnostics)
+    return compiled, profile
