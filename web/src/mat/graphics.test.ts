@@ -1,5 +1,5 @@
 import { expect, it, vi } from "vitest";
-import { hasFastWebGl } from "./graphics";
+import { Drawings, hasFastWebGl } from "./graphics";
 
 /** Whether WebGL is found fast where each of its first drawings takes so many milliseconds, and how long the answer takes. */
 function probed(drawsMs: number[], lost = false): [boolean, number] {
@@ -28,4 +28,28 @@ it("WebGL by the processor is found within 200 ms", () => {
 it("a lost context draws nothing, however fast", () => {
   const [fast] = probed([0], true);
   expect(fast).toBe(false);
+});
+
+/** How many pictures are drawn in 10 s where the browser paints each for so long. */
+function picturesIn10s(paintsMs: number): number {
+  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "requestAnimationFrame", "cancelAnimationFrame", "performance"] });
+  let [count, painted] = [0, 0];
+  const now = () => performance.now() + painted;
+  const drawings = new Drawings(() => {
+    count += 1;
+    drawings.request();
+    painted += paintsMs;
+  }, now);
+  const begun = now();
+  drawings.request();
+  while (now() - begun < 10_000) vi.advanceTimersByTime(1);
+  drawings.stop();
+  vi.useRealTimers();
+  return count;
+}
+
+it("a page that is painted slowly rests for as long as it paints", () => {
+  expect(picturesIn10s(10)).toBeGreaterThan(300);
+  expect(picturesIn10s(450)).toBeLessThan(13);
+  expect(picturesIn10s(450)).toBeGreaterThan(6);
 });

@@ -11,7 +11,7 @@ import { CarLayer, type Drawn, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
 import { type FloorName, floorOf, type Mat, type PieceId } from "./document";
 import { withFloor } from "./floors";
-import { hasFastWebGl } from "./graphics";
+import { Drawings, hasFastWebGl } from "./graphics";
 import { makeTextures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
 import type { MissionZone } from "../generated/messages";
@@ -74,7 +74,7 @@ export class Scene {
   private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
-  private requested = 0;
+  private readonly drawings = new Drawings(() => this.drawNow());
   private undrawn = false;
   /** The camera frames the cars by itself; else the user holds it. */
   private frames = true;
@@ -127,7 +127,7 @@ export class Scene {
   }
 
   destroy(): void {
-    cancelAnimationFrame(this.requested);
+    this.drawings.stop();
     this.ends.forEach((end) => end());
     this.renderer.canvas.remove();
     this.stage.destroy({ children: true });
@@ -275,11 +275,10 @@ export class Scene {
 
   /** Ask for a drawing with the screen's next picture. */
   draw(): void {
-    if (!this.requested) this.requested = requestAnimationFrame(() => this.drawNow());
+    this.drawings.request();
   }
 
   private drawNow(): void {
-    this.requested = 0;
     const now = performance.now();
     const slow = this.drawMs > SLOW_MS;
     const moves = this.motion.advance(slow ? Infinity : now);
