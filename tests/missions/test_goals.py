@@ -5,7 +5,7 @@ import math
 import pytest
 
 from motorcade.locales import languages
-from motorcade.missions.watch import EVERY_MS, GoalWatch, goal_phrase
+from motorcade.missions.watch import EVERY_MS, MissionWatch, goal_phrase
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.program.steps import wait
@@ -231,7 +231,7 @@ def test_all_by_asks_when_another_goal_was_met(moments, seconds, expected):
 def test_while_a_run_goes_on_a_goal_is_open_or_holds():
     goals = [ZONE, {"kind": "no-touch"}, {"kind": "all-by", "goal": 1, "seconds": 0.9}]
     wanted = mission(*goals)
-    watch = GoalWatch(wanted, compile_program(BARE, wanted.profile).image)
+    watch = MissionWatch(wanted, compile_program(BARE, wanted.profile).image)
     seen = []
     for number, shown in enumerate([OUT, IN, OUT, IN]):
         watch.see(moment(number * EVERY_MS, **shown))
@@ -246,7 +246,7 @@ def test_while_a_run_goes_on_a_goal_is_open_or_holds():
 @pytest.mark.parametrize("goal", [{"kind": "heard"}, {"kind": "in-step", "within_ms": 200}])
 def test_a_leader_that_sends_nothing_has_lost_only_once_it_drives(goal):
     wanted = mission({"who": "followers", **goal})
-    watch = GoalWatch(wanted, compile_program(Program([wait(1)]), wanted.profile).image)
+    watch = MissionWatch(wanted, compile_program(Program([wait(1)]), wanted.profile).image)
     seen = []
     for t_ms in (0, EVERY_MS):
         watch.see(moment(t_ms))

@@ -6,7 +6,7 @@ from motorcade.locales import languages
 from motorcade.missions.check import check_program, simulate
 from motorcade.missions.document import missions
 from motorcade.missions.schema import PATHS
-from motorcade.missions.watch import EVERY_MS, GoalWatch
+from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 
 MISSIONS = {each.id: each for each in missions()}
@@ -52,7 +52,7 @@ def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():
     image = compile_program(mission.solution, mission.profile).image
     times, states = [], []
     for _ in range(2):
-        watch = GoalWatch(mission, image)
+        watch = MissionWatch(mission, image)
         for sight in simulate(mission, image):
             if sight.seed == mission.seeds[0]:
                 times.append(sight.moment.t_ms)

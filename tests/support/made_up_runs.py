@@ -6,7 +6,7 @@ from motorcade.engine.events import START
 from motorcade.engine.state import Moment
 from motorcade.locales import languages
 from motorcade.missions.document import mission_of
-from motorcade.missions.watch import EVERY_MS, GoalWatch
+from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import forward, led, wait
@@ -42,7 +42,7 @@ def watched(goals, moments, events=(), seconds=1.0, program=BARE, walled=False):
     """The states of goals at the end of a run; each of ``moments`` is what `moment` takes beside the time."""
     mat = MAT | ({"edge": "wall"} if walled else {})
     wanted = mission(*goals, seconds=seconds, mat=mat)
-    watch = GoalWatch(wanted, compile_program(program, wanted.profile).image)
+    watch = MissionWatch(wanted, compile_program(program, wanted.profile).image)
     for number in range(round(seconds * 1000) // EVERY_MS + 1):
         t_ms = number * EVERY_MS
         shown = moments[min(number, len(moments) - 1)]

@@ -17,7 +17,7 @@ from motorcade.config.files import line_of, place_text
 from motorcade.errors import MotorcadeError, Phrase
 
 Schema = dict[str, Any]
-Place = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 Text = str | Phrase
 
 KEYWORDS = frozenset(
@@ -59,7 +59,7 @@ class Fault(NamedTuple):
     """
 
     code: str
-    place: Place
+    place: KeyPath
     value: Text = ""
     allowed: Text = ""
     nearest: float | str | None = None
@@ -101,11 +101,11 @@ def check(document: Any, schema: Schema) -> tuple[Any, list[Fault]]:
     return checker.check(document, schema, None), checker.faults
 
 
-# Where a value is: its key and the place around it. A fault's Place is made of it.
+# Where a value is: its key and the place around it. A fault's KeyPath is made of it.
 _At = tuple[Any, str | int] | None
 
 
-def _place(at: _At) -> Place:
+def _place(at: _At) -> KeyPath:
     keys: list[str | int] = []
     while at is not None:
         at, key = at
@@ -318,14 +318,23 @@ def table(optional: tuple[str, ...] = (), /, **properties: Schema) -> Schema:
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
 
 
-def whole(minimum: int, maximum: int, **more: Any) -> Schema:
-    """The schema of an integer."""
-    return {"type": "integer", "minimum": minimum, "maximum": maximum, **more}
+def whole(minimum: int, maximum: int, unit: str = "", **more: Any) -> Schema:
+    """The schema of an integer; sentences name its ``unit``, a phrase."""
+    return {"type": "integer", "minimum": minimum, "maximum": maximum, **_unit(unit), **more}
 
 
-def number(minimum: float, maximum: float, **more: Any) -> Schema:
-    """The schema of a number."""
-    return {"type": "number", "minimum": minimum, "maximum": maximum, **more}
+def number(minimum: float, maximum: float, unit: str = "", **more: Any) -> Schema:
+    """The schema of a number; sentences name its ``unit``, a phrase."""
+    return {"type": "number", "minimum": minimum, "maximum": maximum, **_unit(unit), **more}
+
+
+def _unit(unit: str) -> Schema:
+    return {"x-unit": unit} if unit else {}
+
+
+def allowed_as(key: str, schema: Schema, **details: Any) -> Schema:
+    """Return the schema with a phrase for what is allowed, where its bounds alone are not clear enough."""
+    return {**schema, "x-allowed": [key, details]}
 
 
 def line(longest: int, **more: Any) -> Schema:

@@ -67,7 +67,7 @@ class Servo:
 
 
 @dataclass(frozen=True, slots=True)
-class Motor:
+class DriveMotor:
     """The drive motor's largest PWM duty."""
 
     pwm_max: int
@@ -104,7 +104,7 @@ class Profile:
     serial: Serial
     body: Body
     servo: Servo
-    motor: Motor
+    motor: DriveMotor
     drive: DriveLimits
 
 
@@ -122,7 +122,7 @@ TABLES: dict[str, type[Any]] = {
     "serial": Serial,
     "body": Body,
     "servo": Servo,
-    "motor": Motor,
+    "motor": DriveMotor,
     "drive": DriveLimits,
 }
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from motorcade.car.board import VOICE_WORDS
-from motorcade.config.check import Schema, choice, list_of, load, shown, table, whole
+from motorcade.config.check import Schema, allowed_as, choice, list_of, load, shown, table, whole
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 
@@ -39,7 +39,7 @@ def voice_map_schema() -> Schema:
     word = table(
         ("bytes", "text"),
         says=choice(*(name for name, _ in VOICE_WORDS)),
-        bytes={"type": "string", "x-allowed": ["hexadecimal", {}]},
+        bytes=allowed_as("hexadecimal", {"type": "string"}),
         text={"type": "string"},
     )
     words = list_of(word | {"oneOf": [{"required": ["bytes"]}, {"required": ["text"]}]}, 1, _MOST_WORDS)

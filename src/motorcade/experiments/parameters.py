@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from typing import Any
 
-from motorcade.config.check import Schema, Text, allowed, whole
+from motorcade.config.check import Schema, Text, allowed, allowed_as, whole
 from motorcade.config.profile import Profile, profile_from_dict, profile_schema
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat
@@ -68,8 +68,8 @@ def check_known(name: str, file: Text, place: str) -> None:
 
 
 def _or_never(part: Schema) -> Schema:
-    phrase = Phrase("either", first=allowed(part), second=f'"{NEVER}"')
-    return {**part, "type": ["number", "string"], "pattern": f"^{NEVER}$", "x-allowed": ["either", phrase.details]}
+    values = {**part, "type": ["number", "string"], "pattern": f"^{NEVER}$"}
+    return allowed_as("either", values, first=allowed(part), second=f'"{NEVER}"')
 
 
 def _numbers(schema: Schema, before: str = "") -> Iterator[str]:

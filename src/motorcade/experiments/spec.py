@@ -6,7 +6,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from motorcade.config.check import Schema, Text, choice, flag, line, list_of, load, number, shown, table, whole
+from motorcade.config.check import (
+    Schema,
+    Text,
+    allowed_as,
+    choice,
+    flag,
+    line,
+    list_of,
+    load,
+    number,
+    shown,
+    table,
+    whole,
+)
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.parameters import (
@@ -99,7 +112,7 @@ def _schema(document: dict[str, Any]) -> Schema:
     """The schema of a specification whose parameters have flat names; `seeds` may have three forms."""
     names = list_of(line(_LONGEST_NAME), 1, uniqueItems=True)
     seed = whole(0, MOST_SEED)
-    seeds: Schema = {**whole(1, MOST_SEED), "x-allowed": ["sweep-seeds", {}]}
+    seeds: Schema = allowed_as("sweep-seeds", whole(1, MOST_SEED))
     if isinstance(document.get("seeds"), list):
         seeds = list_of(seed, 1, uniqueItems=True)
     elif isinstance(document.get("seeds"), dict):
@@ -112,7 +125,7 @@ def _schema(document: dict[str, Any]) -> Schema:
         programs=names,
         mats={**names, "default": [EMPTY_TABLE]},
         profile=line(_LONGEST_NAME, default="classroom"),
-        seconds={**number(0.001, MOST_SECONDS), "x-allowed": ["sweep-seconds", {"most": MOST_SECONDS}]},
+        seconds=allowed_as("sweep-seconds", number(0.001, MOST_SECONDS), most=MOST_SECONDS),
         seeds={**seeds, "default": 1},
         grid=table(tuple(grid), **grid),
         sample=table(tuple(ranges), count=whole(1, MOST_SEED), seed=whole(0, MOST_SEED, default=0), **ranges),
@@ -121,7 +134,7 @@ def _schema(document: dict[str, Any]) -> Schema:
 
 def _range(part: Schema) -> Schema:
     limits = {key: {name: value for name, value in part.items() if name != "default"} for key in ("from", "to")}
-    return {**table(**limits, log=flag(default=False)), "x-allowed": ["sweep-range", {}]}
+    return allowed_as("sweep-range", table(**limits, log=flag(default=False)))
 
 
 def _flattened(parameters: dict[str, Any], file: str, place: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from random import Random
 
 from motorcade.config.check import Text
 from motorcade.errors import MotorcadeError
-from motorcade.mats.geometry import Budget, Row, Sweep
+from motorcade.mats.geometry import Budget, PointRow, SweepLine
 
 Places = tuple["array[float]", "array[float]"]
 _MOST_PLACES = 1 << 24
@@ -49,7 +49,7 @@ class Crowd:
 
 
 def place_crowd(
-    crowd: Crowd, sweep: Callable[[], Sweep], budget: Budget
+    crowd: Crowd, sweep: Callable[[], SweepLine], budget: Budget
 ) -> tuple["array[float]", "array[float]", "array[float]", bytes]:
     """Find x, y, heading (radians) and whether it leads (0 or 1), for each car of ``crowd``.
 
@@ -85,7 +85,7 @@ def _generator(seed: int) -> Random:
     return generator
 
 
-def _in_rows(crowd: Crowd, sweep: Sweep, budget: Budget) -> Places:
+def _in_rows(crowd: Crowd, sweep: SweepLine, budget: Budget) -> Places:
     """Take the lowest free places of a grid, row by row from the left."""
     columns, rows = _fitting(crowd, crowd.spacing_m)
     corner_x, corner_y = crowd.corner_m
@@ -97,7 +97,7 @@ def _in_rows(crowd: Crowd, sweep: Sweep, budget: Budget) -> Places:
         y = corner_y + (row + 0.5) * crowd.spacing_m
         free = across
         if sweep.reaches(y, y):
-            free = array("d", compress(across, _free(sweep, Row(y, y, across, [y] * columns))))
+            free = array("d", compress(across, _free(sweep, PointRow(y, y, across, [y] * columns))))
         x_m += free[: crowd.cars - len(x_m)]
         y_m += array("d", [y]) * (len(x_m) - len(y_m))
         if len(x_m) == crowd.cars:
@@ -105,7 +105,7 @@ def _in_rows(crowd: Crowd, sweep: Sweep, budget: Budget) -> Places:
     raise _no_room(crowd, len(x_m))
 
 
-def _at_random(crowd: Crowd, sweep: Callable[[], Sweep], budget: Budget, generator: Random) -> Places:
+def _at_random(crowd: Crowd, sweep: Callable[[], SweepLine], budget: Budget, generator: Random) -> Places:
     """Take random places in the cells of a grid that is as coarse as possible, at most one in each cell."""
     width, height = crowd.size_m
     corner_x, corner_y = crowd.corner_m
@@ -123,7 +123,7 @@ def _at_random(crowd: Crowd, sweep: Callable[[], Sweep], budget: Budget, generat
         places = [
             place
             for row, (x_m, y_m) in enumerate(zip(x_rows, y_rows, strict=True))
-            for place in compress(count(row * columns), _free(here, Row(min(y_m), max(y_m), x_m, y_m)))
+            for place in compress(count(row * columns), _free(here, PointRow(min(y_m), max(y_m), x_m, y_m)))
         ]
         most_free = max(most_free, len(places))
         if len(places) >= crowd.cars:
@@ -151,7 +151,7 @@ def _jittered(
     return [[corner_m + (cell * side_m + low_m + random() * width_m) for cell in row] for row in cells]
 
 
-def _free(sweep: Sweep, row: Row) -> bytearray:
+def _free(sweep: SweepLine, row: PointRow) -> bytearray:
     """For each point of a row 1 where a car may stand there, else 0."""
     free = bytearray(b"\1") * len(row.x_m)
     for _, first, end in sweep.touched(row):

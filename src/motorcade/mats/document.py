@@ -12,7 +12,7 @@ from motorcade.config.files import Kind, parse, read_text
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.crowd import Crowd, place_crowd
-from motorcade.mats.geometry import Budget, Points, Sweep, close_pair, obstructed
+from motorcade.mats.geometry import Budget, Points, SweepLine, close_pair, obstructed
 from motorcade.mats.model import Mat, Person, Physics, Starts, Voice, flags, floats
 from motorcade.mats.outlines import check_outlines
 from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, mat_schema
@@ -191,7 +191,7 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
         # A crowd's cars stand half of their spacing from obstacles, and all of it from listed cars.
         apart = [(x, y, crowd.spacing_m / 2) for x, y in listed]
         its_x, its_y, its_heading, its_leads = place_crowd(
-            crowd, partial(Sweep, mat, crowd.spacing_m / 2, budget, apart), budget
+            crowd, partial(SweepLine, mat, crowd.spacing_m / 2, budget, apart), budget
         )
         x_m += its_x
         y_m += its_y

@@ -28,7 +28,7 @@ _TESTS_A_CAR = 32
 _TESTS_A_VISIT = 10
 
 
-class Row(NamedTuple):
+class PointRow(NamedTuple):
     """Points that are sorted by x and not lower than those of the rows before.
 
     Attributes:
@@ -110,7 +110,7 @@ class Budget:
             raise MotorcadeError("mat-too-detailed", file=self._file)
 
 
-class Sweep:
+class SweepLine:
     """Find the points of rows, from the lowest row upwards, that are inside obstacles or nearer than a clearance.
 
     Args:
@@ -138,7 +138,7 @@ class Sweep:
         self._here = here
         return bool(here)
 
-    def touched(self, row: Row) -> Iterator[tuple[int, int, int]]:
+    def touched(self, row: PointRow) -> Iterator[tuple[int, int, int]]:
         """Yield the number of an obstacle, and the first and the end of points in the row that it touches.
 
         Raises MotorcadeError where the budget is not enough.
@@ -162,7 +162,7 @@ class Sweep:
                 if first < end:
                     yield shape, first, end
 
-    def _near_side(self, side: _Side, row: Row) -> Iterator[tuple[int, int, int]]:
+    def _near_side(self, side: _Side, row: PointRow) -> Iterator[tuple[int, int, int]]:
         clearance_m, x_m, y_m = self._clearance_m, row.x_m, row.y_m
         left, right = side.span(row.low_m - clearance_m, row.high_m + clearance_m)
         first, end = bisect_left(x_m, left - clearance_m), bisect_right(x_m, right + clearance_m)
@@ -171,7 +171,7 @@ class Sweep:
             if side.is_near(x_m[k], y_m[k], clearance_m):
                 yield side.shape, k, k + 1
 
-    def _cross(self, side: _Side, row: Row, runs: list[int]) -> None:
+    def _cross(self, side: _Side, row: PointRow, runs: list[int]) -> None:
         """Add the runs of points whose rays to the right cross a side."""
         low_m, high_m, x_m, y_m = row
         bottom_m, top_m = min(side.y0, side.y1), max(side.y0, side.y1)
@@ -188,7 +188,7 @@ class Sweep:
             if side.is_right_of(x_m[k], y_m[k]):
                 runs += (k, k + 1)
 
-    def _in_disc(self, disc: _Round, row: Row) -> Iterator[tuple[int, int, int]]:
+    def _in_disc(self, disc: _Round, row: PointRow) -> Iterator[tuple[int, int, int]]:
         low_m, high_m, x_m, y_m = row
         x, y, reach_m = disc.x, disc.y, disc.radius_m + self._clearance_m
         nearest_m, farthest_m = max(low_m - y, y - high_m, 0.0), max(abs(low_m - y), abs(high_m - y))
@@ -228,7 +228,7 @@ def obstructed(mat: Mat, x_m: Points, y_m: Points, clearance_m: float, file: Tex
     """
     if not (mat.walls or mat.discs or mat.polygons):
         return None
-    sweep = Sweep(mat, clearance_m, Budget(len(x_m), file))
+    sweep = SweepLine(mat, clearance_m, Budget(len(x_m), file))
     found: tuple[int, int] | None = None
     height_m = max((max(y_m) - min(y_m)) / math.sqrt(len(y_m)), 2 * clearance_m)
     for points in _rows(y_m, height_m):
@@ -237,7 +237,7 @@ def obstructed(mat: Mat, x_m: Points, y_m: Points, clearance_m: float, file: Tex
         if not sweep.reaches(low_m, high_m):
             continue
         points.sort(key=x_m.__getitem__)
-        row = Row(low_m, high_m, [x_m[k] for k in points], [y_m[k] for k in points])
+        row = PointRow(low_m, high_m, [x_m[k] for k in points], [y_m[k] for k in points])
         for shape, first, end in sweep.touched(row):
             hit = (shape, min(points[first:end]))
             found = hit if found is None else min(found, hit)

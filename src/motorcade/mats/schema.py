@@ -1,9 +1,8 @@
 """The schema of a mat's file: every key, what it is (its ``title``), what is allowed, and its default."""
 
 from functools import cache
-from typing import Any
 
-from motorcade.config.check import Schema, choice, flag, line, list_of, number, table, whole
+from motorcade.config.check import Schema, allowed_as, choice, flag, line, list_of, number, table, whole
 
 FORMAT = "motorcade-mat/1"
 FARTHEST_M = 2000
@@ -26,7 +25,7 @@ def mat_schema() -> Schema:
             ("size_m",),
             format=choice(FORMAT, title="the format of this file"),
             name=line(100, title="the name of the mat"),
-            tick_ms=_unit("milliseconds", whole(1, 40, title="the simulator's step", default=1)),
+            tick_ms=whole(1, 40, "milliseconds", title="the simulator's step", default=1),
             size_m=_size("the mat's width and height; its lower left corner is the origin"),
             edge=choice("open", "wall", title="what the mat's edge is", default="open"),
             floor=choice(*FLOORS, title="what the floor and the things on it look like", default=FLOORS[0]),
@@ -52,15 +51,15 @@ def _disc() -> Schema:
 
 def _polygon() -> Schema:
     corners = list_of(_point("a corner"), 3, 1000, title="the corners of a solid obstacle, in order")
-    return table(corners_m=_allowed("mat-corners", corners, minimum=3, maximum=1000, most=FARTHEST_M))
+    return table(corners_m=allowed_as("mat-corners", corners, minimum=3, maximum=1000, most=FARTHEST_M))
 
 
 def _person() -> Schema:
-    step = list_of(_coordinate(), 3, 3, title="a time and a point", prefixItems=[_unit("seconds", number(0, LAST_S))])
-    step = _allowed("mat-step", step, last=LAST_S, most=FARTHEST_M)
+    step = list_of(_coordinate(), 3, 3, title="a time and a point", prefixItems=[number(0, LAST_S, "seconds")])
+    step = allowed_as("mat-step", step, last=LAST_S, most=FARTHEST_M)
     path = list_of(step, 1, 10000, title="when the person is where; they walk straight from point to point")
     return table(
-        path=_allowed("mat-path", path, minimum=1, maximum=10000, last=LAST_S, most=FARTHEST_M),
+        path=allowed_as("mat-path", path, minimum=1, maximum=10000, last=LAST_S, most=FARTHEST_M),
         repeats=flag(title="whether the path begins again at its end", default=False),
     )
 
@@ -68,7 +67,7 @@ def _person() -> Schema:
 def _voice() -> Schema:
     return table(
         ("centre_m", "radius_m"),
-        at_s=_unit("seconds", number(0, LAST_S, title="when it is said")),
+        at_s=number(0, LAST_S, "seconds", title="when it is said"),
         word=choice("stop", "go", title="what is said"),
         centre_m=_point("the centre of the area in which it is heard"),
         radius_m=_radius("how far from centre_m it is heard"),
@@ -85,16 +84,14 @@ def _car() -> Schema:
 
 def _crowd() -> Schema:
     heading = _heading("where the cars face") | {"type": ["number", "string"], "pattern": "^random$"}
-    heading = _allowed("mat-crowd-heading", heading)
+    heading = allowed_as("mat-crowd-heading", heading)
     return table(
         ("corner_m", "size_m"),
         cars=whole(1, MOST_CARS, title="the number of cars"),
         leaders=whole(0, MOST_CARS, title="how many of them lead, evenly spread", default=0),
         corner_m=_point("the lower left corner of their area"),
         size_m=_size("the width and height of their area"),
-        spacing_m=_unit(
-            "metres", number(0.01, 100, title="the least distance between two cars' centres", default=0.25)
-        ),
+        spacing_m=number(0.01, 100, "metres", title="the least distance between two cars' centres", default=0.25),
         placement=choice("grid", "random", title="whether they stand in rows or at random", default="grid"),
         heading_deg=heading,
         seed=whole(0, (1 << 32) - 1, title="the seed of the crowd's random numbers", default=0),
@@ -112,8 +109,8 @@ def _physics() -> Schema:
             "exclusiveMinimum": 1,
             "maximum": 1_000_000,
         },
-        beam_half_angle_deg=_unit(
-            "degrees", number(1, 180, title="half of the angle of the infrared sender's cone", default=180)
+        beam_half_angle_deg=number(
+            1, 180, "degrees", title="half of the angle of the infrared sender's cone", default=180
         ),
         bit_error_rate=number(0, 0.5, title="the probability that a bit of a frame flips on its way", default=0),
         wheel_noise=number(0, 0.5, title="the standard deviation of each wheel's speed, as a share of it", default=0),
@@ -121,35 +118,25 @@ def _physics() -> Schema:
 
 
 def _heading(title: str) -> Schema:
-    return _unit("degrees", number(-360, 360, title=title, default=0))
+    return number(-360, 360, "degrees", title=title, default=0)
 
 
 def _radius(title: str) -> Schema:
-    return _unit("metres", number(SHORTEST_M, FARTHEST_M, title=title))
+    return number(SHORTEST_M, FARTHEST_M, "metres", title=title)
 
 
 def _coordinate() -> Schema:
-    return _unit("metres", number(-FARTHEST_M, FARTHEST_M))
+    return number(-FARTHEST_M, FARTHEST_M, "metres")
 
 
 def _point(title: str) -> Schema:
-    return _allowed("mat-point", list_of(_coordinate(), 2, 2, title=title), most=FARTHEST_M)
+    return allowed_as("mat-point", list_of(_coordinate(), 2, 2, title=title), most=FARTHEST_M)
 
 
 def _size(title: str) -> Schema:
-    length = _unit("metres", number(SHORTEST_M, FARTHEST_M))
-    return _allowed("mat-size", list_of(length, 2, 2, title=title), least=SHORTEST_M, most=FARTHEST_M)
+    length = number(SHORTEST_M, FARTHEST_M, "metres")
+    return allowed_as("mat-size", list_of(length, 2, 2, title=title), least=SHORTEST_M, most=FARTHEST_M)
 
 
 def _tables(name: str, items: Schema) -> Schema:
-    return _allowed("list-of-tables", list_of(items, default=[]), name=name)
-
-
-def _unit(unit: str, schema: Schema) -> Schema:
-    """Add the unit that sentences name."""
-    return schema | {"x-unit": unit}
-
-
-def _allowed(key: str, schema: Schema, **details: Any) -> Schema:
-    """Add a phrase for what is allowed, where the bounds alone are not clear enough."""
-    return schema | {"x-allowed": [key, details]}
+    return allowed_as("list-of-tables", list_of(items, default=[]), name=name)

@@ -10,7 +10,7 @@ from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
 from motorcade.missions.document import Mission
 from motorcade.missions.goals import GoalState
-from motorcade.missions.watch import EVERY_MS, GoalWatch
+from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program
@@ -85,7 +85,7 @@ def check_program(mission: Mission, program: Program, play: "Play | None" = None
 
 
 def _check(mission: Mission, image: bytes, program: Program | None, play: "Play | None") -> Result:
-    watches = {seed: GoalWatch(mission, image) for seed in mission.seeds}
+    watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
     for sight in (play or simulate)(mission, image):
         watches[sight.seed].see(sight.moment, sight.events)
     states = {seed: watch.states() for seed, watch in watches.items()}

@@ -49,7 +49,7 @@ class GoalState(NamedTuple):
     cars: tuple[int, ...] = ()
 
 
-class Watch(ABC):
+class GoalWatch(ABC):
     """Watches one goal during one run."""
 
     @abstractmethod
@@ -83,7 +83,7 @@ def needed_of(share: float, count: int) -> int:
     return math.ceil(share * count - 1e-9)
 
 
-class CarsWatch(Watch):
+class CarsWatch(GoalWatch):
     """A goal for each of some cars, of which a share must meet it: at the end, at some moment of its own, or always.
 
     Moments before the goal's ``from_s`` and after its ``until_s`` don't count.
@@ -190,7 +190,7 @@ def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
     return 0.0 if inside else nearest
 
 
-def zone_watch(goal: Goal, mission: Mission) -> Watch:
+def zone_watch(goal: Goal, mission: Mission) -> GoalWatch:
     """The watch of in-zone: the centres of cars are in it."""
     zone = mission.zone(goal.values["zone"])
     at = goal.values["at"]
@@ -201,7 +201,7 @@ def zone_watch(goal: Goal, mission: Mission) -> Watch:
     return CarsWatch(goal, lambda car, now: shown_m(distance_to_zone_m(zone, now.x_m[car], now.y_m[car])), lost)
 
 
-def outside_watch(goal: Goal, mission: Mission) -> Watch:
+def outside_watch(goal: Goal, mission: Mission) -> GoalWatch:
     """The watch of out-of-zone: the centres of cars are not in it."""
     zone = mission.zone(goal.values["zone"])
     at = goal.values["at"]
@@ -212,7 +212,7 @@ def outside_watch(goal: Goal, mission: Mission) -> Watch:
     return CarsWatch(goal, lambda car, now: float(distance_to_zone_m(zone, now.x_m[car], now.y_m[car]) == 0), lost)
 
 
-def heading_watch(goal: Goal, mission: Mission) -> Watch:
+def heading_watch(goal: Goal, mission: Mission) -> GoalWatch:
     """The watch of heading: cars face a direction."""
     wanted, tolerance = goal.values["degrees"], goal.values["tolerance_deg"]
     at = goal.values["at"]
@@ -228,7 +228,7 @@ def heading_watch(goal: Goal, mission: Mission) -> Watch:
     return CarsWatch(goal, off, lost)
 
 
-def lit_watch(goal: Goal, mission: Mission) -> Watch:
+def lit_watch(goal: Goal, mission: Mission) -> GoalWatch:
     """The watch of lit: cars' LED is on, or none is."""
     led = NO_LED if goal.values["led"] == "off" else goal.values["led"]
     at = goal.values["at"]
@@ -241,7 +241,7 @@ def lit_watch(goal: Goal, mission: Mission) -> Watch:
     return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost, from_ms=1 if at == "always" else 0)
 
 
-def not_lit_watch(goal: Goal, mission: Mission) -> Watch:
+def not_lit_watch(goal: Goal, mission: Mission) -> GoalWatch:
     """The watch of not-lit: cars' LED is never on."""
     led = goal.values["led"]
 
@@ -251,7 +251,7 @@ def not_lit_watch(goal: Goal, mission: Mission) -> Watch:
     return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, at="always")
 
 
-class TravelledWatch(Watch):
+class TravelledWatch(GoalWatch):
     """A goal for how far cars drove, measured between moments."""
 
     def __init__(self, goal: Goal) -> None:
@@ -309,7 +309,7 @@ class TravelledWatch(Watch):
         return {"allowed": Phrase("number-range", minimum=self._least, maximum=self._most)}
 
 
-class TogetherWatch(Watch):
+class TogetherWatch(GoalWatch):
     """A goal for how near cars are to each other: any two of them."""
 
     def __init__(self, goal: Goal) -> None:

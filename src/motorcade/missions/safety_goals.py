@@ -11,7 +11,7 @@ from motorcade.missions.document import Goal, Mission, Wording, Zone
 from motorcade.missions.goals import (
     Event,
     GoalState,
-    Watch,
+    GoalWatch,
     car_phrase,
     distance_to_zone_m,
     done_phrase,
@@ -25,7 +25,7 @@ _TOUCH_M = 0.01
 _VOICE_MS = 300
 
 
-class NoTouchWatch(Watch):
+class NoTouchWatch(GoalWatch):
     """A goal: no car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
 
     def __init__(self, mission: Mission) -> None:
@@ -81,7 +81,7 @@ class NoTouchWatch(Watch):
         return GoalState("lost", self._first_ms, 0, 0, why, self._who)
 
 
-class VoiceWatch(Watch):
+class VoiceWatch(GoalWatch):
     """A goal: cars that drive when the mat's voice says 'stop' stand still from then until it says 'go'."""
 
     def __init__(self, goal: Goal, mat: Mat) -> None:

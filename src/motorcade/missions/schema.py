@@ -7,7 +7,7 @@ say when it is met.
 from functools import cache
 from typing import Any, NamedTuple
 
-from motorcade.config.check import Place, Schema, choice, line, list_of, number, table, whole
+from motorcade.config.check import KeyPath, Schema, allowed_as, choice, line, list_of, number, table, whole
 from motorcade.errors import Phrase
 from motorcade.locales import languages, page_text
 from motorcade.mats.schema import FARTHEST_M, SHORTEST_M, mat_schema
@@ -46,20 +46,16 @@ class GoalKind(NamedTuple):
     is_static: bool = False
 
 
-def _unit(unit: str, schema: Schema) -> Schema:
-    return schema | {"x-unit": unit}
-
-
 def _seconds(title: str) -> Schema:
-    return _unit("seconds", number(0.1, LONGEST_S, title=title))
+    return number(0.1, LONGEST_S, "seconds", title=title)
 
 
 def _time(title: str) -> Schema:
-    return _unit("seconds", number(0, LONGEST_S, title=title))
+    return number(0, LONGEST_S, "seconds", title=title)
 
 
 def _metres(title: str) -> Schema:
-    return _unit("metres", number(SHORTEST_M, FARTHEST_M, title=title))
+    return number(SHORTEST_M, FARTHEST_M, "metres", title=title)
 
 
 def _at(first: str) -> Schema:
@@ -102,8 +98,8 @@ GOALS: dict[str, GoalKind] = {
     "heading": GoalKind(
         {
             **_CARS,
-            "degrees": _unit("degrees", number(-360, 360, title="counter-clockwise from the x axis")),
-            "tolerance_deg": _unit("degrees", number(1, 180, title="how far off it may be", default=15)),
+            "degrees": number(-360, 360, "degrees", title="counter-clockwise from the x axis"),
+            "tolerance_deg": number(1, 180, "degrees", title="how far off it may be", default=15),
             "at": _at("end"),
             **_WINDOW,
         },
@@ -115,7 +111,7 @@ GOALS: dict[str, GoalKind] = {
         {"who": _WHO, "metres": _metres("the distance between any two of them at most"), "at": _at("end")}
     ),
     "in-step": GoalKind(
-        {**_CARS, "within_ms": _unit("milliseconds", whole(1, 10_000, title="how far apart they may begin a word"))}
+        {**_CARS, "within_ms": whole(1, 10_000, "milliseconds", title="how far apart they may begin a word")}
     ),
     "no-touch": GoalKind({}),
     "heard": GoalKind({"who": _WHO, "share": number(0.01, 1, title="the part of all words, car by car", default=1)}),
@@ -168,7 +164,7 @@ def mission_schema() -> Schema:
             edits=choice(*EDITS, title="what the pupil changes", default=EDITS[0]),
             steps=list_of(choice(*KINDS), 1, len(KINDS), title="the kinds of steps that may be used", uniqueItems=True),
             profile=line(100, title="the kind of cars", default="classroom"),
-            seconds=_unit("seconds", number(1, LONGEST_S, title="how long a run lasts", default=30)),
+            seconds=number(1, LONGEST_S, "seconds", title="how long a run lasts", default=30),
             seeds=list_of(
                 whole(0, (1 << 32) - 1),
                 1,
@@ -178,8 +174,8 @@ def mission_schema() -> Schema:
                 default=[0, 1, 2],
             ),
             mat=_mat(),
-            zone=list_of(_zone(), 0, _MOST_ZONES, default=[]) | {"x-allowed": ["list-of-tables", {"name": "zone"}]},
-            goal=list_of(goal, 1, _MOST_GOALS) | {"x-allowed": ["list-of-tables", {"name": "goal"}]},
+            zone=allowed_as("list-of-tables", list_of(_zone(), 0, _MOST_ZONES, default=[]), name="zone"),
+            goal=allowed_as("list-of-tables", list_of(goal, 1, _MOST_GOALS), name="goal"),
             start=program,
             solution=program,
             near_miss=program,
@@ -246,7 +242,7 @@ class _Label:
         return page_text(self._path, language)
 
 
-def place_in_words(place: Place) -> Phrase | None:
+def place_in_words(place: KeyPath) -> Phrase | None:
     """Return where ``place`` is, for who writes a mission in the page; None where the editor has no such field."""
     match place:
         case ("zone" | "goal" as part, int(number)):

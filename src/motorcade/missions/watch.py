@@ -7,7 +7,7 @@ from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions import goals, safety_goals, word_goals
 from motorcade.missions.document import Goal, Mission, Wording
-from motorcade.missions.goals import Event, GoalState, Watch
+from motorcade.missions.goals import Event, GoalState, GoalWatch
 from motorcade.words.image import Image, parse_image_bytes
 
 # A run is watched every so many ms, beginning at 0.
@@ -25,7 +25,7 @@ _CAR_WATCHES = {
 }
 
 
-class GoalWatch:
+class MissionWatch:
     """Watches one run of a mission.
 
     Call `see` with the moments at 0, EVERY_MS, 2 * EVERY_MS … up to the mission's duration. Moments may hold lists,
@@ -92,7 +92,7 @@ class _AllBy:
         watch: of the other goal.
     """
 
-    def __init__(self, goal: Goal, watch: Watch) -> None:
+    def __init__(self, goal: Goal, watch: GoalWatch) -> None:
         self._number, self._seconds = goal.values["goal"], goal.values["seconds"]
         self._by_ms = round(self._seconds * 1000)
         self._watch = watch
@@ -148,7 +148,7 @@ def _check_work(mission: Mission) -> None:
         raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
 
 
-def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots) -> Watch | None:
+def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots) -> GoalWatch | None:
     """The watch of a goal; None for one that other goals decide."""
     match goal.kind:
         case "all-by":

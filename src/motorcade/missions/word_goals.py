@@ -10,7 +10,7 @@ from motorcade.engine.events import START
 from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
 from motorcade.missions.document import Goal, Mission
-from motorcade.missions.goals import Event, GoalState, Progress, Watch, car_phrase, needed_of
+from motorcade.missions.goals import Event, GoalState, GoalWatch, Progress, car_phrase, needed_of
 from motorcade.program.compiler import length_ms
 from motorcade.words.image import Image
 from motorcade.words.infrared import TAGS
@@ -47,7 +47,7 @@ class Slots:
         return now - 1 if now and event.word == self._words[(now - 1) % len(self._words)] else -1
 
 
-class SlotWatch(Watch):
+class SlotWatch(GoalWatch):
     """A goal that is decided slot by slot: when the slot after it is over, or the run.
 
     Args:
@@ -187,7 +187,7 @@ class InStepWatch(SlotWatch):
         return GoalState(progress, self._now_ms if is_over else None, self._done, self._slots.count, why)
 
 
-def static_watch(goal: Goal, image: Image, profile: Profile) -> Watch:
+def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
     """The watch of a goal that the program alone decides."""
     if goal.kind == "seconds-at-most":
         leader_ms = sum(length_ms(word, profile) for word in image.leader)
@@ -199,7 +199,7 @@ def static_watch(goal: Goal, image: Image, profile: Profile) -> Watch:
     return _StaticWatch(count <= most, Phrase(f"goal-{goal.kind}-count", count=count, most=most))
 
 
-class _StaticWatch(Watch):
+class _StaticWatch(GoalWatch):
     def __init__(self, is_met: bool, why: Phrase) -> None:
         self._state = GoalState("met" if is_met else "lost", 0, 0, 0, why)
 

@@ -36,8 +36,8 @@ from motorcade.errors import Phrase
 from motorcade.program.diagnostics import BEHIND, Diagnostic, Fix, error
 from motorcade.program.parts import (
     MOST_PIECES,
-    Part,
-    Parts,
+    WordPart,
+    WordParts,
     control_word,
     cut,
     durations_of,
@@ -60,7 +60,7 @@ _VOICE = CONTROL.field("voice").word_mask
 class Item(NamedTuple):
     """One step of the row, at its ``path`` in the program; ``total_ms`` is its longest duration, or the idle time."""
 
-    parts: Parts
+    parts: WordParts
     durations_ms: tuple[int, ...]
     total_ms: int
     path: str
@@ -231,7 +231,7 @@ def can_be_sent(item: Item, profile: Profile, tagged: bool) -> bool:
 def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool) -> Round | None:
     """Return the Round with this dwell; None where it can't express some step."""
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
-    slots: list[tuple[int, Parts]] = []
+    slots: list[tuple[int, WordParts]] = []
     for position, item in enumerate(items):
         left = _slots(item, dwell_ms, profile)
         if not left:
@@ -274,7 +274,7 @@ def _lengths(levels_ms: tuple[int, ...], dwell_ms: int) -> tuple[int, ...]:
     return tuple(level for level in levels_ms if level and level % dwell_ms == 0)
 
 
-def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[Parts]:
+def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[WordParts]:
     """Return what is left of the step at the beginning of each dwell; nothing where it isn't made of whole dwells.
 
     A follower that does not accept infrared receives the next word only when its
@@ -296,7 +296,7 @@ def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[Parts]:
     return slots
 
 
-def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int], tagged: bool) -> Iterator[int]:
+def _words(parts: WordParts, item: Item, dwell_ms: int, levels: dict[int, int], tagged: bool) -> Iterator[int]:
     """Yield the words that do what ``parts`` describe for one dwell, the simplest first; none where no word does."""
     durations = durations_of(parts)
     if all(duration in levels for duration in durations):
@@ -316,12 +316,12 @@ def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int], tagg
             yield control_word(with_durations(parts, changed), levels, item.accept_ir, item.forward)
 
 
-def _stands_still(part: Part) -> bool:
+def _stands_still(part: WordPart) -> bool:
     """Whether a part holds the wheels still, which they also do after it."""
     return part.bits & _MOTOR_ENABLE > 0 and part.bits & _MOTOR_SPEED == 0
 
 
-def _durations(part: Part, item: Item, dwell_ms: int, levels: dict[int, int], may_be_short: bool) -> list[int]:
+def _durations(part: WordPart, item: Item, dwell_ms: int, levels: dict[int, int], may_be_short: bool) -> list[int]:
     """Return the durations that a word may hold for a part that is not over yet, the simplest first."""
     left_ms = part.duration_ms
     own = [left_ms] if left_ms in levels else []

@@ -14,7 +14,7 @@ from motorcade.words.formats import CONTROL
 MOST_PIECES = 255
 
 
-class Part(NamedTuple):
+class WordPart(NamedTuple):
     """What one step puts into a control word.
 
     Attributes:
@@ -28,7 +28,7 @@ class Part(NamedTuple):
     duration_ms: int
 
 
-Parts = tuple[Part, ...]
+WordParts = tuple[WordPart, ...]
 
 
 class _Layout(NamedTuple):
@@ -83,7 +83,7 @@ _DURATIONS_AT = sorted({layout.duration_low for layout in _LAYOUTS.values()} - {
 _LOOKED_FOR = sorted(SIMPLE_KINDS, key=lambda kind: (-CONTROL.field(word_fields(kind)[0]).low, -len(kind.sets)))
 
 
-def parts_of(step: Step) -> Parts:
+def parts_of(step: Step) -> WordParts:
     """Return the parts of a step that is no repeat, has no two parts of one group and lasts whole milliseconds.
 
     Parts with a duration come first, from the word's most significant bits on.
@@ -96,31 +96,31 @@ def parts_of(step: Step) -> Parts:
     return tuple(sorted(parts, key=lambda part: (-part.duration_low, -part.bits)))
 
 
-def _part_of(step: Any) -> Part:
+def _part_of(step: Any) -> WordPart:
     bits, _, _, places, duration_low = _LAYOUTS[type(step)]
     for name, low, _, names in places:
         value = getattr(step, name)
         bits |= (names.index(value) if names else value) << low
     if duration_low < 0:
-        return Part(bits, -1, 0)
+        return WordPart(bits, -1, 0)
     duration_ms = to_ms(step.seconds)
     if duration_ms is None:
         raise ValueError(f"{step.seconds} s are no whole milliseconds")
-    return Part(bits, duration_low, duration_ms)
+    return WordPart(bits, duration_low, duration_ms)
 
 
-def durations_of(parts: Parts) -> tuple[int, ...]:
+def durations_of(parts: WordParts) -> tuple[int, ...]:
     """Return how long each part that has a duration lasts, in milliseconds."""
     return tuple([duration_ms for _, low, duration_ms in parts if low >= 0])
 
 
-def with_durations(parts: Parts, durations_ms: Iterable[int]) -> Parts:
+def with_durations(parts: WordParts, durations_ms: Iterable[int]) -> WordParts:
     """Return ``parts`` with other durations, one for each part that has one."""
     given = iter(durations_ms)
-    return tuple([Part(bits, low, next(given) if low >= 0 else 0) for bits, low, _ in parts])
+    return tuple([WordPart(bits, low, next(given) if low >= 0 else 0) for bits, low, _ in parts])
 
 
-def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:
+def slice_of(parts: WordParts, begin_ms: int, length_ms: int) -> WordParts:
     """Return the share of ``parts`` in the piece that begins at ``begin_ms`` and lasts ``length_ms``.
 
     A part that is over before the piece is left out; a part of 0 ms is in the first piece.
@@ -131,11 +131,11 @@ def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:
         if low < 0:
             left.append(part)
         elif duration_ms > begin_ms or begin_ms == 0:
-            left.append(Part(bits, low, min(duration_ms - begin_ms, length_ms)))
+            left.append(WordPart(bits, low, min(duration_ms - begin_ms, length_ms)))
     return tuple(left)
 
 
-def control_word(parts: Parts, levels: dict[int, int], accept_ir: int, forward: int) -> int:
+def control_word(parts: WordParts, levels: dict[int, int], accept_ir: int, forward: int) -> int:
     """Return the control word of ``parts``. Raises KeyError where a duration is no key of ``levels`` (ms -> level)."""
     word = accept_ir << _ACCEPT_IR_AT | forward << _FORWARD_AT
     for bits, low, duration_ms in parts:

@@ -8,7 +8,7 @@ from motorcade.engine.showing import EVENT_BYTES
 from motorcade.engine.state import Moment
 from motorcade.missions.document import Mission
 from motorcade.missions.goals import Event, GoalState
-from motorcade.missions.watch import EVERY_MS, GoalWatch
+from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.service import history
 from motorcade.service.messages import sentences
 from motorcade.service.world_messages import GoalNow, Goals
@@ -33,7 +33,7 @@ class Referee:
 
     def restart(self) -> None:
         """A new run begins."""
-        self._watch = GoalWatch(self.mission, self._image)
+        self._watch = MissionWatch(self.mission, self._image)
         # How it stood from which time on; a time is here only where something was new.
         self._times: list[int] = []
         self._states: list[list[GoalState]] = []

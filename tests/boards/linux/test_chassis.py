@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from motorcade.boards.linux.chassis import motor_duties, open_chassis
 from motorcade.config.pins import parse_pins
-from motorcade.config.profile import Motor
+from motorcade.config.profile import DriveMotor
 from support.mock_pi import DUTIES, ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
 from support.strategies import CLASSROOM
 
-WEAK = replace(CLASSROOM, motor=Motor(pwm_max=60))
+WEAK = replace(CLASSROOM, motor=DriveMotor(pwm_max=60))
 
 
 @pytest.fixture

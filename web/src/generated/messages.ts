@@ -47,7 +47,7 @@ export interface ProfileFigures {
   serial: Serial;
   body: Body;
   servo: Servo;
-  motor: Motor;
+  motor: DriveMotor;
   drive: DriveLimits;
   seconds: Seconds;
 }
@@ -90,7 +90,7 @@ export interface Servo {
 }
 
 /** The drive motor's largest PWM duty. */
-export interface Motor {
+export interface DriveMotor {
   pwm_max: number;
 }
 
