@@ -146,7 +146,7 @@ def test_a_refusal_is_one_sentence(arguments, sentence, folder):
     ],
 )
 def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments, missing, extra, folder, monkeypatch):
-    ours = ("motorcade.runs.mcap_file", "motorcade.runs.film", "motorcade.runs.tracks")
+    ours = ("motorcade.runs.mcap_file", "motorcade.runs.plots")
     for module in list(sys.modules):
         if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.drawing"):
             monkeypatch.delitem(sys.modules, module)

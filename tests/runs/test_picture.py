@@ -7,12 +7,11 @@ import pytest
 from PIL import Image
 
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.runs import drawing, film
+from motorcade.runs import drawing, plots
 from motorcade.runs.drawing import pictures_in
-from motorcade.runs.film import SIZES, draw_film
 from motorcade.runs.palette import LEADER, rgb
+from motorcade.runs.plots import SIZES, Thinned, draw_film, draw_tracks
 from motorcade.runs.recording import Description, InMemoryRecording
-from motorcade.runs.tracks import Thinned, draw_tracks
 from support.recorded_run import crowd, record, world
 
 
@@ -132,7 +131,7 @@ def test_a_film_of_many_cars_shows_their_words(many, tmp_path):
 
 
 def test_a_gif_that_is_too_long_is_refused_in_a_sentence(recording, tmp_path, monkeypatch):
-    monkeypatch.setattr(film, "MOST_GIF_IMAGES", 10)
+    monkeypatch.setattr(plots, "MOST_GIF_IMAGES", 10)
     with pytest.raises(MotorcadeError, match=r"a GIF has at most 10 images, .* draw it at a higher speed"):
         draw_film(recording, tmp_path / "run.gif")
     assert not list(tmp_path.iterdir())

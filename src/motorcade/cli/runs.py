@@ -118,8 +118,8 @@ def _replay(run: RunFile, video: Path | None = None, speed: float = 1, as_json: 
 def _plot(run: RunFile, output: Output, as_json: Json = False) -> None:
     with needs_extra("drawing", "runs"):
         from motorcade.cli.console import drawing_texts, progress_bar
+        from motorcade.runs.plots import draw_tracks
         from motorcade.runs.recorder import open_recording
-        from motorcade.runs.tracks import draw_tracks
 
         recording = open_recording(run)
         with progress_bar("read", recording.last_ms) as advance, drawing_texts():
@@ -130,7 +130,7 @@ def _plot(run: RunFile, output: Output, as_json: Json = False) -> None:
 
 def _draw_film(recording: "Recording", video: Path, speed: float) -> None:
     from motorcade.cli.console import drawing_texts, progress_bar
-    from motorcade.runs.film import draw_film
+    from motorcade.runs.plots import draw_film
 
     with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
         draw_film(recording, video, speed, advance)

@@ -50,13 +50,11 @@ def open_recording(path: str | Path) -> Recording:
 @needs_extra("drawing", "runs")
 def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
     """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError."""
-    if path.suffix.lower() == FILM_ENDING:
-        from motorcade.runs.film import draw_film
+    from motorcade.runs.plots import draw_film, draw_tracks
 
+    if path.suffix.lower() == FILM_ENDING:
         draw_film(recording, path, progress=progress)
     else:
-        from motorcade.runs.tracks import draw_tracks
-
         draw_tracks(recording, path, progress)
 
 

@@ -251,7 +251,7 @@ def draw(run: InMemoryRecording, file: str) -> bytes:
     """Draw a film, in a process that ends with the studio; return its bytes. Raises MotorcadeError."""
     _follow_parent()
     # Matplotlib takes longer to load than the rest of the server.
-    from motorcade.runs.film import draw_film
+    from motorcade.runs.plots import draw_film
 
     with tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True) as folder:
         draw_film(run, Path(folder) / file)
