@@ -4,7 +4,7 @@ import { type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { inLanguage } from "../i18n";
 import { beacon, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
-import { hexColour, LEDS } from "../mat/colours";
+import { hexColour, LEDS, pageFont } from "../mat/colours";
 import { floorOf } from "../mat/document";
 import { drawFloor } from "./floor";
 
@@ -191,7 +191,7 @@ export function drawWorld(
     const name = nameOf?.(k);
     if (!name) continue;
     context.fillStyle = inks.text;
-    context.font = `600 ${Math.max(18, r)}px system-ui, sans-serif`;
+    context.font = `600 ${Math.max(18, r)}px ${pageFont()}`;
     context.textAlign = "center";
     // Dark floors need it.
     context.strokeStyle = inks.floor;
@@ -214,7 +214,7 @@ function drawZones(
   context.strokeStyle = context.fillStyle = inks.beam;
   context.lineWidth = 2;
   context.setLineDash([8, 5]);
-  context.font = `600 ${ZONE_NAME_PX}px system-ui, sans-serif`;
+  context.font = `600 ${ZONE_NAME_PX}px ${pageFont()}`;
   context.textAlign = "center";
   for (const { title, corners_m, centre_m, radius_m } of world.zones) {
     const [xs, ys] = centre_m && radius_m !== null

@@ -1,7 +1,7 @@
 /** Draw the view from behind a car: sky and floor, then what stands there, from the farthest to the nearest. */
 
 import { NO_LED } from "../api/world";
-import { carColour, hexColour, LEDS, plateColour } from "./colours";
+import { carColour, hexColour, LEDS, pageFont, plateColour } from "./colours";
 import { paintOrder, type SeenCar } from "./chaseOrder";
 import { ChasePen, DARK } from "./chasePen";
 import { thingsSeen } from "./chaseThings";
@@ -130,7 +130,7 @@ export class ChasePainter {
   private number([x, y]: readonly number[], number: number, px: number): void {
     if (x === undefined || y === undefined) return;
     const { g } = this.pen;
-    g.font = `700 ${Math.round(px * 0.42)}px system-ui, sans-serif`;
+    g.font = `700 ${Math.round(px * 0.42)}px ${pageFont()}`;
     g.textAlign = "center";
     g.textBaseline = "middle";
     this.pen.mark([x, y], 0.3 * px, plateColour(number), null);

@@ -76,6 +76,9 @@ const NAMES = [
 
 export type MatTheme = Record<(typeof NAMES)[number], string>;
 
+/** The page's font, for texts on canvases: the names that it chooses from, as in `font-family`. */
+export const pageFont = () => getComputedStyle(document.body).fontFamily;
+
 /** Read the theme's colours by a probe element: a custom property's text may refer to other properties. */
 export function readTheme(element: HTMLElement): MatTheme {
   const probe = document.createElement("span");

@@ -1,8 +1,10 @@
+import { Text } from "pixi.js";
 import { expect, it } from "vitest";
 import { framed, isWellFramed, toScreen } from "./camera";
 import type { MatTheme } from "./colours";
 import { TrackLayer } from "./layers";
 import { pictureOf } from "./testPictures";
+import { ZoneLayer } from "./zoneLayer";
 
 it("tracks stay when the stage is painted anew", () => {
   const tracks = new TrackLayer({ track: 0x112233 } as unknown as MatTheme);
@@ -24,4 +26,13 @@ it("the camera shows all cars of a mission, however small", () => {
     expect(px > 0 && px < size.width).toBe(true);
   }
   expect(isWellFramed(framed(some, size)!, long, size)).toBe(false);
+});
+
+it("zones' names have the page's font", () => {
+  document.body.style.fontFamily = "Page, serif";
+  const zones = new ZoneLayer({ accent: 0x112233 } as unknown as MatTheme);
+  zones.setZones([{ name: "a", title: { en: "Garage", zh: "车库" }, corners_m: [], centre_m: [1, 1], radius_m: 0.5 }]);
+  zones.draw(1);
+  const names = zones.view.children.flatMap(({ children }) => children).filter((each) => each instanceof Text);
+  expect(names.map(({ text, style }) => [text, style.fontFamily])).toEqual([["Garage", "Page, serif"]]);
 });

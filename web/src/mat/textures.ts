@@ -2,6 +2,7 @@
 
 import { Texture } from "pixi.js";
 import { beacon, DARK, face, follower, leader, outlined, rounded, shadow, TREADS, wheel } from "./carPaint";
+import { pageFont } from "./colours";
 import { arrow, ring } from "./plainShapes";
 
 const SIZE = 128;
@@ -111,7 +112,7 @@ function person(g: CanvasRenderingContext2D) {
 export function numberTexture(number: number, plate: string): Texture {
   return draw((g) => {
     rounded(g, plate, [-0.94, -0.8, 1.88, 1.6], 0.5);
-    g.font = `700 ${number > 99 ? 0.8 : 1.05}px system-ui, sans-serif`;
+    g.font = `700 ${number > 99 ? 0.8 : 1.05}px ${pageFont()}`;
     g.textAlign = "center";
     g.textBaseline = "middle";
     g.fillStyle = DARK;

@@ -3,11 +3,10 @@
 import { Container, Graphics, Text, type TextStyleOptions } from "pixi.js";
 import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
-import type { MatTheme } from "./colours";
+import { type MatTheme, pageFont } from "./colours";
 
 // Legible on each floor, by day and by night.
 const NAME_STYLE: Partial<TextStyleOptions> = {
-  fontFamily: "system-ui, sans-serif",
   fontSize: 14,
   fontWeight: "bold",
   fill: 0xffffff,
@@ -52,7 +51,7 @@ export class ZoneLayer {
         g.closePath();
       }
       g.fill({ color: this.theme.accent, alpha: 0.18 }).stroke({ width: 2 / scale, color: this.theme.accent, alpha: 0.9 });
-      const name = this.names.addChild(new Text({ text: inLanguage(title), style: NAME_STYLE }));
+      const name = this.names.addChild(new Text({ text: inLanguage(title), style: { ...NAME_STYLE, fontFamily: pageFont() } }));
       // The world's y axis goes up.
       name.scale.set(1 / scale, -1 / scale);
       name.anchor.set(0.5);
