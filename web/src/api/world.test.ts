@@ -127,6 +127,17 @@ describe("a connection", () => {
     expect(MockStream.made).toHaveLength(2);
   });
 
+  it("takes its world back when somebody comes back to its tab", () => {
+    connect();
+    MockStream.made[0]!.open();
+    document.dispatchEvent(new Event("visibilitychange"));
+    expect(MockStream.made).toHaveLength(1);
+    MockStream.made[0]!.listeners.onMessage('{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}');
+    document.dispatchEvent(new Event("visibilitychange"));
+    document.dispatchEvent(new Event("visibilitychange"));
+    expect(MockStream.made).toHaveLength(2);
+  });
+
   it("says nothing while it is lost, and hands on pictures", () => {
     const connection = connect();
     expect(connection.send({ do: "pause" })).toBe(false);

@@ -97,7 +97,7 @@ export interface Listeners {
 }
 
 const SESSION_KEY = "motorcade.world";
-/** Another page has this world, or its place, now; to connect again by itself would take it from that page. */
+/** Another page has this world, or its place, now; to connect again at once would take it from that page. */
 const GIVEN_AWAY = ["taken-over", "session-was-idle"];
 
 /** The session of this window's world: the same after a reload, another one in another window. */
@@ -134,10 +134,17 @@ export class WorldConnection {
 
   /** Take the world back from another window. */
   comeBack(): void {
+    document.removeEventListener("visibilitychange", this.comeBackWhenSeen);
     this.stream.reopen();
   }
 
+  /** Who comes back to this tab wants its world here. */
+  private readonly comeBackWhenSeen = (): void => {
+    if (!document.hidden) this.comeBack();
+  };
+
   close(): void {
+    document.removeEventListener("visibilitychange", this.comeBackWhenSeen);
     this.stream.close();
   }
 
@@ -147,6 +154,7 @@ export class WorldConnection {
       this.listeners.onAnswer(answer);
       if (answer.is !== "error" || !GIVEN_AWAY.includes(answer.code)) return;
       this.stream.close();
+      document.addEventListener("visibilitychange", this.comeBackWhenSeen);
       this.listeners.onLink("elsewhere");
       return;
     }
