@@ -291,6 +291,7 @@ def test_what_cannot_be_is_said_with_its_place_and_block(program: Program, code:
         (follower(), "empty-program", "followers.steps"),
         (follower(repeat(2)), "empty-program", "followers.steps"),
         (follower(led(0, 3, accept_ir=False), wait(1)), "deaf-followers", FOLLOWERS),
+        (follower(led(0, 2, accept_ir=False), wait(1)), "deaf-followers", FOLLOWERS),
         (follower(led(0, 3, accept_ir=False), wait(2), dwell_seconds=1), "deaf-followers", FOLLOWERS),
         (follower(led(0, 3, accept_ir=False), wait(1), tagged=True), "deaf-followers", FOLLOWERS),
         (follower(led(0, 1), led(1, 1), forward=True, tagged=False), "echo", FOLLOWERS),

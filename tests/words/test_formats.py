@@ -311,11 +311,6 @@ def test_a_format_with_a_link_to_a_missing_field_cannot_be_defined(link):
 # On a wire
 
 
-def test_a_word_on_a_wire_is_four_bytes_most_significant_first():
-    assert pack(0x01020304) == pack(0x01020304, "big") == bytes([1, 2, 3, 4])
-    assert pack(0x01020304, "little") == bytes([4, 3, 2, 1])
-
-
 @pytest.mark.parametrize("byte_order", ["big", "little"])
 @given(word=ANY_WORD)
 def test_a_word_goes_over_a_wire_and_back(byte_order, word):
@@ -324,17 +319,7 @@ def test_a_word_goes_over_a_wire_and_back(byte_order, word):
     assert unpack(data, byte_order) == word
 
 
-@pytest.mark.parametrize(("byte_order", "signed_int"), [("big", ">i"), ("little", "<i")])
-def test_a_client_may_call_a_word_signed(byte_order, signed_int):
-    assert unpack(struct.pack(signed_int, -2), byte_order) == 0xFFFFFFFE
-
-
 @pytest.mark.parametrize("word", NO_WORDS)
 def test_what_is_no_word_does_not_go_over_a_wire(word):
     with pytest.raises((struct.error, ValueError)):
         pack(word)
-
-
-def test_a_byte_order_that_is_none_is_not_guessed():
-    with pytest.raises(KeyError, match="middle"):
-        pack(1, "middle")
