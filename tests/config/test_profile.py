@@ -59,6 +59,7 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("unit_us = 560", "unit_us = 1.5", "infrared.unit_us"),
         ("unit_us = 560", "", "infrared.*unit_us"),
         ("unit_us = 560", "unit_us = 560\ncolour = 1", "infrared.*colour"),
+        ("last_interval_ms = 3520", "last_interval_ms = 109", "last_interval_ms is 109"),
         ("relay_period_ms = 250", "relay_period_ms = 90", "infrared.relay_period_ms"),
         ("[serial]\nbaud = 115200", "", "serial"),
         ("baud = 115200", "baud = 10000000000000", "serial.baud"),

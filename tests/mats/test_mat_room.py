@@ -145,12 +145,13 @@ def test_a_crowd_is_placed_apart_inside_its_area_with_its_leaders_or_has_no_room
 
 
 def test_a_random_crowd_depends_on_its_seed_and_never_changes() -> None:
-    body = f'[[crowd]]\ncars = 40\nplacement = "random"\nheading_deg = "random"\n{AREA}'
+    body = f'[[crowd]]\ncars = 40\nleaders = 7\nplacement = "random"\nheading_deg = "random"\n{AREA}'
     one, other = mat(body + "seed = 1").starts, mat(body + "seed = 2").starts
     assert not np.allclose(one.x_m, other.x_m)
     assert len(set(one.heading)) == 40
     # Fixed values: recordings must not change with a new version of any library.
     assert np.round([one.x_m[0], one.y_m[0], one.heading[0]], 6).tolist() == [0.189664, 0.137169, 2.450491]
+    assert one.leaders == 
 
 
 def test_a_crowd_keeps_clear_of_what_stands_there_and_of_single_cars() -> None:

@@ -230,17 +230,19 @@ def test_all_by_asks_when_another_goal_was_met(moments, seconds, expected):
 
 def test_while_a_run_goes_on_a_goal_is_open_or_holds():
     goals = [ZONE, {"kind": "no-touch"}, {"kind": "all-by", "goal": 1, "seconds": 0.9}]
-    wanted = mission(*goals)
+    # How far a car drives at most is known at the end.
+    near = {"kind": "travelled", "who": [SECOND], "most_m": 1}
+    wanted = mission(*goals, near)
     watch = MissionWatch(wanted, compile_program(BARE, wanted.profile).image)
     seen = []
     for number, shown in enumerate([OUT, IN, OUT, IN]):
         watch.see(moment(number * EVERY_MS, **shown))
         seen.append([state.progress for state in watch.states()])
-    assert seen == [["open", "holds", "open"], ["holds"] * 3, ["open", "holds", "open"], ["holds"] * 3]
+    assert seen == [["open", "holds", "open", "holds"], ["holds"] * 4] * 2
     watch.see(moment(1000, **IN))
-    assert [state.progress for state in watch.states()] == ["met"] * 3
+    assert [state.progress for state in watch.states()] == ["met"] * 4
     watch.see(moment(1100, **OUT))
-    assert [state.progress for state in watch.states()] == ["met"] * 3
+    assert [state.progress for state in watch.states()] == ["met"] * 4
 
 
 @pytest.mark.parametrize("goal", [{"kind": "heard"}, {"kind": "in-step", "within_ms": 200}])

@@ -232,6 +232,15 @@ def fixed_text(text, diagnostic, fix):
     return "\n".join(before) + fix["value"] + "\n".join(after)
 
 
+def test_one_of_several_wide_signs_is_corrected_though_the_others_are_wrong_still():
+    text = "from motorcade import Program, forward\nprogram = Program([forward（1），forward(2)])"
+    for written in ("forward(1）", "forward(1)，", "forward(1),forward(2)"):
+        found = bad_block(ask("python-to-blocks", {"leader": {}, "text": text}))
+        text = fixed_text(text, found, found["fixes"][0])
+        assert written in text
+    assert ask("python-to-blocks", {"leader": {}, "text": text})["diagnostics"] == []
+
+
 _IMPORT = "from motorcade import Program, forward"
 
 

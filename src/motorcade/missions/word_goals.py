@@ -15,14 +15,12 @@ from motorcade.program.compiler import length_ms
 from motorcade.words.image import Image
 from motorcade.words.infrared import TAGS
 
-# A tagged word can still be begun so many slots later; after that its tag counts as newer again.
-_OPEN_SLOTS = 31
-
 
 class Slots:
     """Which slot the beginning of a word belongs to, for leaders of one image that were switched on at 0 ms.
 
-    A bare word is known by its bits, and counts for the slot in which it began or for the one before.
+    A bare word is known by its bits, and counts for the slot in which it began or for the one before. A tagged word
+    counts for the newest slot with its tag.
 
     Attributes:
         dwell_ms: how long a slot lasts; 0 where the image has no words for followers.
@@ -40,8 +38,7 @@ class Slots:
             return -1
         now = event.t_ms // self.dwell_ms
         if self._is_tagged:
-            behind = (now % TAGS + 1 - event.other) % TAGS
-            return now - behind if event.other and behind <= _OPEN_SLOTS else -1
+            return now - (now % TAGS + 1 - event.other) % TAGS if event.other else -1
         if event.word == self._words[now % len(self._words)]:
             return now
         return now - 1 if now and event.word == self._words[(now - 1) % len(self._words)] else -1
