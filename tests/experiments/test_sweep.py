@@ -364,10 +364,12 @@ def test_no_damage_of_a_part_ends_in_anything_but_a_sentence(stopped):
     assert codes == {"sweep-file-damaged"}
 
 
-def test_rows_of_something_else_in_place_of_a_part_are_refused(stopped):
+@pytest.mark.parametrize("part", ["something else", "a row less"])
+def test_rows_of_something_else_in_place_of_a_part_are_refused(stopped, part):
     plan, table = stopped
+    rows = pa.table({"run": ["a"]}) if part == "something else" else pq.read_table(io.BytesIO(run_task(plan.task(0))))
     sink = io.BytesIO()
-    pq.write_table(pa.table({"run": ["a"]}), sink)
+    pq.write_table(rows.slice(1) if part == "a row less" else rows, sink)
     Store(table, plan).keep(0, sink.getvalue())
     with pytest.raises(MotorcadeError, match="is damaged"):
         run_sweep(plan, table, here)

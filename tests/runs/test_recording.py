@@ -315,13 +315,14 @@ def test_any_damage_is_an_error_with_a_sentence_or_a_shorter_recording(folder, k
 
 
 @pytest.mark.parametrize("compress", [lz4.frame.compress, zstandard.compress], ids=["lz4", "zstd"])
+@pytest.mark.parametrize("said", [1 << 27, 100], ids=["says so", "says less"])
 def test_a_small_file_that_would_become_gigabytes_is_read_in_little_memory(
-    compress, folder, kept, tmp_path, monkeypatch
+    compress, said, folder, kept, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(mcap_file, "MOST_CONTENT_BYTES", 1 << 20)
     content = compress(bytes(1 << 27))
     name = b"lz4" if compress is lz4.frame.compress else b"zstd"
-    head = struct.pack("<QQQI", 0, 0, 1 << 27, 0) + struct.pack("<I", len(name)) + name
+    head = struct.pack("<QQQI", 0, 0, said, 0) + struct.pack("<I", len(name)) + name
     chunk = head + struct.pack("<Q", len(content)) + content
     data = (folder / "run.mcap").read_bytes()
     # Behind the magic and the first record, whose length follows its first byte.
