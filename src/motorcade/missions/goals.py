@@ -50,7 +50,27 @@ class GoalState(NamedTuple):
 
 
 class GoalWatch(ABC):
-    """Watches one goal during one run."""
+    """Watches one goal during one run.
+
+    Args:
+        cars: the cars that it is about.
+        share: the part of them that must meet it.
+    """
+
+    def __init__(self, cars: Sequence[int] = (), share: float = 1.0) -> None:
+        self._cars = cars
+        self._needed = needed_of(share, len(cars))
+        self._now_ms = 0
+        # Since when it is met, and when it was lost for good.
+        self._since_ms: int | None = None
+        self._lost_ms: int | None = None
+
+    def _note(self, is_met: bool) -> None:
+        """Note whether the goal is met at this moment."""
+        if not is_met:
+            self._since_ms = None
+        elif self._since_ms is None:
+            self._since_ms = self._now_ms
 
     @abstractmethod
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
@@ -90,8 +110,8 @@ class CarsWatch(GoalWatch):
 
     Args:
         test: for a car's number and a moment how far the car is from meeting the goal, 0: it meets it.
-        lost: the sentence for the car that misses it most, from ``car``, ``off`` (what ``test`` gave), ``done`` and
-            ``count``.
+        lost: the key of the sentence for the car that misses it most.
+        details: what this sentence says of that car, from what ``test`` gave.
         from_ms: moments before don't count.
         at: when, for a kind of goal that doesn't say it.
     """
@@ -99,22 +119,20 @@ class CarsWatch(GoalWatch):
     def __init__(
         self,
         goal: Goal,
-        test: "Callable[[int, Moment], float]",
-        lost: "Callable[[int, float, int, int], Phrase]",
+        test: Callable[[int, Moment], float],
+        lost: str,
+        details: Callable[[float], dict[str, Any]],
         from_ms: int = 0,
         at: str = "end",
     ) -> None:
-        self._cars = goal.cars
-        self._needed = needed_of(goal.values["share"], len(goal.cars))
+        super().__init__(goal.cars, goal.values["share"])
         self._at = goal.values.get("at", at)
-        self._test, self._lost = test, lost
+        self._test, self._key, self._details = test, lost, details
         self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
         self._until_ms = round(goal.values["until_s"] * 1000) if "until_s" in goal.values else None
         # How far each car is from meeting the goal, and since when: now, at best, or when it first missed it.
         self._off = [math.inf if self._at != "always" else 0.0] * len(goal.cars)
         self._off_ms = [0] * len(goal.cars)
-        self._since_ms: int | None = None
-        self._now_ms = 0
         self._ended = False
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
@@ -127,13 +145,7 @@ class CarsWatch(GoalWatch):
             before = self._off[place]
             if self._at == "end" or (off <= before if self._at == "some-moment" else before == 0):
                 self._off[place], self._off_ms[place] = off, moment.t_ms
-        holds = self._done >= self._needed
-        if self._at == "always":
-            holds = not holds
-        if not holds:
-            self._since_ms = None
-        elif self._since_ms is None:
-            self._since_ms = moment.t_ms
+        self._note(self._done >= self._needed)
 
     def _is_past(self, t_ms: int) -> bool:
         return self._until_ms is not None and t_ms > self._until_ms
@@ -156,7 +168,7 @@ class CarsWatch(GoalWatch):
         if enough:
             return GoalState(progress, t_ms, done, self._needed, done_phrase(done, count))
         place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
-        why = self._lost(self._cars[place], self._off[place], done, count)
+        why = lost_phrase(self._key, self._cars[place], done, count, **self._details(self._off[place]))
         t_ms = self._off_ms[place] if progress == "lost" else None
         return GoalState(progress, t_ms, done, self._needed, why, (self._cars[place],))
 
@@ -190,81 +202,58 @@ def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
     return 0.0 if inside else nearest
 
 
-def zone_watch(goal: Goal, mission: Mission) -> GoalWatch:
-    """The watch of in-zone: the centres of cars are in it."""
-    zone = mission.zone(goal.values["zone"])
-    at = goal.values["at"]
-
-    def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return lost_phrase(f"goal-in-zone-{at}-lost", car, done, count, metres=off, zone=zone.title)
-
-    return CarsWatch(goal, lambda car, now: shown_m(distance_to_zone_m(zone, now.x_m[car], now.y_m[car])), lost)
-
-
-def outside_watch(goal: Goal, mission: Mission) -> GoalWatch:
-    """The watch of out-of-zone: the centres of cars are not in it."""
-    zone = mission.zone(goal.values["zone"])
-    at = goal.values["at"]
-
-    def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return lost_phrase(f"goal-out-of-zone-{at}-lost", car, done, count, zone=zone.title)
-
-    return CarsWatch(goal, lambda car, now: float(distance_to_zone_m(zone, now.x_m[car], now.y_m[car]) == 0), lost)
+def cars_watch(goal: Goal, mission: Mission) -> GoalWatch:
+    """The watch of in-zone, out-of-zone, heading, lit or not-lit."""
+    lost = f"goal-{goal.kind}-{goal.values['at']}-lost" if "at" in goal.values else f"goal-{goal.kind}-lost"
+    match goal.kind:
+        case "in-zone" | "out-of-zone":
+            return _zone_watch(goal, mission.zone(goal.values["zone"]), lost)
+        case "heading":
+            return _heading_watch(goal, lost)
+    led, lamp = goal.values["led"], {"led": lamp_name(goal.values["led"])}
+    if goal.kind == "not-lit":
+        return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, lambda off: lamp, at="always")
+    number, which = (NO_LED, "off") if led == "off" else (led, "on")
+    lost = f"goal-lit-{which}-{goal.values['at']}-lost"
+    # Before the first tick no LED is on.
+    from_ms = 1 if goal.values["at"] == "always" else 0
+    return CarsWatch(goal, lambda car, now: float(now.led[car] != number), lost, lambda off: lamp, from_ms)
 
 
-def heading_watch(goal: Goal, mission: Mission) -> GoalWatch:
-    """The watch of heading: cars face a direction."""
+def _zone_watch(goal: Goal, zone: Zone, lost: str) -> GoalWatch:
+    """Watch the centres of cars, which must be in a zone, or out of it."""
+
+    def away_m(car: int, now: Moment) -> float:
+        return distance_to_zone_m(zone, now.x_m[car], now.y_m[car])
+
+    if goal.kind == "in-zone":
+        return CarsWatch(
+            goal, lambda car, now: shown_m(away_m(car, now)), lost, lambda off: {"metres": off, "zone": zone.title}
+        )
+    return CarsWatch(goal, lambda car, now: float(away_m(car, now) == 0), lost, lambda off: {"zone": zone.title})
+
+
+def _heading_watch(goal: Goal, lost: str) -> GoalWatch:
     wanted, tolerance = goal.values["degrees"], goal.values["tolerance_deg"]
-    at = goal.values["at"]
 
     def off(car: int, now: Moment) -> float:
         apart = round(abs((math.degrees(now.heading[car]) - wanted + 180) % 360 - 180))
         return 0.0 if apart <= tolerance else float(apart)
 
-    def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        # One that never had a moment has no number.
-        return lost_phrase(f"goal-heading-{at}-lost", car, done, count, degrees=min(off, 180))
-
-    return CarsWatch(goal, off, lost)
-
-
-def lit_watch(goal: Goal, mission: Mission) -> GoalWatch:
-    """The watch of lit: cars' LED is on, or none is."""
-    led = NO_LED if goal.values["led"] == "off" else goal.values["led"]
-    at = goal.values["at"]
-    which = "off" if led == NO_LED else "on"
-
-    def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return lost_phrase(f"goal-lit-{which}-{at}-lost", car, done, count, led=lamp_name(led))
-
-    # Before the first tick no LED is on.
-    return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost, from_ms=1 if at == "always" else 0)
-
-
-def not_lit_watch(goal: Goal, mission: Mission) -> GoalWatch:
-    """The watch of not-lit: cars' LED is never on."""
-    led = goal.values["led"]
-
-    def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return lost_phrase("goal-not-lit-lost", car, done, count, led=lamp_name(led))
-
-    return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, at="always")
+    # One that never had a moment has no number.
+    return CarsWatch(goal, off, lost, lambda off: {"degrees": min(off, 180)})
 
 
 class TravelledWatch(GoalWatch):
     """A goal for how far cars drove, measured between moments."""
 
     def __init__(self, goal: Goal) -> None:
-        self._cars = goal.cars
-        self._needed = needed_of(goal.values["share"], len(goal.cars))
+        super().__init__(goal.cars, goal.values["share"])
         self._least, self._most = goal.values.get("least_m", 0.0), goal.values.get("most_m", math.inf)
         self._before: list[tuple[float, float]] | None = None
-        self._lost_ms: int | None = None
         self._driven = [0.0] * len(goal.cars)
         # As sentences show it.
         self._shown = list(self._driven)
-        self._since_ms: int | None = None
-        self._now_ms = 0
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         now = [(moment.x_m[car], moment.y_m[car]) for car in self._cars]
@@ -275,10 +264,7 @@ class TravelledWatch(GoalWatch):
         self._shown = [shown_m(each) for each in self._driven]
         if self._lost_ms is None and len(self._cars) - sum(each > self._most for each in self._shown) < self._needed:
             self._lost_ms = moment.t_ms
-        if self._done < self._needed:
-            self._since_ms = None
-        elif self._since_ms is None:
-            self._since_ms = moment.t_ms
+        self._note(self._done >= self._needed)
 
     @property
     def _done(self) -> int:
@@ -313,14 +299,11 @@ class TogetherWatch(GoalWatch):
     """A goal for how near cars are to each other: any two of them."""
 
     def __init__(self, goal: Goal) -> None:
-        self._cars = goal.cars
+        super().__init__(goal.cars)
         self._metres = goal.values["metres"]
         self._at = goal.values["at"]
         self._apart = (0.0, self._cars[0], self._cars[0])
         self._best, self._best_ms = (math.inf, self._cars[0], self._cars[0]), 0
-        self._since_ms: int | None = None
-        self._lost_ms: int | None = None
-        self._now_ms = 0
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
@@ -329,12 +312,10 @@ class TogetherWatch(GoalWatch):
         self._apart = self._farthest(moment)
         if self._apart[0] <= self._best[0]:
             self._best, self._best_ms = self._apart, moment.t_ms
-        if self._apart[0] > self._metres:
-            self._since_ms = None
-            if self._at == "always":
-                self._lost_ms = moment.t_ms
-        elif self._since_ms is None:
-            self._since_ms = moment.t_ms
+        is_met = self._apart[0] <= self._metres
+        self._note(is_met)
+        if self._at == "always" and not is_met:
+            self._lost_ms = moment.t_ms
 
     def _farthest(self, moment: Moment) -> tuple[float, int, int]:
         """The two cars that are farthest from each other, and how far."""

@@ -16,7 +16,6 @@ from motorcade.missions.goals import (
     distance_to_zone_m,
     done_phrase,
     lost_phrase,
-    needed_of,
 )
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
@@ -29,18 +28,17 @@ class NoTouchWatch(GoalWatch):
     """A goal: no car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
 
     def __init__(self, mission: Mission) -> None:
+        super().__init__()
         self._mat = mission.mat
         self._diameter_m = mission.profile.body.diameter_mm / 1000
-        self._first_ms: int | None = None
         self._touching_ms = 0
         self._who: tuple[int, ...] = ()
-        self._now_ms = 0
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         self._touching_ms = moment.counts.get("touching_ms", 0)
-        if self._touching_ms and self._first_ms is None:
-            self._first_ms = moment.t_ms
+        if self._touching_ms and self._lost_ms is None:
+            self._lost_ms = moment.t_ms
             self._who = self._nearest(moment)
 
     def _nearest(self, moment: Moment) -> tuple[int, ...]:
@@ -70,23 +68,22 @@ class NoTouchWatch(GoalWatch):
         return min(apart, default=math.inf)
 
     def state(self, is_over: bool) -> GoalState:
-        if self._first_ms is None:
+        if self._lost_ms is None:
             why = Phrase("goal-no-touch-done")
             return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, 0, 0, why)
-        seconds = {"seconds": self._first_ms / 1000, "touching": self._touching_ms / 1000}
+        seconds = {"seconds": self._lost_ms / 1000, "touching": self._touching_ms / 1000}
         one, *others = map(car_phrase, self._who)
         why = Phrase("goal-touched-wall", car=one, **seconds)
         if others:
             why = Phrase("goal-touched", car=one, other=others[0], **seconds)
-        return GoalState("lost", self._first_ms, 0, 0, why, self._who)
+        return GoalState("lost", self._lost_ms, 0, 0, why, self._who)
 
 
 class VoiceWatch(GoalWatch):
     """A goal: cars that drive when the mat's voice says 'stop' stand still from then until it says 'go'."""
 
     def __init__(self, goal: Goal, mat: Mat) -> None:
-        self._cars = goal.cars
-        self._needed = needed_of(goal.values["share"], len(goal.cars))
+        super().__init__(goal.cars, goal.values["share"])
         self._voices = [(round(voice.at_s * 1000), voice) for voice in sorted(mat.voices, key=lambda each: each.at_s)]
         self._next = 0
         self._before: Moment | None = None
@@ -94,9 +91,7 @@ class VoiceWatch(GoalWatch):
         self._told: dict[int, int] = {}
         # Of each car that failed: how, and when.
         self._failed: dict[int, tuple[str, int]] = {}
-        self._lost_ms: int | None = None
         self._stops = 0
-        self._now_ms = 0
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms

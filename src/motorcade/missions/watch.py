@@ -16,13 +16,6 @@ EVERY_MS = 100
 _MOST_COMPARED = 20_000
 # What watches need of a moment, as lists.
 _COLUMNS = ("x_m", "y_m", "heading", "wheels", "led")
-_CAR_WATCHES = {
-    "in-zone": goals.zone_watch,
-    "out-of-zone": goals.outside_watch,
-    "heading": goals.heading_watch,
-    "lit": goals.lit_watch,
-    "not-lit": goals.not_lit_watch,
-}
 
 
 class MissionWatch:
@@ -165,9 +158,9 @@ def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slot
             return word_goals.HeardWatch(goal, mission, slots)
         case "in-step":
             return word_goals.InStepWatch(goal, mission, slots)
-        case kind if kind in _CAR_WATCHES:
-            return _CAR_WATCHES[kind](goal, mission)
-    return word_goals.static_watch(goal, image, mission.profile)
+        case "words-at-most" | "states-at-most" | "seconds-at-most":
+            return word_goals.static_watch(goal, image, mission.profile)
+    return goals.cars_watch(goal, mission)
 
 
 def _with_lists(moment: Any) -> Moment:

@@ -53,13 +53,11 @@ class SlotWatch(GoalWatch):
 
     def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
         leaders = set(mission.mat.starts.leaders)
-        self._cars = [car for car in goal.cars if car not in leaders]
+        super().__init__([car for car in goal.cars if car not in leaders], goal.values["share"])
         self._slots = slots
         # When each car first began the word of each slot that is not judged yet.
         self._begun: dict[int, dict[int, int]] = {}
         self._judged = 0
-        self._now_ms = 0
-        self._lost_ms: int | None = None
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
@@ -144,7 +142,6 @@ class InStepWatch(SlotWatch):
     def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
         super().__init__(goal, mission, slots)
         self._within_ms = goal.values["within_ms"]
-        self._needed = needed_of(goal.values["share"], len(self._cars))
         self._worst_ms = 0
         self._why_lost = Phrase("goal-no-words")
         self._late: tuple[int, ...] = ()
@@ -198,6 +195,7 @@ def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
 
 class _StaticWatch(GoalWatch):
     def __init__(self, is_met: bool, why: Phrase) -> None:
+        super().__init__()
         self._state = GoalState("met" if is_met else "lost", 0, 0, 0, why)
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
