@@ -72,6 +72,11 @@ CRIPPLED = {
         'zone = "home"\n[[goal]]\nkind = "all-by"\ngoal = 3\nseconds = 1',
         "goal[1].goal must",
     ),
+    "a goal that is met all the time": (
+        'zone = "home"',
+        'zone = "home"\nat = "always"\n[[goal]]\nkind = "all-by"\ngoal = 1\nseconds = 1',
+        "goal[1].goal must",
+    ),
     "two zones of a name": (
         "[[goal]]",
         '[[zone]]\nname = "home"\ncentre_m = [1, 0]\nradius_m = 1\n[[goal]]',

@@ -296,6 +296,7 @@ NAN, INFINITE = float("nan"), float("inf")
         (lambda: wait(1, accept_ir="no"), "accept_ir"),
         (lambda: wait(1, id=5), "id is 5"),
         (lambda: Followers([wait(1)], accept_ir="yes"), "accept_ir"),
+        (lambda: Followers([wait(1)], forward=None), "forward is None; allowed: true or false"),
         (lambda: Followers([wait(1)], tagged=1), 'tagged is 1; allowed: true, false, "auto"'),
         (lambda: Followers([wait(1)], tagged="yes"), "tagged is 'yes'"),
         (lambda: Followers([wait(1)], dwell_seconds=NAN), "dwell_seconds"),

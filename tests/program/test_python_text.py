@@ -217,6 +217,8 @@ def test_steps_that_stay_keep_their_blocks(before, after):
 def test_moved_and_changed_steps_are_found_again():
     old = [forward(1), led(0, 1), left(2), wait(1)]
     assert align(old, [wait(1), forward(1), led(0, 2), left(2)]) == [3, 0, 1, 2]
+    # The one old LED is the one that moved; the other is a new step.
+    assert align([wait(1), led(0, 1)], [led(0, 1), wait(1), led(2, 1)]) == [1, 0, None]
     assert align(old, []) == []
     assert align([], old) == [None] * 4
 

@@ -15,10 +15,10 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from itertools import islice
 from multiprocessing import resource_tracker
-from multiprocessing.synchronize import Event
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,6 @@ CONNECT_S = 10
 # How long to wait for a first worker, and for another one when all have left.
 _WORKERS_S = 30
 _TASKS_PER_SLOT = 2  # tasks sent for each that can run at once, so that no worker waits
-_PARENT_CHECK_S = 0.5
 _MANIFEST = "sweep.json"
 _LOCK = "lock"
 _CONTENTS = b"motorcade.sweep"
@@ -212,7 +211,8 @@ def on_this_computer(jobs: int) -> Workers:
         # Spawned processes start clean on every system.
         context = multiprocessing.get_context("spawn")
         processes = min(jobs or os.cpu_count() or 1, len(tasks))
-        ends = context.Event()
+        # What workers wait for: it ends when this process closes it, or ends itself.
+        ends, ours = context.Pipe(duplex=False)
         pool = ProcessPoolExecutor(processes, context, _begin_worker, (ends,))
         left, sent = iter(tasks), dict[Future[bytes], int]()
         try:
@@ -227,23 +227,23 @@ def on_this_computer(jobs: int) -> Workers:
         except BrokenProcessPool:
             raise MotorcadeError("sweep-worker-ended") from None
         finally:
-            ends.set()
+            ours.close()
             pool.shutdown(cancel_futures=True)
+            ends.close()
 
     return run
 
 
-def _begin_worker(ends: Event) -> None:
-    """Leave Ctrl-C to the parent; end when it ends, or when it sets ``ends``, in the middle of a task too."""
+def _begin_worker(ends: "Connection[None, None]") -> None:
+    """Leave Ctrl-C to the parent, and end when ``ends`` does, in the middle of a task too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    def watch() -> None:
-        parent = multiprocessing.parent_process()
-        while not ends.wait(_PARENT_CHECK_S) and parent is not None and parent.is_alive():
-            pass
+    def end_with_parent() -> None:
+        with suppress(EOFError, OSError):
+            ends.recv()
         os._exit(1)
 
-    threading.Thread(target=watch, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
 
 
 @contextmanager
