@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli import driving, pages
-from motorcade.cli.car_options import BoardName, CarOptions, Role
+from motorcade.cli.car import BoardName, CarOptions, Role
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from motorcade.boards.computer import BatteryFile
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
-    from motorcade.cli.car_options import CarParts
+    from motorcade.cli.car import CarParts
     from motorcade.cli.serving import Note
     from motorcade.config.profile import Profile
     from motorcade.drive.tls.revoked import RevokedKeys
@@ -150,7 +150,7 @@ def _check_options(options: CarOptions, is_real: bool) -> None:
 
 def _open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", notes: "deque[Note]") -> "CarParts":
     """Open a real car's equipment; uploads and faults of its program are noted. Raises MotorcadeError."""
-    from motorcade.cli.car_options import open_parts
+    from motorcade.cli.car import open_parts
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind == "image":

@@ -25,7 +25,7 @@ from motorcade.timing import monotonic_ms
 
 if TYPE_CHECKING:
     from motorcade.car.drive_board import DriveBoard
-    from motorcade.cli.car_options import CarParts
+    from motorcade.cli.car import CarParts
     from motorcade.config.profile import Profile
     from motorcade.drive.wire import Telemetry
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.car_options import Role
+from motorcade.cli.car import Role
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
