@@ -34,7 +34,7 @@ from motorcade.service.library import (
     stars_in,
     united_stars,
 )
-from motorcade.service.messages import ErrorAnswer, LibraryEntry, Place, Version
+from motorcade.service.messages import ErrorAnswer, LibraryEntry, StorageState, Version
 from motorcade.words.image import ImageError, parse_image_bytes
 
 # The image of the virtual car, below this name.
@@ -236,9 +236,9 @@ class BrowserStorage(Storage):
         self._remove(self._existing(owner, name))
         del self._projects[owner, checked_name(name)]
 
-    def place(self, owner: str) -> Place:
+    def place(self, owner: str) -> StorageState:
         index = self._index
-        return Place(self._used_bytes(owner), index.most_bytes, index.stays, self._problems)
+        return StorageState(self._used_bytes(owner), index.most_bytes, index.stays, self._problems)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         return stars_in(self._values().get(_STARS + owner))

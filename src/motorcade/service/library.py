@@ -113,7 +113,7 @@ class Storage(Protocol):
     def delete(self, owner: str, name: str) -> None:
         """Remove a project with all its versions from the list. Raises MotorcadeError where there is none."""
 
-    def place(self, owner: str) -> messages.Place:
+    def place(self, owner: str) -> messages.StorageState:
         """How many bytes an owner uses and may use, how long they stay, and what is wrong."""
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:

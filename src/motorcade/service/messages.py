@@ -303,7 +303,7 @@ class SavedVersion(Struct):
     stays: bool = True
 
 
-class Place(Struct):
+class StorageState(Struct):
     """Where projects are stored.
 
     Attributes:

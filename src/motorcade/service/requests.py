@@ -160,7 +160,9 @@ REQUESTS: dict[str, Request] = {
     "projects/write": Request(messages.ProjectToSave, messages.SavedVersion, _write_project),
     "projects/history": Request(messages.ProjectName, list[messages.Version], _list_versions),
     "projects/delete": Request(messages.ProjectName, Nothing, _delete_project),
-    "projects/place": Request(Nothing, messages.Place, lambda message, context: context.storage.place(context.owner)),
+    "projects/place": Request(
+        Nothing, messages.StorageState, lambda message, context: context.storage.place(context.owner)
+    ),
     "projects/export": Request(
         Nothing, exchange.Exported, lambda message, context: exchange.export_all(context.storage, context.owner)
     ),

@@ -429,7 +429,7 @@ export interface Version {
 }
 
 /** Where projects are stored. */
-export interface Place {
+export interface StorageState {
   used_bytes: number;
   most_bytes: number | null;
   stays: boolean;
@@ -713,7 +713,7 @@ export interface Requests {
   "projects/write": { message: ProjectToSave; answer: SavedVersion };
   "projects/history": { message: ProjectName; answer: Version[] };
   "projects/delete": { message: ProjectName; answer: Nothing };
-  "projects/place": { message: Nothing; answer: Place };
+  "projects/place": { message: Nothing; answer: StorageState };
   "projects/export": { message: Nothing; answer: Exported };
   "projects/import": { message: Text; answer: Imported };
 }

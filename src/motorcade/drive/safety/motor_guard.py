@@ -118,7 +118,7 @@ def _waiting_s(patience_ms: int) -> float:
     return patience_ms / 1000 - min(_RESCUE_S, patience_ms / 3000)
 
 
-class _Watch:
+class _PipeReader:
     """The guard's ends of the pipes, in a thread: only POSIX systems can wait for a pipe with a timeout."""
 
     def __init__(self, pipe: BinaryIO, answers: BinaryIO) -> None:
@@ -202,7 +202,7 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
     # After the death of that process there is no time for reading files.
     catalogue(system_language())
     _hurry()
-    outcome = _Watch(sys.stdin.buffer, sys.stdout.buffer).outcome(_waiting_s(int(patience_ms)))
+    outcome = _PipeReader(sys.stdin.buffer, sys.stdout.buffer).outcome(_waiting_s(int(patience_ms)))
     if outcome == "dismissed":
         return 0
     if outcome == "frozen":
