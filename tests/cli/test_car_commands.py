@@ -92,7 +92,7 @@ def test_simulate_drives_on_a_mat_and_records_the_run(tmp_path):
     assert len(told["cars"]) > 6
     assert told["counts"]["frames"] > 0
     lines = run("replay", recording).out.splitlines()
-    assert json.loads(lines[0])["mat"] != "open table"
+    assert json.loads(lines[0])["mat"]["name"] != "open table"
 
 
 def test_a_mat_says_which_cars_there_are():

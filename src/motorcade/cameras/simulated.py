@@ -70,14 +70,14 @@ class Scene:
         self._about = about
         self._radius_m = about.diameter_m / 2
         self._leads = about.is_leader()
-        walls = [(*wall, 0) for wall in about.walls]
-        if about.walled and about.size_m:
-            (w, h) = about.size_m
+        walls = [(*wall, 0) for wall in about.mat.walls]
+        if about.mat.walled and about.mat.size_m:
+            (w, h) = about.mat.size_m
             walls += [(0, 0, w, 0, 0), (w, 0, w, h, 0), (w, h, 0, h, 0), (0, h, 0, 0, 0)]
-        for corners in about.polygons:
+        for corners in about.mat.polygons:
             walls += [(*here, *there, 1) for here, there in zip(corners, corners[1:] + corners[:1], strict=True)]
         self._walls = np.array(walls, float).reshape(-1, 5)
-        self._discs = np.array(about.discs, float).reshape(-1, 3)
+        self._discs = np.array(about.mat.discs, float).reshape(-1, 3)
         self._focus = width / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
         self._horizon = height * 0.42
         self._width, self._height = width, height
@@ -112,8 +112,8 @@ class Scene:
         near_x, near_y = (np.abs((each / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for each in (floor_x, floor_y))
         lines = (np.minimum(near_x, near_y) < wide) * np.clip(1.5 - ahead / 4, 0, 1)
         ground = np.broadcast_to(np.array(_FLOOR, np.float32), (*lines.shape, 3))
-        if self._about.size_m:
-            w, h = self._about.size_m
+        if self._about.mat.size_m:
+            w, h = self._about.mat.size_m
             inside = (floor_x >= 0) & (floor_x <= w) & (floor_y >= 0) & (floor_y <= h)
             ground = np.where(inside[..., None], ground, np.array(_OUTSIDE, np.float32))
         shaded = ground + (np.array(_LINE, np.float32) - ground) * lines[..., None]

@@ -117,7 +117,7 @@ _LISTS = {
     "avoid_radii_mm": (4, False),
 }
 # The profile's tables, by their names.
-TABLES: dict[str, type[Any]] = {
+_TABLES: dict[str, type[Any]] = {
     "infrared": Infrared,
     "serial": Serial,
     "body": Body,
@@ -131,7 +131,7 @@ TABLES: dict[str, type[Any]] = {
 def profile_schema() -> Schema:
     """The JSON Schema of a profile. A field that its class gives a default may be left out."""
     lists = {name: _levels(count, starts_at_zero) for name, (count, starts_at_zero) in _LISTS.items()}
-    tables = {name: table(**{each.name: _schema_of(each) for each in fields(kind)}) for name, kind in TABLES.items()}
+    tables = {name: table(**{each.name: _schema_of(each) for each in fields(kind)}) for name, kind in _TABLES.items()}
     return table(**lists, idle_state_ms=whole(1, _MOST), **tables)
 
 
@@ -187,7 +187,7 @@ def profile_from_dict(document: Any, name: str) -> Profile:
         if list(levels) != sorted(set(levels)):
             raise MotorcadeError("levels-not-rising", file=file, key=key, value=values[key])
         values[key] = levels
-    profile = Profile(name=name, **{**values, **{key: kind(**values[key]) for key, kind in TABLES.items()}})
+    profile = Profile(name=name, **{**values, **{key: kind(**values[key]) for key, kind in _TABLES.items()}})
     _check_times(profile, file)
     return profile
 

@@ -72,12 +72,12 @@ def _has_letters(family: str, letters: set[int]) -> bool:
 
 def bounding_box(about: Description, moments: Iterable[Moment]) -> Box:
     """Find the smallest box that holds the mat and the cars of all ``moments``: left, bottom, right, top in metres."""
-    points = [(0.0, 0.0), about.size_m] if about.size_m else []
-    for x, y, radius_m in about.discs:
+    points = [(0.0, 0.0), about.mat.size_m] if about.mat.size_m else []
+    for x, y, radius_m in about.mat.discs:
         points += [(x - radius_m, y - radius_m), (x + radius_m, y + radius_m)]
-    points += [corner for corners in about.polygons for corner in corners]
-    points += [(x, y) for x0, y0, x1, y1 in about.walls for x, y in ((x0, y0), (x1, y1))]
-    points += [(x, y) for path, _ in about.people for _, x, y in path]
+    points += [corner for corners in about.mat.polygons for corner in corners]
+    points += [(x, y) for x0, y0, x1, y1 in about.mat.walls for x, y in ((x0, y0), (x1, y1))]
+    points += [(x, y) for person in about.mat.people for _, x, y in person.path]
     radius_m = about.diameter_m / 2
     for moment in moments:
         points.append((float(moment.x_m.min()) - radius_m, float(moment.y_m.min()) - radius_m))
@@ -89,7 +89,7 @@ def bounding_box(about: Description, moments: Iterable[Moment]) -> Box:
 def recording_box(recording: Recording) -> Box:
     """Find the box that holds a whole run: the mat and, unless its edge is a wall, every position of every car."""
     about = recording.about
-    is_enclosed = about.size_m is not None and about.walled
+    is_enclosed = about.mat.size_m is not None and about.mat.walled
     return bounding_box(about, [] if is_enclosed else recording.moments())
 
 
@@ -100,14 +100,14 @@ def draw_mat(axes: Axes, about: Description) -> None:
     axes.set_ylabel("y (m)")
     axes.grid(alpha=0.3)
     axes.set_axisbelow(True)
-    if about.size_m:
-        style = {"linewidth": 3.0} if about.walled else {"linewidth": 1.0, "linestyle": "--"}
-        axes.add_patch(Rectangle((0, 0), *about.size_m, fill=False, edgecolor=_WALL, **style))
-    for x, y, radius_m in about.discs:
+    if about.mat.size_m:
+        style = {"linewidth": 3.0} if about.mat.walled else {"linewidth": 1.0, "linestyle": "--"}
+        axes.add_patch(Rectangle((0, 0), *about.mat.size_m, fill=False, edgecolor=_WALL, **style))
+    for x, y, radius_m in about.mat.discs:
         axes.add_patch(Circle((x, y), radius_m, facecolor=_SOLID, edgecolor=_WALL))
-    for corners in about.polygons:
+    for corners in about.mat.polygons:
         axes.add_patch(Polygon(corners, facecolor=_SOLID, edgecolor=_WALL))
-    walls = [[(x0, y0), (x1, y1)] for x0, y0, x1, y1 in about.walls]
+    walls = [[(x0, y0), (x1, y1)] for x0, y0, x1, y1 in about.mat.walls]
     axes.add_collection(LineCollection(walls, colors=_WALL, linewidths=3, capstyle="round"))
 
 

@@ -30,17 +30,17 @@ Corners = tuple[tuple[float, float], ...]
 
 def mat_message(about: Description) -> bytes:
     """Make the message of what doesn't move: the mat's edge, walls and obstacles."""
-    dark, grey = _colour("#3a3a3a"), _colour("#8c8c8c")
-    cubes = [_wall(*wall, dark) for wall in about.walls]
+    mat, dark, grey = about.mat, _colour("#3a3a3a"), _colour("#8c8c8c")
+    cubes = [_wall(*wall, dark) for wall in mat.walls]
     lines = []
-    if about.size_m:
-        width_m, height_m = about.size_m
+    if mat.size_m:
+        width_m, height_m = mat.size_m
         corners: Corners = ((0.0, 0.0), (width_m, 0.0), (width_m, height_m), (0.0, height_m))
-        if about.walled:
+        if mat.walled:
             cubes += _walls_around(corners, dark)
         lines.append(_loop(corners, dark))
-    cylinders = [_cylinder(x, y, 2 * radius, _WALL_HEIGHT_M, grey, _WALL_HEIGHT_M / 2) for x, y, radius in about.discs]
-    for corners in about.polygons:
+    cylinders = [_cylinder(x, y, 2 * radius, _WALL_HEIGHT_M, grey, _WALL_HEIGHT_M / 2) for x, y, radius in mat.discs]
+    for corners in mat.polygons:
         cubes += _walls_around(corners, grey)
     return _message(0, mat={"cubes": cubes, "lines": lines, "cylinders": cylinders})
 

@@ -236,7 +236,7 @@ class _Pictures:
         )
         self._cars = Cars(self._axes, about)
         self._colours = WordColours(about.images)
-        self._mat = about.mat
+        self._mat = about.mat.name
 
     def palette(self) -> Pixels:
         """At most 256 colours, a row each: those that are drawn, and their mixtures with their surroundings."""

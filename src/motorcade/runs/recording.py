@@ -8,17 +8,19 @@ import os
 import pickle
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.config.profile import TABLES, Profile
+from motorcade.config.profile import Profile, profile_from_dict
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat, Starts
+from motorcade.mats.document import document_of, mat_of
 from motorcade.words.infrared import tag_of, word_of
 
 if TYPE_CHECKING:
@@ -36,85 +38,63 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What a recording says about its run: the mat, the cars and their programs. Lengths are metres.
+    """What a recording says about its run: the mat, the cars and their programs.
 
     Attributes:
-        mat: the mat's name.
-        size_m: its width and height; None for an unbounded plane.
-        walled: whether its edge is a wall.
-        walls: x0, y0, x1, y1 of each.
-        discs: x, y and radius of each round obstacle.
-        polygons: the corners of each other obstacle.
-        people: the path of each person as (t_s, x_m, y_m), and whether the path repeats.
-        physics: the physics settings, under the names of a mat's file.
+        mat: where the cars drive, without their starts.
         profile: the cars' profile, which gives the levels in words their meaning.
         images: the leaders' images in hexadecimal; leader k runs image k modulo their number.
         leaders: the numbers of the cars that lead.
         cars: the number of cars.
         seed: the seed of the run's random numbers.
-        tick_ms: the simulator's step.
         every_ms: the interval between recorded moments.
     """
 
-    mat: str
-    size_m: tuple[float, float] | None
-    walled: bool
-    walls: tuple[tuple[float, float, float, float], ...]
-    discs: tuple[tuple[float, float, float], ...]
-    polygons: tuple[tuple[tuple[float, float], ...], ...]
-    people: tuple[tuple[tuple[tuple[float, float, float], ...], bool], ...]
-    physics: Mapping[str, bool | float | None]
+    mat: Mat
     profile: Profile
     images: tuple[str, ...]
     leaders: tuple[int, ...]
     cars: int
     seed: int
-    tick_ms: int
     every_ms: int
 
     @classmethod
     def of(cls, world: "Simulation", every_ms: int) -> "Description":
         """Describe ``world``, or the first where there are several."""
-        mat = world.mat
         return cls(
-            mat=mat.name,
-            size_m=mat.size_m,
-            walled=mat.walled,
-            walls=mat.walls,
-            discs=mat.discs,
-            polygons=mat.polygons,
-            people=tuple((person.path, person.repeats) for person in mat.people),
-            physics=asdict(mat.physics),
+            mat=replace(world.mat, starts=Starts.of([], [])),
             profile=world.profile,
             images=tuple(image.hex() for image in world.images),
-            leaders=tuple(mat.starts.leaders),
+            leaders=tuple(world.mat.starts.leaders),
             cars=world.cars,
             seed=world.seeds[0],
-            tick_ms=world.tick_ms,
             every_ms=every_ms,
         )
 
     @classmethod
     def from_texts(cls, texts: Mapping[str, str]) -> "Description":
-        """Read what `to_texts` made. Raises ValueError, KeyError or TypeError where it is something else."""
+        """Read what `to_texts` made.
+
+        Raises MotorcadeError, ValueError, KeyError or TypeError where it is something else.
+        """
         if texts.get("format") != FORMAT:
             raise ValueError(f"the format is not {FORMAT}")
-        values = {field.name: _to_tuples(json.loads(texts[field.name])) for field in fields(cls) if field.name != "mat"}
-        profile = json.loads(texts["profile"])
-        values["profile"] = Profile(
-            **{key: TABLES[key](**value) if key in TABLES else _to_tuples(value) for key, value in profile.items()}
-        )
-        return cls(mat=texts["mat"], **values)
+        values = {field.name: _to_tuples(json.loads(texts[field.name])) for field in fields(cls)}
+        mat, profile = (dict(json.loads(texts[name])) for name in ("mat", "profile"))
+        name = profile.pop("name")
+        values["mat"] = mat_of(mat, Phrase("mat-named", name=mat["name"]))
+        values["profile"] = profile_from_dict(profile, name)
+        return cls(**values)
 
     def to_texts(self) -> dict[str, str]:
-        """The description as one text a name: ``mat`` and ``format`` as they are, all others as JSON."""
-        values = asdict(self)
-        mat = values.pop("mat")
-        return {"format": FORMAT, "mat": mat, **{key: json.dumps(value) for key, value in values.items()}}
+        """The description as one text a name: ``format`` as it is, all others as JSON."""
+        values = self.to_dict()
+        return {"format": values.pop("format"), **{key: json.dumps(value) for key, value in values.items()}}
 
     def to_dict(self) -> dict[str, Any]:
         """The description for JSON."""
-        return {"format": FORMAT, **asdict(self)}
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {"format": FORMAT, **values, "mat": document_of(self.mat), "profile": asdict(self.profile)}
 
     @property
     def diameter_m(self) -> float:
@@ -130,10 +110,10 @@ class Description:
     def people_at(self, t_ms: int) -> list[tuple[float, float]]:
         """The position of each person at a moment, (x, y) in metres."""
         places = []
-        for path, repeats in self.people:
-            times, xs, ys = zip(*path, strict=True)
+        for person in self.mat.people:
+            times, xs, ys = zip(*person.path, strict=True)
             t_s = t_ms / 1000
-            if repeats and times[-1] > 0:
+            if person.repeats and times[-1] > 0:
                 t_s %= times[-1]
             places.append((float(np.interp(t_s, times, xs)), float(np.interp(t_s, times, ys))))
         return places
