@@ -14,12 +14,11 @@ from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
 from motorcade.locales import catalogue
 from motorcade.program.diagnostics import Diagnostic
-from motorcade.program.steps import SIMPLE_KINDS
+from motorcade.program.steps import DIRECTIONS, SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
 from motorcade.words.formats import CONTROL, HEADER, fingerprint
 from motorcade.words.image import parse_image
 
-_DIRECTIONS = ("forward", "left", "right", "random")
 _COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red")
 
 
@@ -56,7 +55,7 @@ def describe_control(word: int, profile: Profile) -> str:
         turns = values.motor_direction in (1, 2)
         speeds = profile.turn_rates_deg_s if turns else profile.speeds_mm_s
         speed = f"{speeds[values.motor_speed]}{'°/s' if turns else ' mm/s'}"
-        direction = _DIRECTIONS[values.motor_direction]
+        direction = DIRECTIONS[values.motor_direction]
         parts.append(translated(f"does-{direction}", speed=speed, seconds=seconds[values.motor_duration]))
     if values.led_which or values.led_duration:
         parts.append(translated("does-led", led=values.led_which, seconds=seconds[values.led_duration]))

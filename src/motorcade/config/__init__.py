@@ -1,1 +1,1 @@
-"""Files that people write: profiles, pin files, voice maps, formats of one's own."""
+"""Files that people write: profiles, pin files, voice maps; and the check of every such file."""

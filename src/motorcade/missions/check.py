@@ -70,21 +70,21 @@ class Result(NamedTuple):
         return {"stars": len(self.stars), "goals": [goal.to_dict(language) for goal in self.goals]}
 
 
-def check_image(mission: Mission, image: bytes, play: "Play | None" = None) -> Result:
+def check_image(mission: Mission, image: bytes) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
     try:
         program = decompile(bytes_to_words(image))
     except DecompileError:
         program = None
-    return _check(mission, image, program, play)
+    return _check(mission, image, program)
 
 
-def check_program(mission: Mission, program: Program, play: "Play | None" = None) -> Result:
+def check_program(mission: Mission, program: Program, play: Play | None = None) -> Result:
     """Check a program, compiled for the mission's cars. Raises ProgramError where it has errors."""
     return _check(mission, compile_program(program, mission.profile).image, program, play)
 
 
-def _check(mission: Mission, image: bytes, program: Program | None, play: "Play | None") -> Result:
+def _check(mission: Mission, image: bytes, program: Program | None, play: Play | None = None) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
     for sight in (play or simulate)(mission, image):
         watches[sight.seed].see(sight.moment, sight.events)

@@ -18,9 +18,9 @@ _INDENT = "    "
 _LONGEST_LINE = 100
 
 
-def python_text(program: Program, ids: bool = False) -> str:
-    """Return a program as text that `read_python` and Python itself read; with ``ids`` it names the steps' blocks."""
-    writer = _Writer(None, ids)
+def python_text(program: Program) -> str:
+    """Return a program as text that `read_python` and Python itself read."""
+    writer = _Writer(None)
     call = writer.program(program)
     return f"{_import_of({name: name for name in writer.used})}\n\n{VARIABLE} = {call}\n"
 
@@ -34,7 +34,7 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
     old = read_python(text) if isinstance(text, str) else text
     if _content(old.program) == _content(program):
         return old.source.text
-    writer = _Writer(old, False)
+    writer = _Writer(old)
     call = writer.program(program)
     text = old.source.text[: old.root.start] + call + old.source.text[old.root.end :]
     return _with_imports(text, old, writer.used)
@@ -110,10 +110,9 @@ def _attach(comment: Comment, node: Node, source: Source, found: dict[str, _Comm
 class _Writer:
     """Writes one program; ``used`` collects the names that its text needs."""
 
-    def __init__(self, old: PythonProgram | None, ids: bool) -> None:
+    def __init__(self, old: PythonProgram | None) -> None:
         self.used: set[str] = set()
         self._old = old
-        self._ids = ids
         self._nodes = dict(_nodes(old.root)) if old else {}
         self._comments = _comments_of(old) if old else {}
 
@@ -191,7 +190,7 @@ class _Writer:
             else:
                 positional.append(repr(_plain(value)))
         for each in COMMON:
-            if (value := getattr(step, each)) is not None and (each != "id" or self._ids):
+            if (value := getattr(step, each)) is not None and each != "id":
                 named.append(f"{each}={value!r}")
         return positional, named, name
 

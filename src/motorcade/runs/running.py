@@ -180,7 +180,6 @@ def simulate(
     profile: Profile | None = None,
     mat: Mat | None = None,
     record: Iterable[str | Path] = (),
-    progress: Progress = lambda done_ms: None,
 ) -> Run:
     """Simulate leaders that run ``image``, and their followers.
 
@@ -192,14 +191,13 @@ def simulate(
         profile: the meaning of the levels in words; the built-in ``classroom`` unless given.
         mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
         record: files to record the run in: .mcap; .gif; .png, .svg, .pdf.
-        progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
 
     Raises:
         MotorcadeError: the run can't be simulated, or a file can't be written.
     """
     chosen = profile or built_in_profile("classroom")
     place = mat or open_table(formation(followers, chosen.infrared.range_mm / 1000))
-    return simulate_on(place, image, seconds, seed, chosen, record, progress)
+    return simulate_on(place, image, seconds, seed, chosen, record)
 
 
 def simulate_on(
@@ -218,7 +216,8 @@ def simulate_on(
         place: the mat with all cars.
         chosen: the meaning of the levels in words.
         kernels: what runs the cars, as `World` has it; the result is the same.
-        image, seconds, seed, record, progress: as of `simulate`.
+        progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
+        image, seconds, seed, record: as of `simulate`.
 
     Raises:
         MotorcadeError: the run can't be simulated, or a file can't be written.

@@ -71,7 +71,7 @@ class Network:
             proxy.target = "127.0.0.1", port
             self._portal.call(proxy.cut)
 
-    def mend(self):
+    def restore(self):
         """Forward new connections to the car again."""
         for proxy, end in zip(self.proxies, self._ends, strict=True):
             proxy.target = end
@@ -169,7 +169,7 @@ def test_a_car_is_connected_when_it_becomes_reachable(cuttable, nowhere):
     between.cut(nowhere)
     with pages("ada") as page:
         page.car("ada", lambda car: car["why"])
-        between.mend()
+        between.restore()
         page.car("ada", lambda car: car["state"] == "ready")
         page.push("ada")
 
@@ -190,7 +190,7 @@ def test_a_car_without_network_stops_and_needs_a_released_stick_while_others_dri
             now_ms = monotonic_ms()
             patch.setattr(drive_client, "to_ticks", lambda seconds: now_ms)
             page.drive("ada", "bo")
-            between.mend()
+            between.restore()
             count = len(ada.board.notes)
             seen = [page.car("ada", lambda car: car["state"] != "away")["state"]]
             for _ in range(10):
@@ -246,7 +246,7 @@ def test_the_emergency_stop_reaches_all_cars_and_unreachable_ones_later(cuttable
         page.send("stop", cars=["cy", "ada", "bo"])
         assert page.until("error")["code"] == "car-not-listed"
         page.car("bo", lambda car: car["state"] == "stopped")
-        between.mend()
+        between.restore()
         page.car("ada", lambda car: car["state"] == "stopped")
         for car in ("ada", "bo"):
             page.send("clear", car=car)
