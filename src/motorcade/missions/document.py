@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
@@ -162,19 +163,26 @@ class Mission:
         return zones + cars
 
 
+@contextmanager
+def _refused() -> Iterator[None]:
+    """Say of each error in the block that it makes a mission not valid."""
+    try:
+        yield
+    except MotorcadeError as problem:
+        raise MotorcadeError("mission-not-valid", reason=problem) from None
+
+
 def read_mission(path: Path) -> Mission:
     """Read the mission in the file at ``path``, which ends in .toml or .json.
 
     Raises MotorcadeError mission-not-valid; its sentence names the place and what to do.
     """
-    kind = _KINDS.get(path.suffix.lower())
-    with_name = Phrase("mission-named", name=path.name)
-    if kind is None:
-        raise MotorcadeError("mission-not-valid", reason=MotorcadeError("mission-file-ending", file=with_name))
-    try:
+    with _refused():
+        kind = _KINDS.get(path.suffix.lower())
+        with_name = Phrase("mission-named", name=path.name)
+        if kind is None:
+            raise MotorcadeError("mission-file-ending", file=with_name)
         text = read_text(path, with_name)
-    except MotorcadeError as problem:
-        raise MotorcadeError("mission-not-valid", reason=problem) from None
     return parse_mission(text, path.name.partition(".")[0], kind, lambda name: (path.parent / name).read_bytes())
 
 
@@ -190,13 +198,9 @@ def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None
 
     Raises MotorcadeError mission-not-valid.
     """
-    file = _called(name)
-    try:
-        return mission_of(parse(text, kind, file), name, text if kind == "TOML" else None, reader)
-    except MotorcadeError as problem:
-        if problem.code == "mission-not-valid":
-            raise
-        raise MotorcadeError("mission-not-valid", reason=problem) from None
+    with _refused():
+        document = parse(text, kind, _called(name))
+    return mission_of(document, name, text if kind == "TOML" else None, reader)
 
 
 def mission_of(document: Any, name: str, text: str | None = None, reader: Reader | None = None) -> Mission:
@@ -204,10 +208,8 @@ def mission_of(document: Any, name: str, text: str | None = None, reader: Reader
 
     Raises MotorcadeError mission-not-valid.
     """
-    try:
+    with _refused():
         return _Reading(name, text, reader).mission(document)
-    except MotorcadeError as problem:
-        raise MotorcadeError("mission-not-valid", reason=problem) from None
 
 
 class _Reading:
@@ -387,10 +389,4 @@ def _gallery() -> Any:
 
 
 def _names() -> list[str]:
-    return sorted(_toml_names())
-
-
-def _toml_names() -> Iterator[str]:
-    for file in _gallery().iterdir():
-        if file.name.endswith(".toml"):
-            yield file.name.removesuffix(".toml")
+    return sorted(file.name.removesuffix(".toml") for file in _gallery().iterdir() if file.name.endswith(".toml"))
