@@ -11,7 +11,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from motorcade.experiments.run import read_rows
 from motorcade.experiments.spec import Sweep
 from motorcade.experiments.task import MEASURES
 from motorcade.runs.drawing import picture_text
+from motorcade.runs.recording import PICTURE_ENDINGS, check_writable
 
 _NAMED = ("program", "mat")
 _MOST_LINES = 8
@@ -63,11 +63,7 @@ def draw_sweep(sweep: Sweep, table: Path, picture: Path, x: str, y: str, colour:
 
 def check_picture(sweep: Sweep, picture: Path, x: str, y: str, colour: str = "") -> None:
     """Raise MotorcadeError unless `draw_sweep` can draw such a picture of this sweep."""
-    endings = FigureCanvasBase.get_supported_filetypes()
-    if picture.suffix.lower().removeprefix(".") not in endings:
-        raise MotorcadeError("run-file-ending", file=picture, allowed=", ".join(f".{ending}" for ending in endings))
-    if not picture.parent.is_dir():
-        raise MotorcadeError("run-file-without-folder", file=picture, folder=picture.parent)
+    check_writable(picture, PICTURE_ENDINGS)
     parameters = [*_NAMED, "seed", *sweep.points.parameters]
 
     def check_option(option: str, value: str, allowed: Iterable[str]) -> None:

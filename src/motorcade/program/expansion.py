@@ -44,7 +44,6 @@ from motorcade.program.parts import (
     is_sum,
     nearest_sums,
     parts_of,
-    pieces_needed,
     slice_of,
     to_ms,
     with_durations,
@@ -121,7 +120,8 @@ class Expander:
 
     def _states_of(self, item: Item) -> int:
         if item.total_ms > MOST_PIECES * self._levels_ms[-1]:
-            return pieces_needed(item.total_ms, self._levels_ms)
+            # At least so many.
+            return -(-item.total_ms // self._levels_ms[-1])
         return max(1, len(cut_for_leader(item, self._levels_ms) or ()))
 
     def _check_settings(self, step: Step, path: str) -> None:

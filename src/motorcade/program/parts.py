@@ -227,11 +227,6 @@ def cut(
     return tuple(reversed(pieces))
 
 
-def pieces_needed(duration_ms: int, levels_ms: tuple[int, ...]) -> int:
-    """Return how many pieces a duration needs at least, where it needs more than MOST_PIECES."""
-    return -(-duration_ms // levels_ms[-1])
-
-
 @lru_cache(maxsize=4096)
 def is_sum(duration_ms: int, levels_ms: tuple[int, ...]) -> bool:
     """Whether levels add up to ``duration_ms``."""
