@@ -26,6 +26,5 @@ USER motorcade
 WORKDIR /home/motorcade
 RUN mkdir projects
 EXPOSE 7700
-# Where much is simulated, native kernels are compiled in the background; Numba keeps them in ~/.cache.
 ENTRYPOINT ["motorcade"]
 CMD ["studio", "--host", "0.0.0.0", "--insecure-lan", "--no-browser", "--library", "/home/motorcade/projects"]

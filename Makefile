@@ -76,7 +76,7 @@ bench: setup
 	$(BIN)/python benchmarks/start.py
 	$(BIN)/python benchmarks/first_start.py
 	$(BIN)/python benchmarks/swarm.py
-	$(BIN)/python benchmarks/targets.py
+	$(BIN)/python benchmarks/backends.py
 	$(BIN)/python benchmarks/relay.py --crowd
 	$(BIN)/python benchmarks/studio_server.py
 	$(BIN)/python benchmarks/class.py

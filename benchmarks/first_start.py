@@ -1,12 +1,11 @@
-"""Measure first starts on a computer that has never compiled the engine: run ``python benchmarks/first_start.py``.
+"""Measure first starts: run ``python benchmarks/first_start.py``.
 
-Numba's cache is an empty folder for each start. Times are those of a clock, from the command until cars have moved,
-the best of some starts, since other programs of the computer only add to them. ``--install`` also measures, in fresh
-virtual environments, how large the studio's installation is; this needs a network.
+Times are those of a clock, from the command until cars have moved, the best of some starts, since other programs of the
+computer only add to them. ``--install`` also measures, in fresh virtual environments, how large installations are; this
+needs a network.
 """
 
 import json
-import os
 import socket
 import struct
 import subprocess
@@ -35,37 +34,24 @@ PARADE = ROOT / "examples" / "parade.motorcade.json"
 HAS_MOVED = "() => document.querySelector('.motorcade-running') !== null"
 
 
-def environment(folder: str) -> dict[str, str]:
-    return {**os.environ, "NUMBA_CACHE_DIR": folder}
+def best_s(start: Callable[[], float]) -> float:
+    """The shortest time of some starts."""
+    return min(start() for _ in range(STARTS))
 
 
-def best_s(start: Callable[[str], float], starts: int = STARTS) -> float:
-    """The shortest time of some starts, each with an empty folder for Numba's cache."""
-    times = []
-    for _ in range(starts):
-        with tempfile.TemporaryDirectory() as folder:
-            times.append(start(folder))
-    return min(times)
-
-
-def simulate_s(folder: str, *options: str) -> float:
+def simulate_s(*options: str) -> float:
     """From the command until its result is printed: 0.1 s of driving."""
     began_s = time.perf_counter()
     command = [sys.executable, "-m", "motorcade", "simulate", str(PARADE), "--seconds", "0.1", *options]
-    subprocess.run(command, env=environment(folder), stdout=subprocess.DEVNULL, check=True)
+    subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
     return time.perf_counter() - began_s
 
 
-def crowd_s(followers: str, folder: str) -> float:
-    """As `simulate_s`, with so many followers."""
-    return simulate_s(folder, "--followers", followers)
-
-
-def serve_s(folder: str) -> float:
+def serve_s() -> float:
     """From the command until the simulated car says that it moves, for a client that asks it to at once."""
     began_s = time.perf_counter()
     command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--json"]
-    with subprocess.Popen(command, env=environment(folder), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as car:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as car:
         assert car.stdout
         told = json.loads(car.stdout.readline())
         still, forward = (
@@ -87,12 +73,12 @@ def serve_s(folder: str) -> float:
     return taken_s
 
 
-def studio_s(folder: str) -> float:
+def studio_s() -> float:
     """From the opening of the page in a browser until the leader's program runs on the mat, played by a click."""
     with tempfile.TemporaryDirectory() as library, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium.find_or_install())
         page = browser.new_page()
-        with running_studio(Path(library), environment=environment(folder)) as studio:
+        with running_studio(Path(library)) as studio:
             began_s = time.perf_counter()
             page.goto(project_link(studio.url, json.loads(PARADE.read_text(encoding="utf-8"))))
             page.get_by_role("button", name="Play", exact=True).click()
@@ -102,11 +88,11 @@ def studio_s(folder: str) -> float:
     return taken_s
 
 
-def studio_ready_s(folder: str) -> float:
+def studio_ready_s() -> float:
     """From the command until the studio prints its address."""
     with tempfile.TemporaryDirectory() as library:
         began_s = time.perf_counter()
-        with running_studio(Path(library), environment=environment(folder)):
+        with running_studio(Path(library)):
             return time.perf_counter() - began_s
 
 
@@ -127,16 +113,15 @@ def size_of(folder: Path) -> int:
 
 
 def main() -> None:
-    table = Table("", "figure", "goal", "", title=f"First start without anything compiled, best of {STARTS}")
+    table = Table("", "figure", "goal", "", title=f"First start, best of {STARTS}")
 
     def add(name: str, figure_s: float, goal_s: float | None = None) -> None:
         goal = ("", "") if goal_s is None else (f"≤ {goal_s} s", result(figure_s, goal_s, least=False))
         table.add_row(name, f"{figure_s:.2f} s", *goal)
 
     for followers in ("5", "1000"):
-        taken_s = best_s(partial(crowd_s, followers))
+        taken_s = best_s(partial(simulate_s, "--followers", followers))
         add(f"simulate, {followers} followers", taken_s, SIMULATE_GOAL_S)
-    add("simulate, native kernels compiled first", best_s(lambda folder: simulate_s(folder, "--kernels", "native"), 1))
     add("drive serve: the simulated car moves", best_s(serve_s), SIMULATE_GOAL_S)
     add("studio: its address is printed", best_s(studio_ready_s))
     if chromium.find_or_install():

@@ -9,6 +9,7 @@ moving cars, for which the machine should be quiet.
 
 import argparse
 import math
+import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,8 +24,10 @@ from rich.console import Console
 from rich.table import Table
 from timing import Contestant, take_turns
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from scripts.engine_code import register
+
 from motorcade.config.profile import built_in_profile
-from motorcade.engine import native
 from motorcade.engine.events import START
 from motorcade.engine.world import World
 from motorcade.mats.model import Mat, Physics, Starts
@@ -310,8 +313,8 @@ def main() -> None:
         draw(arguments.pictures, spreads, shares)
 
 
-# Importing it makes the functions of words/infrared.py callable from compiled code.
-assert callable(native.compiled)
+# It makes the functions of words/infrared.py callable from compiled code.
+register()
 
 if __name__ == "__main__":
     main()

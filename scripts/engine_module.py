@@ -1,10 +1,10 @@
-"""Make engine.wasm: the kernels of `motorcade.engine.kernels` as one WebAssembly module.
+"""Make the engine: the kernels of `motorcade.engine.kernels` as a WebAssembly module and as libraries of machine code.
 
 Numba translates each kernel to LLVM's intermediate code, for a generic processor and before any optimiser has run, so
-that neither the processor nor the system shapes it. The LLVM inside llvmlite then optimises it for WebAssembly, and
-Debian's wasm-ld links it. The same sources, Python, llvmlite, Numba and wasm-ld give the same bytes.
+that neither the processor nor the system shapes it. The LLVM inside llvmlite then optimises it for each target, and
+Debian's lld links it. The same sources, Python, llvmlite, Numba and lld give the same bytes.
 
-Print the sizes: ``python -m scripts.engine_module``. Write the file: ``make generate``.
+Print the sizes: ``python -m scripts.engine_module``. Write the files: ``make generate``.
 """
 
 import ast
@@ -16,18 +16,17 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from scripts.debian import find_or_install
+from scripts.engine_code import BadKernelError, Calls, Code, all_calls, translated
 
 ROOT = Path(__file__).resolve().parent.parent
-LINKER = "wasm-ld-16"
+LLD = "16"
 PYTHON = (3, 11)
-TRIPLE = "wasm32-unknown-unknown"
-FEATURES = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint"
 # Numba reads these when it is imported.
 NUMBA = {
     "NUMBA_CPU_NAME": "generic",
@@ -38,28 +37,89 @@ NUMBA = {
     "NUMBA_DISABLE_JIT": "0",
 }
 
-Make = Callable[[str, Any], Callable[..., None]]
-"""Returns a kernel, as those of `motorcade.engine.kernels.KERNELS`."""
 
-Calls = dict[str, tuple[Make, tuple[Any, ...]]]
-"""What makes each kernel, and arguments of the types that it will have."""
+class Target(NamedTuple):
+    """What an engine is made for, and how lld links it there.
+
+    Attributes:
+        file: its path in `motorcade.engine`.
+        linker: the program, without the version of LLD.
+        options: of the linker; ``{export}`` is repeated for each kernel.
+    """
+
+    file: str
+    triple: str
+    cpu: str
+    features: str
+    linker: str
+    options: tuple[str, ...]
+    export: str
 
 
-class BadKernelError(Exception):
-    """A kernel can't be a part of the module."""
+_ELF = ("-shared", "-nostdlib", "--strip-all", "--no-undefined", "-z", "separate-code", "--build-id=none")
+_COFF = ("/dll", "/noentry", "/nodefaultlib", "/opt:ref", "/Brepro", "/nologo")
+_MACH_O = (
+    "-dylib",
+    "-platform_version",
+    "macos",
+    "11.0",
+    "11.0",
+    "-dead_strip",
+    "-x",
+    "-install_name",
+    "engine",
+)
+TARGETS = (
+    Target(
+        "engine.wasm",
+        "wasm32-unknown-unknown",
+        "generic",
+        "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint",
+        "wasm-ld",
+        # An overflow of the stack hits the memory's beginning and stops, instead of overwriting data.
+        ("--no-entry", "--strip-all", "--stack-first", "-z", "stack-size=65536", "--export=__heap_base"),
+        "--export={}",
+    ),
+    Target("libraries/linux-x86_64.so", "x86_64-unknown-linux-gnu", "x86-64-v2", "", "ld.lld", _ELF, "--undefined={}"),
+    Target("libraries/linux-aarch64.so", "aarch64-unknown-linux-gnu", "generic", "", "ld.lld", _ELF, "--undefined={}"),
+    Target("libraries/win32-x86_64.dll", "x86_64-pc-windows-msvc", "x86-64-v2", "", "lld-link", _COFF, "/export:{}"),
+    Target(
+        "libraries/darwin-x86_64.dylib",
+        "x86_64-apple-macosx11.0.0",
+        "x86-64-v2",
+        "",
+        "ld64.lld",
+        ("-arch", "x86_64", *_MACH_O),
+        "-u _{}",
+    ),
+    Target(
+        "libraries/darwin-aarch64.dylib",
+        "arm64-apple-macosx11.0.0",
+        "apple-m1",
+        "",
+        "ld64.lld",
+        ("-arch", "arm64", *_MACH_O),
+        "-u _{}",
+    ),
+)
 
 
-def engine_module() -> bytes:
-    """Return the module, made in a process of its own, because Numba reads the environment once."""
+def engine_files() -> dict[str, bytes]:
+    """Return all files of the engine by their paths in `motorcade.engine`.
+
+    They are made in a process of its own, because Numba reads the environment once.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder, "engine.wasm")
-        command = [sys.executable, "-m", "scripts.engine_module", str(made)]
+        command = [sys.executable, "-m", "scripts.engine_module", folder]
         subprocess.run(command, cwd=ROOT, env={**os.environ, **NUMBA}, check=True)
-        return made.read_bytes()
+        return {name: Path(folder, name).read_bytes() for name in FILES}
 
 
-def fingerprints(module: bytes) -> str:
-    """Return two lines: digests of what ``module`` is made of, and of itself. They tell quickly whether it is stale.
+FILES = (*(target.file for target in TARGETS), "libraries/digests.json")
+
+
+def fingerprints(files: dict[str, bytes]) -> str:
+    """Return lines: digests of what the engine is made of, and of each file. They tell quickly whether it is stale.
 
     Docstrings, comments and the form of the code don't count.
     """
@@ -67,10 +127,11 @@ def fingerprints(module: bytes) -> str:
     folders = (package / name for name in ("car", "engine", "words"))
     # No kernel calls the check of boards.
     sources = sorted(path for folder in folders for path in folder.rglob("*.py") if path.parent.name != "check")
-    digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')} {LINKER}".encode())
-    for path in (*sources, Path(__file__)):
+    digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')} {LLD}".encode())
+    for path in (*sources, Path(__file__), Path(__file__).with_name("engine_code.py")):
         digest.update(ast.dump(_without_docstrings(ast.parse(path.read_text(encoding="utf-8")))).encode())
-    return f"sources {digest.hexdigest()}\nmodule {hashlib.sha256(module).hexdigest()}\n"
+    made = (f"{name} {hashlib.sha256(data).hexdigest()}\n" for name, data in sorted(files.items()))
+    return f"sources {digest.hexdigest()}\n{''.join(made)}"
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:
@@ -88,66 +149,12 @@ def obstacle() -> str:
     """Return why this computer can't make the committed bytes; "" where it can."""
     if sys.version_info[:2] != PYTHON:
         return "it is made by Python {}.{}, and other versions order some instructions otherwise".format(*PYTHON)
-    return "" if linker() else f"{LINKER} is missing (Debian: lld-16)"
+    return "" if linker("wasm-ld") else f"lld {LLD} is missing (Debian: lld-{LLD})"
 
 
-def linker() -> Path | None:
-    """Return the linker, installed from Debian if need be and possible."""
-    return find_or_install(LINKER, "lld-16")
-
-
-def _calls() -> Calls:
-    """Return every kernel, with arguments as a world passes them."""
-    from motorcade.engine import choice
-    from motorcade.engine.interpreted import InterpretedKernels
-    from motorcade.engine.kernels import KERNELS
-    from motorcade.engine.world import World, warm_up
-    from motorcade.mats import formation, open_table
-
-    calls: Calls = {}
-
-    class Recorded(InterpretedKernels):
-        def call(self, kernel: str, threads: int, *arguments: Any) -> None:
-            calls.setdefault(kernel, (KERNELS[kernel], arguments))
-            super().call(kernel, threads, *arguments)
-
-    choice.open_target = lambda name, needed_bytes: Recorded()
-    warm_up(World(open_table(formation(1)), [bytes(4)], threads=1))
-    return calls
-
-
-def _intermediate(make: Make, arguments: tuple[Any, ...]) -> tuple[str, str, list[tuple[Any, ...]]]:
-    """Return a kernel's intermediate code, the name of its function there, and its arguments for the section."""
-    import numba
-    from numba.core.errors import NumbaError
-
-    from motorcade.engine.native import OPTIONS
-
-    kernel = numba.njit(**OPTIONS)(make("", range))
-    signature = tuple(numba.typeof(argument) for argument in arguments)
-    named = zip(kernel.py_func.__code__.co_varnames, signature, strict=False)
-    listed = [argument for parameter, kind in named for argument in _flat(parameter, kind)]
-    try:
-        kernel.compile(signature)
-    except NumbaError as problem:
-        raise BadKernelError(f"Numba can't compile {kernel.py_func.__name__}: {problem}") from None
-    result = kernel.overloads[signature]
-    return str(result.library.get_llvm_str()), str(result.fndesc.llvm_func_name), listed
-
-
-def _flat(name: str, kind: Any) -> list[tuple[Any, ...]]:
-    from numba.core import types
-
-    if isinstance(kind, types.NamedTuple):
-        fields = zip(kind.fields, kind.types, strict=True)
-        return [argument for field, inner in fields for argument in _flat(f"{name}.{field}", inner)]
-    if isinstance(kind, types.NamedUniTuple):
-        return [argument for field in kind.fields for argument in _flat(f"{name}.{field}", kind.dtype)]
-    if isinstance(kind, types.Array):
-        return [(name, str(kind.dtype), kind.ndim, kind.layout)]
-    if kind in (types.int64, types.float64):
-        return [(name, str(kind))]
-    raise BadKernelError(f"{name} is {kind}; a kernel takes arrays, int64, float64, and named tuples of them")
+def linker(name: str) -> Path | None:
+    """Return a linker, installed from Debian if need be and possible."""
+    return find_or_install(f"{name}-{LLD}", f"lld-{LLD}")
 
 
 def _types(arguments: list[tuple[Any, ...]]) -> list[str]:
@@ -173,41 +180,73 @@ def _with_block(name: str, passed: list[str]) -> str:
     return "\n".join(lines)
 
 
-def _object(calls: Calls) -> tuple[bytes, dict[str, list[tuple[Any, ...]]]]:
-    """Return the object file of all kernels, and their arguments."""
+# What LLVM calls where it fills memory. It leaves the loop of a function of this name as it is.
+_MEMSET = """
+define hidden ptr @memset(ptr %to, i32 %value, i64 %count) {
+  %byte = trunc i32 %value to i8
+  %none = icmp eq i64 %count, 0
+  br i1 %none, label %end, label %each
+each:
+  %k = phi i64 [ 0, %0 ], [ %next, %each ]
+  %at = getelementptr i8, ptr %to, i64 %k
+  store i8 %byte, ptr %at
+  %next = add i64 %k, 1
+  %more = icmp ult i64 %next, %count
+  br i1 %more, label %each, label %end
+end:
+  ret ptr %to
+}
+"""
+# What code for macOS calls where it fills memory with zeros.
+_BZERO = """
+declare ptr @memset(ptr, i32, i64)
+define hidden void @{name}(ptr %to, i64 %count) {{
+  call ptr @memset(ptr %to, i32 0, i64 %count)
+  ret void
+}}
+"""
+# Code for Windows that has floating-point numbers refers to it.
+_FLTUSED = "@_fltused = hidden global i32 0"
+
+
+def _whole(kernels: dict[str, Code], target: Target) -> Any:
+    """Return the optimised module of all kernels for a target."""
     import llvmlite.binding as llvm
 
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    target = llvm.Target.from_triple(TRIPLE)
-    machine = target.create_target_machine(cpu="generic", features=FEATURES, opt=3)
-    whole, arguments = llvm.parse_assembly(""), {}
-    for name, (make, values) in calls.items():
-        code, function, arguments[name] = _intermediate(make, values)
-        # The layout of data is the target's. These functions of C are instructions in WebAssembly.
-        code = re.sub(r"^target (datalayout|triple) = .*$", "", code, flags=re.MULTILINE)
-        code = re.sub(r"@(floor|sqrt|fabs)\(double", r"@llvm.\1.f64(double", code)
+    machine = llvm.Target.from_triple(target.triple).create_target_machine(
+        cpu=target.cpu, features=target.features, opt=3, reloc="default" if target.linker == "wasm-ld" else "pic"
+    )
+    whole = llvm.parse_assembly("")
+    for name, (code, function, arguments) in kernels.items():
         module = llvm.parse_assembly(code)
         for each in [*module.functions, *module.global_variables]:
             if not each.is_declaration and each.name != function:
                 each.linkage = "internal"
         module.get_function(function).name = f"kernel.{name}"
-        module.link_in(llvm.parse_assembly(_with_block(name, _types(arguments[name]))))
+        module.link_in(llvm.parse_assembly(_with_block(name, _types(arguments))))
         module.get_function(f"kernel.{name}").linkage = "internal"
         whole.link_in(module)
-    whole.data_layout, whole.triple = str(machine.target_data), TRIPLE
+    whole.data_layout, whole.triple = str(machine.target_data), target.triple
     whole.verify()
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
     builder.getModulePassManager().run(whole, builder)
-    _check(whole, list(calls))
-    return machine.emit_object(whole), arguments
+    _check(whole, list(kernels))
+    if target.linker != "wasm-ld":
+        whole.link_in(llvm.parse_assembly(_MEMSET))
+    if target.linker == "ld64.lld":
+        # On Intel's and on Apple's processors.
+        for name in ("__bzero", "bzero"):
+            whole.link_in(llvm.parse_assembly(_BZERO.format(name=name)))
+    if target.linker == "lld-link":
+        whole.link_in(llvm.parse_assembly(_FLTUSED))
+    return machine.emit_object(whole)
 
 
 def _check(module: Any, exports: list[str]) -> None:
     """Raise BadKernelError where a kernel needs a function from outside, or can raise an exception."""
     wanted = [each.name for each in module.functions if each.is_declaration and not each.name.startswith("llvm.")]
     if wanted:
-        raise BadKernelError(f"a kernel calls {', '.join(wanted)}, which WebAssembly doesn't have")
+        raise BadKernelError(f"a kernel calls {', '.join(wanted)}, which no target has")
     codes = {each.name: str(each) for each in module.functions}
     for name in exports:
         # What Numba's function returns is 0, or says which exception was raised. A small one is inlined.
@@ -216,25 +255,23 @@ def _check(module: Any, exports: list[str]) -> None:
             raise BadKernelError(f"the kernel {name} can raise an exception")
 
 
-def _linked(code: bytes, exports: list[str]) -> bytes:
-    command = linker()
+def _linked(code: bytes, target: Target, exports: list[str]) -> bytes:
+    command = linker(target.linker)
     if command is None:
-        raise BadKernelError(f"{LINKER} is missing; Debian has it in the package lld-16")
+        raise BadKernelError(f"lld {LLD} is missing; Debian has it in the package lld-{LLD}")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "engine.o")
-        path.write_bytes(code)
-        # An overflow of the stack hits the memory's beginning and stops, instead of overwriting data.
-        options = ["--no-entry", "--strip-all", "--stack-first", "-z", "stack-size=65536"]
-        wanted = [f"--export={name}" for name in (*exports, "__heap_base")]
-        options += [*wanted, "-o", "engine.wasm", path.name]
-        linked = subprocess.run([command, *options], cwd=folder, stderr=subprocess.PIPE, check=False, text=True)
+        Path(folder, "engine.o").write_bytes(code)
+        wanted = [word for name in exports for word in target.export.format(name).split()]
+        output = ["/out:engine"] if target.linker == "lld-link" else ["-o", "engine"]
+        arguments = [*target.options, *wanted, *output, "engine.o"]
+        linked = subprocess.run([command, *arguments], cwd=folder, stderr=subprocess.PIPE, check=False, text=True)
         if linked.returncode:
-            raise BadKernelError(f"a kernel can't be linked: {linked.stderr}")
-        return Path(folder, "engine.wasm").read_bytes()
+            raise BadKernelError(f"{target.file} can't be linked: {linked.stderr}")
+        return Path(folder, "engine").read_bytes()
 
 
 def _section(name: str, contents: bytes) -> bytes:
-    """Return a custom section."""
+    """Return a custom section of a WebAssembly module."""
     body = _unsigned(len(name)) + name.encode() + contents
     return b"\0" + _unsigned(len(body)) + body
 
@@ -244,18 +281,44 @@ def _unsigned(number: int) -> bytes:
     return low if number < 0x80 else bytes([low[0] | 0x80]) + _unsigned(number >> 7)
 
 
-def module_of(calls: Calls) -> bytes:
-    """Make a module of kernels in this process, whose environment has NUMBA. Raises BadKernelError."""
+def made_of(calls: Calls, targets: Sequence[Target] = TARGETS) -> dict[str, bytes]:
+    """Make files of kernels in this process, whose environment has NUMBA. Raises BadKernelError."""
+    import llvmlite.binding as llvm
+
     from motorcade.engine.linear_memory import SECTION
 
-    code, arguments = _object(calls)
-    section = _section(SECTION, json.dumps(arguments, separators=(",", ":")).encode())
-    return _linked(code, list(arguments)) + section
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    kernels = {name: translated(*call) for name, call in calls.items()}
+    made = {}
+    for target in targets:
+        # WebAssembly has one thread.
+        chosen = {name: kernel for name, kernel in kernels.items() if target.linker != "wasm-ld" or name != "run_large"}
+        made[target.file] = _linked(_whole(chosen, target), target, list(chosen))
+    listed = {name: kernel.arguments for name, kernel in kernels.items()}
+    if "engine.wasm" in made:
+        made["engine.wasm"] += _section(SECTION, json.dumps(listed, separators=(",", ":")).encode())
+    return made
+
+
+def _write(folder: Path) -> None:
+    """Write all files, for `engine_files`."""
+    from motorcade.engine.backends import DIGESTS, proof
+    from motorcade.engine.interpreted import InterpretedKernels
+
+    made = made_of(all_calls())
+    digests = {Path(name).name: hashlib.sha256(data).hexdigest() for name, data in made.items() if "/" in name}
+    digests["proof"] = proof(InterpretedKernels())
+    made[f"libraries/{DIGESTS}"] = f"{json.dumps(digests, indent=2)}\n".encode()
+    for name, data in made.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(data)
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        Path(sys.argv[1]).write_bytes(module_of(dict(sorted(_calls().items()))))
+        _write(Path(sys.argv[1]))
     else:
-        made = engine_module()
-        print(f"engine.wasm: {len(made):,} bytes, {len(gzip.compress(made, mtime=0)):,} compressed by gzip")
+        for file, data in engine_files().items():
+            print(f"{file}: {len(data):,} bytes, {len(gzip.compress(data, mtime=0)):,} compressed by gzip")

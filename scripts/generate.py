@@ -11,7 +11,7 @@ from scripts.arbiter_diagram import arbiter_svg
 from scripts.arduino_files import arduino_files
 from scripts.clips import block_clips, example_clips
 from scripts.commands_page import commands_page
-from scripts.engine_module import engine_module, fingerprints, obstacle
+from scripts.engine_module import FILES, engine_files, fingerprints, obstacle
 from scripts.exports import exported_files, markdown
 from scripts.goal_kinds import goal_kinds
 from scripts.message_types import class_types, message_types, remote_types
@@ -61,7 +61,7 @@ GENERATED = {
     **_exports(),
 }
 
-ENGINE = ROOT / "src" / "motorcade" / "engine" / "engine.wasm"
+ENGINE = ROOT / "src" / "motorcade" / "engine"
 # What the committed engine was made of. `make soak` makes it again and compares its bytes.
 ENGINE_DIGESTS = ROOT / "scripts" / "engine.digests"
 
@@ -75,9 +75,10 @@ def _json(schema: dict[str, Any]) -> str:
 
 
 def _engine_is_stale() -> bool:
-    if not (ENGINE.exists() and ENGINE_DIGESTS.exists()):
+    if not all(path.exists() for path in (ENGINE_DIGESTS, *(ENGINE / name for name in FILES))):
         return True
-    return ENGINE_DIGESTS.read_text(encoding="utf-8") != fingerprints(ENGINE.read_bytes())
+    made = {name: (ENGINE / name).read_bytes() for name in FILES}
+    return ENGINE_DIGESTS.read_text(encoding="utf-8") != fingerprints(made)
 
 
 def _make_engine() -> None:
@@ -85,11 +86,14 @@ def _make_engine() -> None:
     if not _engine_is_stale():
         return
     if reason := obstacle():
-        print(f"!!! {ENGINE.name} was NOT made: {reason} !!!", file=sys.stderr)
+        print(f"!!! the engine was NOT made: {reason} !!!", file=sys.stderr)
         return
-    ENGINE.write_bytes(engine_module())
-    ENGINE_DIGESTS.write_text(fingerprints(ENGINE.read_bytes()), encoding="utf-8")
-    print(f"wrote {ENGINE.relative_to(ROOT)}")
+    made = engine_files()
+    for name, data in made.items():
+        (ENGINE / name).parent.mkdir(exist_ok=True)
+        (ENGINE / name).write_bytes(data)
+        print(f"wrote {(ENGINE / name).relative_to(ROOT)}")
+    ENGINE_DIGESTS.write_text(fingerprints(made), encoding="utf-8")
 
 
 def main() -> int:

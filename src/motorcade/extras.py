@@ -14,7 +14,6 @@ _EXTRA_OF = {
     "distributed": "cluster",
     "matplotlib": "runs",
     "mcap": "runs",
-    "numba": "sim",
     "pyarrow": "sim",
 }
 

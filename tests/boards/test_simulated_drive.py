@@ -1,6 +1,5 @@
 """Simulated cars that somebody drives: they follow the bicycle model, and their brain goes on."""
 
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +7,8 @@ import pytest
 
 from motorcade import Followers, Physics, Pose, forward, led, left, right, together, wait
 from motorcade.boards.simulated_drive import DrivenCars, LiveWorld
-from motorcade.engine.interpreted import InterpretedKernels
-from motorcade.engine.kernels import KERNELS
 from motorcade.engine.state import DRIVEN
-from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.mats import playground
 from support.strategies import CLASSROOM
 from support.tables import FORWARD, hearers, leaders, table, wheels
 
@@ -188,21 +183,3 @@ def test_a_live_world_follows_the_clock_and_drops_a_long_lag():
     at_s[0] += 60
     live.advance()
     assert live.snapshot().x_m[0] == pytest.approx(0.3 * 1.28 + 0.3 * 0.25, abs=0.0122)
-
-
-def test_a_live_world_loads_its_kernels_before_its_time_starts(monkeypatch):
-    callers = {kernel: [] for kernel in KERNELS if kernel != "run_large"}
-    goes_on = threading.Event()
-
-    class Watched(InterpretedKernels):
-        def call(self, kernel, threads, *arguments):
-            callers[kernel].append(threading.current_thread())
-            if len(set(callers["run"])) > 1:
-                goes_on.set()
-            super().call(kernel, threads, *arguments)
-
-    monkeypatch.setattr("motorcade.engine.choice.open_target", lambda name, needed_bytes: Watched())
-    with LiveWorld(World(playground(), [bytes(4)], threads=1)):
-        assert goes_on.wait(60)
-    here = threading.current_thread()
-    assert {kernel: threads[0] for kernel, threads in callers.items()} == dict.fromkeys(callers, here)

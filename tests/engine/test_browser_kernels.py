@@ -13,7 +13,6 @@ from motorcade import Pose, World
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.browser.kernels import BrowserKernels, LinearArray, make_world
 from motorcade.engine.simulation import Simulation
-from motorcade.engine.targets import OneTarget
 from motorcade.errors import MotorcadeError
 from motorcade.mats import read_mat
 from motorcade.missions.document import missions
@@ -33,7 +32,7 @@ FEW = settings(max_examples=max(settings().max_examples // 5, 1))
 
 def in_browser(mat, images, profile=None, seeds=(0,), events=True):
     """A world as a browser has it."""
-    return Simulation(mat, images, profile, OneTarget(BrowserKernels(MockInstance())), seeds=seeds, events=events)
+    return Simulation(mat, images, profile, BrowserKernels(MockInstance()), seeds=seeds, events=events)
 
 
 @FEW
@@ -78,7 +77,7 @@ def test_a_crowd_in_a_browser_has_the_same_bits_though_its_room_for_events_grows
     for world in worlds:
         go(world, 800)
     assert state_hash(worlds[1]) == state_hash(worlds[0])
-    assert sum(name == "run" for name in worlds[1].runner.memory._instance.calls) > 5
+    assert sum(name == "run" for name in worlds[1].backend._instance.calls) > 5
 
 
 def documents():
@@ -153,17 +152,17 @@ def test_a_world_that_exceeds_the_memory_is_refused() -> None:
             return end < 1 << 19 and super().grow(end)
 
     with pytest.raises(MotorcadeError, match="WebAssembly") as caught:
-        Simulation(crowd(5000), [ROAMING], None, OneTarget(BrowserKernels(SmallInstance())))
+        Simulation(crowd(5000), [ROAMING], None, BrowserKernels(SmallInstance()))
     assert caught.value.code == "world-exceeds-webassembly"
 
 
 def test_an_array_of_another_type_is_refused() -> None:
     kernels = BrowserKernels(MockInstance())
     rows, order = kernels.zeros("rows", (3, 6), "uint32"), kernels.zeros("order", (2, 3), "int64")
-    kernels.call("sort_events", 1, rows, order, kernels.zeros("in order", (3, 6), "uint32"))
+    kernels.call("sort_events", rows, order, kernels.zeros("in order", (3, 6), "uint32"))
     for wrong in (kernels.zeros("wrong", (3, 6), "int32"), rows[:, 1:], rows[0], 7, replace(rows, address=1 << 33)):
         with pytest.raises(MotorcadeError, match="sort_events"):
-            kernels.call("sort_events", 1, rows, order, wrong)
+            kernels.call("sort_events", rows, order, wrong)
 
 
 @given(st.lists(st.integers(0, 5), min_size=1, max_size=3), st.data())

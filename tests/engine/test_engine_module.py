@@ -1,4 +1,4 @@
-"""The build of engine.wasm refuses kernels that WebAssembly can't run, and the module asks nothing of its host."""
+"""The build of the engine refuses kernels that need more than their memory; what it makes asks nothing of its host."""
 
 import math
 from collections.abc import Callable
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import wasmtime
 from scripts import engine_module
+from scripts.engine_code import BadKernelError, Calls
 
 from motorcade.engine.linear_memory import PATH
 from support.soak import SOAK
@@ -29,12 +30,12 @@ def raises(values: Any, number: int) -> None:
     values[0] = number
 
 
+def made(calls: Calls) -> dict[str, bytes]:
+    return engine_module.made_of(calls, engine_module.TARGETS[:1])
+
+
 def divides(values: Any, number: int) -> None:
     values[0] = number % len(values)
-
-
-def as_kernel(function: Callable[..., None]) -> Callable[[str, Any], Callable[..., None]]:
-    return lambda fingerprint, prange: function
 
 
 @pytest.mark.parametrize(
@@ -46,20 +47,20 @@ def as_kernel(function: Callable[..., None]) -> Callable[[str, Any], Callable[..
     ],
 )
 def test_a_kernel_that_needs_more_than_its_memory_is_refused(function: Callable[..., None], fault: str) -> None:
-    with pytest.raises(engine_module.BadKernelError, match=fault):
-        engine_module.module_of({"kernel": (as_kernel(function), (ARRAY, 3))})
+    with pytest.raises(BadKernelError, match=fault):
+        made({"kernel": (function, (ARRAY, 3))})
 
 
 @pytest.mark.parametrize("value", [True, 3j, "text", [1, 2]])
 def test_a_kernel_takes_numbers_and_arrays_alone(value: object) -> None:
-    with pytest.raises(engine_module.BadKernelError, match=r"number is .+; a kernel takes arrays, int64, float64"):
-        engine_module.module_of({"kernel": (as_kernel(lambda values, number: None), (ARRAY, value))})
+    with pytest.raises(BadKernelError, match=r"number is .+; a kernel takes arrays, int64, float64"):
+        made({"kernel": (lambda values, number: None, (ARRAY, value))})
 
 
 def test_a_missing_linker_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine_module, "linker", lambda: None)
-    with pytest.raises(engine_module.BadKernelError, match=r"wasm-ld-16 is missing; Debian has it in .* lld-16"):
-        engine_module.module_of({"kernel": (as_kernel(divides), (ARRAY, 3))})
+    monkeypatch.setattr(engine_module, "linker", lambda name: None)
+    with pytest.raises(BadKernelError, match=r"lld 16 is missing; Debian has it in .* lld-16"):
+        made({"kernel": (divides, (ARRAY, 3))})
 
 
 def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
@@ -70,7 +71,7 @@ def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
 
 if SOAK:
 
-    def test_the_committed_module_is_what_its_sources_make() -> None:
+    def test_the_committed_engine_is_what_its_sources_make() -> None:
         if reason := engine_module.obstacle():
             pytest.skip(reason)
-        assert engine_module.engine_module() == PATH.read_bytes()
+        assert engine_module.engine_files() == {name: (PATH.parent / name).read_bytes() for name in engine_module.FILES}

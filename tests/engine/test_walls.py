@@ -1,4 +1,4 @@
-"""The lists of walls and obstacles by cell: each that can matter to a car there is listed, on every target."""
+"""The lists of walls and obstacles by cell: each that can matter to a car there is listed, on every backend."""
 
 import math
 
@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade.engine import layout
-from motorcade.engine.choice import open_target
+from motorcade.engine.backends import open_backend
 from motorcade.engine.geometry import nearest_of_segment
 from support.worlds import Case, cases
 
@@ -16,8 +16,8 @@ from support.worlds import Case, cases
 @given(cases(), st.lists(st.tuples(*[st.integers(-9_000_000, 9_000_000)] * 2), min_size=5, max_size=20))
 def test_what_is_within_reach_of_a_point_is_in_the_list_of_its_cell(case: Case, points: list[tuple[int, int]]) -> None:
     rules = layout.rules_of(case.mat, case.profile, case.images)
-    targets = [open_target(name, 0) for name in ("webassembly", "interpreted")]
-    place, other = (layout.place_of(case.mat, rules, target) for target in targets)
+    backends = [open_backend(name) for name in ("webassembly", "interpreted")]
+    place, other = (layout.place_of(case.mat, rules, backend) for backend in backends)
     for one, another in zip(place, other, strict=True):
         assert np.array_equal(one, another)
     walls, discs = layout.outlines_of(case.mat)

@@ -1,15 +1,17 @@
 """Run conformance.py with the brain that the simulator compiles: ``python run_compiled.py SEED STEPS EVERY``."""
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import conformance
+import numba
 import numpy as np
 
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+from scripts.engine_code import OPTIONS, register
+
 from motorcade.car import brain, frames, loop, next_wakeup, step
-from motorcade.engine.native import compiled
 
 SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, LEADER_FRAME, FRAMES_REST = range(6)
 FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, RELAY_REST = range(6, 10)
@@ -17,55 +19,52 @@ HEAR_VOICE, LOOKS, WHEELS, LED, WORD_REST = range(10, 15)
 LEADER_BEGIN, FOLLOWER_FRAME = range(15, 17)
 
 
-def _kernel(fingerprint: str, prange: object) -> Callable[..., int]:
-    def call(which: int, memory: Any, images: Any, first: int, second: int, now: int, levels: Any) -> int:
-        """Call one of the brain's functions with arrays as the simulator has them."""
-        _ = fingerprint
-        s, image = memory[:, 0], images[0]
-        if which == SWITCH_ON:
-            brain.switch_on(s, first, now)
-        if which == LEADER_START:
-            return brain.leader_start(s, image, now)
-        if which == LEADER_STEP:
-            return brain.leader_step(s, image, now, levels)
-        if which == LEADER_SENDS:
-            return frames.leader_sends(s, image, first, now, levels)
-        if which == LEADER_FRAME:
-            return int(frames.leader_frame(s, image))
-        if which == FRAMES_REST:
-            return next_wakeup.frames_rest_ms(s, image, first, now, levels)
-        if which == FOLLOWER_STEP:
-            return brain.follower_step(s, now, levels)
-        if which == FOLLOWER_HEARS:
-            return frames.follower_hears(s, first, now, levels)
-        if which == FOLLOWER_SENDS:
-            return frames.follower_sends(s, first, now, levels)
-        if which == RELAY_REST:
-            return next_wakeup.relay_rest_ms(s, first, now)
-        if which == HEAR_VOICE:
-            brain.hear_voice(s, first)
-        if which == LOOKS:
-            return brain.looks_mm(s, now, levels)
-        if which == WHEELS:
-            return brain.wheels(s, first, second, now, levels)
-        if which == LED:
-            return brain.lit_led(s, now, levels)
-        if which == WORD_REST:
-            return next_wakeup.word_rest_ms(s, now, levels)
-        if which == LEADER_BEGIN:
-            frames.leader_begin(s, image, now)
-        if which == FOLLOWER_FRAME:
-            return int(frames.follower_frame(s))
-        return 0
-
-    return call
+def call(which: int, memory: Any, images: Any, first: int, second: int, now: int, levels: Any) -> int:
+    """Call one of the brain's functions with arrays as the simulator has them."""
+    s, image = memory[:, 0], images[0]
+    if which == SWITCH_ON:
+        brain.switch_on(s, first, now)
+    if which == LEADER_START:
+        return brain.leader_start(s, image, now)
+    if which == LEADER_STEP:
+        return brain.leader_step(s, image, now, levels)
+    if which == LEADER_SENDS:
+        return frames.leader_sends(s, image, first, now, levels)
+    if which == LEADER_FRAME:
+        return int(frames.leader_frame(s, image))
+    if which == FRAMES_REST:
+        return next_wakeup.frames_rest_ms(s, image, first, now, levels)
+    if which == FOLLOWER_STEP:
+        return brain.follower_step(s, now, levels)
+    if which == FOLLOWER_HEARS:
+        return frames.follower_hears(s, first, now, levels)
+    if which == FOLLOWER_SENDS:
+        return frames.follower_sends(s, first, now, levels)
+    if which == RELAY_REST:
+        return next_wakeup.relay_rest_ms(s, first, now)
+    if which == HEAR_VOICE:
+        brain.hear_voice(s, first)
+    if which == LOOKS:
+        return brain.looks_mm(s, now, levels)
+    if which == WHEELS:
+        return brain.wheels(s, first, second, now, levels)
+    if which == LED:
+        return brain.lit_led(s, now, levels)
+    if which == WORD_REST:
+        return next_wakeup.word_rest_ms(s, now, levels)
+    if which == LEADER_BEGIN:
+        frames.leader_begin(s, image, now)
+    if which == FOLLOWER_FRAME:
+        return int(frames.follower_frame(s))
+    return 0
 
 
 class CompiledBrain:
     """A replacement for `motorcade.car.brain`, `motorcade.car.frames` and `motorcade.car.next_wakeup`."""
 
     def __init__(self) -> None:
-        self._call = compiled(_kernel, (Path(__file__),), parallel=False)
+        register()
+        self._call = numba.njit(**OPTIONS)(call)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(brain if hasattr(brain, name) else frames, name)

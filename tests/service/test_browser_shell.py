@@ -46,7 +46,7 @@ def said(sent):
 
 
 def test_requests_are_answered(shell):
-    assert ask(shell, "capabilities")["answer"]["kernels"] == "webassembly"
+    assert ask(shell, "capabilities")["answer"]["most_cars"] > 0
     assert "square" in [each["id"] for each in ask(shell, "examples")["answer"]]
     project = ask(shell, "example", {"id": "square"})["answer"]
     blocks = {name: project[name] for name in ("leader", "followers", "profile")}

@@ -45,7 +45,6 @@ CAPABILITIES = {
     "driving": False,
     "real_cars": False,
     "most_cars": 100,
-    "kernels": "webassembly",
     "classroom": "",
 }
 

@@ -45,9 +45,8 @@ class Digests:
         """The digest of a world's state after each duration, which follow each other."""
         from motorcade.browser.kernels import BrowserKernels
         from motorcade.engine.simulation import Simulation
-        from motorcade.engine.targets import OneTarget
 
-        world = Simulation(mat, images, profile, OneTarget(BrowserKernels(self._open())), seeds=(seed,), events=True)
+        world = Simulation(mat, images, profile, BrowserKernels(self._open()), seeds=(seed,), events=True)
         return digests(world, durations_ms)
 
     def page(self, message: Any, duration_ms: int, watched: int) -> str:

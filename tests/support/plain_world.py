@@ -12,6 +12,7 @@ from motorcade.car.brain import LEFT, RIGHT
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile
 from motorcade.engine import layout
+from motorcade.engine.backend import allocate_all
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.geometry import (
     FULL_TURN,
@@ -22,7 +23,6 @@ from motorcade.engine.geometry import (
     nearest_of_segment,
 )
 from motorcade.engine.interpreted import InterpretedKernels
-from motorcade.engine.targets import keep_all
 from motorcade.mats import Mat, Pose
 from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
 from support import plain_senses
@@ -106,7 +106,7 @@ class PlainWorld:
 
     def __init__(self, mat: Mat, images: list[bytes], profile: Profile, seed: int = 0):
         self.mat, self.images, self.profile, self.seed = mat, images, profile, seed
-        self.rules = keep_all(InterpretedKernels(), layout.rules_of(mat, profile, images))
+        self.rules = allocate_all(InterpretedKernels(), layout.rules_of(mat, profile, images))
         self.walls, self.discs = layout.outlines_of(mat)
         starts = mat.starts
         self.x = [round(each * 1e6) for each in starts.x_m.tolist()]
@@ -143,7 +143,7 @@ class PlainWorld:
     def furnish(self, mat: Mat, range_mm: int) -> None:
         self.mat = replace(mat, starts=self.mat.starts, tick_ms=self.mat.tick_ms)
         self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
-        self.rules = keep_all(InterpretedKernels(), layout.rules_of(self.mat, self.profile, self.images))
+        self.rules = allocate_all(InterpretedKernels(), layout.rules_of(self.mat, self.profile, self.images))
         self.walls, self.discs = layout.outlines_of(self.mat)
         for car in range(len(self.cars)):
             self.set_way(car)

@@ -8,7 +8,7 @@ from motorcade.service.studio_world import StudioWorld
 
 def state_hash(world: Simulation) -> str:
     """A digest of all cars, of what was counted and of the events that were not taken yet."""
-    memory, state = world.runner.memory, world.state
+    memory, state = world.backend, world.state
     summed = hashlib.sha256()
     for array in (*(state.rows[row] for row in range(state.rows.shape[0])), state.wheels, state.program):
         summed.update(memory.read(array))

@@ -17,7 +17,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Moment
-from motorcade.engine.world import World, warm_up
+from motorcade.engine.world import World
 from motorcade.runs.recording import Description
 
 Setpoint = tuple[int, int, int]
@@ -135,8 +135,7 @@ class LiveWorld:
         return self._scene.draw(self.snapshot(), car)
 
     def __enter__(self) -> Self:
-        """Load the kernels first, then start time: a car whose world waits for them would seem stuck."""
-        warm_up(self._world)
+        """Start time."""
         self._at_s = self._clock_s()
         self._thread.start()
         return self

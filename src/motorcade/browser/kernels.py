@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from motorcade.config.profile import Profile
+from motorcade.engine.backend import Name
 from motorcade.engine.linear_memory import Described, LinearMemory, parse_arguments
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
-from motorcade.engine.targets import Name, OneTarget
 from motorcade.mats import Mat
 from motorcade.missions.check import Play, Sight, watched
 from motorcade.missions.document import Mission
@@ -141,7 +141,7 @@ class BrowserKernels(LinearMemory):
         self.clear(array)
         return array
 
-    def keep(self, slot: str, contents: Buffer) -> LinearArray:
+    def allocate(self, slot: str, contents: Buffer) -> LinearArray:
         """Return a C-contiguous copy in the linear memory; ``slot`` as in `zeros`. Raises MotorcadeError."""
         array = self._array(slot, contents.shape, contents.dtype)
         self._assign(array.address, memoryview(contents.items).cast("B"))
@@ -190,7 +190,8 @@ class BrowserKernels(LinearMemory):
     def _grow_to(self, end: int) -> bool:
         return bool(self._instance.grow(end))
 
-    def _call(self, kernel: str, block: bytes, address: int) -> None:
+    def _call(self, kernel: str, block: bytes) -> None:
+        address, _ = self._place("arguments", len(block))
         self._assign(address, block)
         self._instance.call(kernel, address)
 
@@ -211,7 +212,7 @@ def make_world(message: SetWorld, open_instance: OpenInstance, most_cars: int) -
     """Build a page's world. Raises MotorcadeError."""
 
     def make(mat: Mat, images: Sequence[bytes], profile: Profile, seed: int) -> Simulation:
-        return Simulation(mat, images, profile, _runner(open_instance), seeds=(seed,), events=True)
+        return Simulation(mat, images, profile, BrowserKernels(open_instance()), seeds=(seed,), events=True)
 
     return StudioWorld(*prepare_world(message, most_cars, make))
 
@@ -220,12 +221,8 @@ def play(open_instance: OpenInstance) -> Play:
     """Return what simulates missions, for `motorcade.service.requests.Context`."""
 
     def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
-        runner = _runner(open_instance)
+        runner = BrowserKernels(open_instance())
         world = Simulation(mission.mat, [image], mission.profile, runner, seeds=mission.seeds, events=True)
         yield from watched(world, mission)
 
     return simulate
-
-
-def _runner(open_instance: OpenInstance) -> OneTarget:
-    return OneTarget(BrowserKernels(open_instance()))

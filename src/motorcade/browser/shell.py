@@ -32,7 +32,6 @@ CAPABILITIES = Capabilities(
     driving=False,
     real_cars=False,
     most_cars=2_000,
-    kernels="webassembly",
 )
 
 Sent = list[str | bytes]

@@ -13,6 +13,7 @@ import typer
 from motorcade import __version__
 from motorcade.cli import car, classroom, drive, missions, pages, runs, uploads, words
 from motorcade.cli.language import current_language, language_in, request_language, translate_help
+from motorcade.cli.options import Json, print_json
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
 
@@ -65,9 +66,25 @@ def _use_utf8() -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _motorcade(context: typer.Context, version: Annotated[bool, typer.Option("--version")] = False) -> None:
+def _motorcade(
+    context: typer.Context, version: Annotated[bool, typer.Option("--version")] = False, as_json: Json = False
+) -> None:
     if version:
-        print(f"motorcade {__version__}")
+        if as_json:
+            print_json({"version": __version__, **_engine()})
+        else:
+            print(f"motorcade {__version__}")
         raise typer.Exit
     if context.invoked_subcommand is None:
         print(context.get_help())
+
+
+def _engine() -> dict[str, str | None]:
+    """Return what runs simulated cars here, and why it isn't machine code; None where nothing can run them."""
+    try:
+        from motorcade.engine.backends import library_problem, open_backend
+
+        name, problem = open_backend().name, library_problem()
+    except ModuleNotFoundError as missing:
+        return {"kernels": None, "problem": str(missing)}
+    return {"kernels": name, "problem": problem.sentence(current_language()) if problem else None}

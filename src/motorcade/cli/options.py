@@ -4,15 +4,13 @@ import json
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.language import translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -182,16 +180,3 @@ def host_and_port(address: str) -> tuple[str, int]:
     if not host or not 0 <= number <= 65535:
         raise MotorcadeError("not-host-and-port", address=address)
     return host, number
-
-
-@contextmanager
-def compiling_announced() -> Iterator[None]:
-    """Print a sentence on a terminal if the simulator has to be compiled while the block runs."""
-    from motorcade.engine.native import on_compiling
-
-    def announce() -> None:
-        if sys.stderr.isatty():
-            print(translated("simulator-is-compiled"), file=sys.stderr, flush=True)
-
-    with on_compiling(announce):
-        yield

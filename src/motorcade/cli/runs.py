@@ -45,7 +45,7 @@ app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
 
 
-# As motorcade.engine.targets.Name, which the command line's start can't import.
+# As motorcade.engine.backend.Name, which the command line's start can't import.
 Kernels = Literal["native", "webassembly", "interpreted"]
 
 
@@ -72,7 +72,6 @@ def _simulate(
     files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
     with needs_extra("simulating", "world"):
         from motorcade.cli.console import drawing_texts, progress_bar
-        from motorcade.cli.options import compiling_announced
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import formation, open_table, read_mat
         from motorcade.runs.recording import DATA_ENDING
@@ -83,11 +82,10 @@ def _simulate(
             followers = 5 if parse_image_bytes(image).followers else 0
         range_m = chosen.infrared.range_mm / 1000
         place = read_mat(mat) if mat else open_table(formation(followers, range_m))
-        compiling = compiling_announced() if kernels == "native" else nullcontext()
         drawings = [path for path in files if path.suffix.lower() != DATA_ENDING]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
-        with compiling, progress_bar("done", total_ms) as advance, texts:
+        with progress_bar("done", total_ms) as advance, texts:
             run = simulate_on(place, image, seconds, seed, chosen, files, advance, kernels)
     print_unheard(run)
     if wants_json(as_json):

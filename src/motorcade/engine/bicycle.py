@@ -20,8 +20,8 @@ from typing import NamedTuple
 from motorcade.config.profile import Profile
 from motorcade.engine import clearance
 from motorcade.engine.bodies import NOISE_MS, WAY_BITS
+from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
-from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import DRIVEN, Buffer, Cars, Driven, Floats, Rules
 from motorcade.words.ticks import TICKS_MASK
 

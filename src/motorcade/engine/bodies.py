@@ -15,6 +15,7 @@ import math
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import (
     FAR_UM,
     cosine,
@@ -24,7 +25,6 @@ from motorcade.engine.geometry import (
     segment_in_cone,
     sine,
 )
-from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import Arrays, Cars, Cells, People, Place, Rules
 
 # The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.

@@ -2,8 +2,8 @@
 
 import math
 
-from motorcade.engine.marking import in_kernel
-from motorcade.engine.state import Cars, Cells, Floats
+from motorcade.engine.decorators import in_kernel
+from motorcade.engine.state import Cars, Cells, Floats, Words
 
 ORIGIN_X = 0
 ORIGIN_Y = 1
@@ -82,29 +82,29 @@ def fields(cars: Cars) -> int:
 
 
 @in_kernel
-def gather(low: int, high: int, field: int, cars: Cars) -> None:
-    """Collect the sorted values of a field in ``cars.push``."""
+def gather(low: int, high: int, field: int, scratch: Words, cars: Cars) -> None:
+    """Collect the sorted values of a field in ``scratch``, which may be ``cars.push``."""
     rows = cars.rows.shape[0]
     for i in range(low, high):
         if field < rows:
-            cars.push[i] = cars.rows[field, cars.order[i]]
+            scratch[i] = cars.rows[field, cars.order[i]]
         elif field == rows:
-            cars.push[i] = cars.wheels[cars.order[i]]
+            scratch[i] = cars.wheels[cars.order[i]]
         else:
-            cars.push[i] = cars.program[cars.order[i]]
+            scratch[i] = cars.program[cars.order[i]]
 
 
 @in_kernel
-def put_back(low: int, high: int, field: int, cars: Cars) -> None:
+def put_back(low: int, high: int, field: int, scratch: Words, cars: Cars) -> None:
     """Write the values that ``gather`` collected back into the field."""
     rows = cars.rows.shape[0]
     for i in range(low, high):
         if field < rows:
-            cars.rows[field, i] = cars.push[i]
+            cars.rows[field, i] = scratch[i]
         elif field == rows:
-            cars.wheels[i] = cars.push[i]
+            cars.wheels[i] = scratch[i]
         else:
-            cars.program[i] = cars.push[i]
+            cars.program[i] = scratch[i]
 
 
 @in_kernel

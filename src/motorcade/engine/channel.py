@@ -20,8 +20,8 @@ from typing import Literal, get_args
 from motorcade.car import frames
 from motorcade.engine import events
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import cosine, cross, is_shaded, mix, sine
-from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import NOBODY, Arrays, Cars, Floats, Now, Place, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 

@@ -6,7 +6,7 @@ pushed and steered; without the bit it holds only while the car keeps its presen
 """
 
 from motorcade.engine import bodies, events, geometry
-from motorcade.engine.marking import in_kernel
+from motorcade.engine.decorators import in_kernel
 from motorcade.engine.state import Arrays, Now
 
 MOST_TICKS = 1000

@@ -1,7 +1,7 @@
 """What happened in a world: counts, and on request events, which are rows of one array.
 
 Every part of a world that a thread steps by itself has its own row of both, so threads never write to the same place.
-The order of the rows has no meaning: the kernel ``sort_events`` sorts them. This module needs neither NumPy nor Numba.
+The order of the rows has no meaning: the kernel ``sort_events`` sorts them. This module needs no NumPy.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple

@@ -1,15 +1,14 @@
 """Run the kernels as plain Python on arrays of NumPy."""
 
-from collections.abc import Callable, Sequence
-from functools import lru_cache
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.engine.backend import Name
 from motorcade.engine.kernels import KERNELS
 from motorcade.engine.state import Buffer
-from motorcade.engine.targets import Name
 
 
 def as_array(contents: Buffer) -> NDArray[Any]:
@@ -49,7 +48,7 @@ class HeapArrays(NumpyArrays):
         """Return an array of zeros."""
         return np.zeros(shape, dtype)
 
-    def keep(self, slot: str, contents: Buffer) -> NDArray[Any]:
+    def allocate(self, slot: str, contents: Buffer) -> NDArray[Any]:
         """Return the contents as an array, without a copy."""
         return as_array(contents)
 
@@ -60,18 +59,8 @@ class InterpretedKernels(HeapArrays):
     name: Name = "interpreted"
     threaded = False
 
-    def call(self, kernel: str, threads: int, *arguments: Any) -> None:
+    def call(self, kernel: str, *arguments: Any) -> None:
         """Call a kernel."""
-        call_interpreted(kernel, *arguments)
-
-
-def call_interpreted(kernel: str, *arguments: Any) -> None:
-    """Call a kernel as plain Python."""
-    # Compiled integers wrap around silently, so NumPy's have to.
-    with np.errstate(over="ignore"):
-        _interpreted(kernel)(*arguments)
-
-
-@lru_cache
-def _interpreted(kernel: str) -> Callable[..., None]:
-    return KERNELS[kernel]("", range)
+        # Compiled integers wrap around silently, so NumPy's have to.
+        with np.errstate(over="ignore"):
+            KERNELS[kernel](*arguments)

@@ -11,27 +11,23 @@ cars keep their wheels and their way.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, showing, walls
-from motorcade.engine.events import Counters
-from motorcade.engine.marking import in_kernel, methods_in_kernel
+from motorcade.engine.decorators import in_kernel, methods_in_kernel
 from motorcade.engine.state import (
     DRIVEN,
     MOST_PARTS,
     NOBODY,
     Arrays,
     Cars,
-    Cells,
     ForBrain,
     Ints,
     Now,
-    People,
-    Place,
     Rules,
-    Voices,
+    Words,
 )
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
@@ -216,74 +212,19 @@ def _sort(world: int, begin: int, end: int, arrays: Arrays) -> None:
     cells.fit(world, begin, end, cars, arrays.cells, arrays.rules.cell)
     cells.order_by_cell(world, begin, end, cars, arrays.cells)
     for field in range(cells.fields(cars)):
-        cells.gather(begin, end, field, cars)
-        cells.put_back(begin, end, field, cars)
+        cells.gather(begin, end, field, cars.push, cars)
+        cells.put_back(begin, end, field, cars.push, cars)
     cells.clear_push(begin, end, cars)
     bicycle.find(world, begin, end, cars, arrays.driven)
 
 
-def _worlds_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def run(first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
-        """Step worlds side by side, each in one thread. In the first tick every car hears ``said``."""
-        _ = fingerprint
-        # A loop of several threads takes no nested tuples, so they are taken apart here and put together inside.
-        cars = Cars(*arrays.cars)
-        cell_lists = Cells(*arrays.cells)
-        place = Place(*arrays.place)
-        people = People(*arrays.people)
-        voices = Voices(*arrays.voices)
-        rules = Rules(*arrays.rules)
-        counters = Counters(*arrays.counters)
-        driven = arrays.driven
-        per_world = cars.x.shape[0] // seeds.shape[0]
-        for world in prange(seeds.shape[0]):
-            inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
-            begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
-            spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
-            for tick in range(first_tick, first_tick + ticks):
-                ms = tick * rules.tick_ms & TICKS_MASK
-                first_voice = spoken
-                while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
-                    spoken += 1
-                voice = said if tick == first_tick else brain.NO_VOICE
-                now = Now(world, world, seed, tick, ms, voice, first_voice, spoken)
-                if tick == 0:
-                    _switch_on(begin, end, inside, now)
-                if tick % rules.sort_every == 0:
-                    _sort(world, begin, end, inside)
-                bicycle.set_out(world, seed, tick, cars, driven, rules)
-                senders = step_cars(begin, end, inside, now)
-                rows = int(cell_lists.frame[world, cells.ROWS])
-                for k in range(begin, begin + senders):
-                    channel.spread_frame(cars.order[k], 0, rows, inside, now)
-                bodies.move(begin, end, seed, tick, cars, rules)
-                bicycle.turn_round(world, cars, driven)
-
-    return run
-
-
-@in_kernel
-def _share(part: int, count: int) -> tuple[int, int]:
-    return count * part // MOST_PARTS, count * (part + 1) // MOST_PARTS
-
-
-def _large_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def run(first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
-        """Step one world in strips of rows of cells, with several threads in each tick."""
-        _ = fingerprint
-        cars = Cars(*arrays.cars)
-        cell_lists = Cells(*arrays.cells)
-        place = Place(*arrays.place)
-        people = People(*arrays.people)
-        voices = Voices(*arrays.voices)
-        rules = Rules(*arrays.rules)
-        counters = Counters(*arrays.counters)
-        driven = arrays.driven
-        count = cars.x.shape[0]
-        # Numba leaves out a store to an array that it can't trace to an argument, so these come from the argument. All
-        # other stores are behind calls.
-        senders, strips = arrays.cells.strips[0], arrays.cells.strips[1]
-        seed, first, frame = seeds[0], arrays.cells.first[0], arrays.cells.frame[0]
+def run(share: int, shares: int, first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
+    """Step the worlds of one of several shares, one after the other. In the first tick every car hears ``said``."""
+    cars, voices, rules, driven = arrays.cars, arrays.voices, arrays.rules, arrays.driven
+    worlds = seeds.shape[0]
+    per_world = cars.x.shape[0] // worlds
+    for world in range(worlds * share // shares, worlds * (share + 1) // shares):
+        begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
         spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
         for tick in range(first_tick, first_tick + ticks):
             ms = tick * rules.tick_ms & TICKS_MASK
@@ -291,109 +232,137 @@ def _large_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
             while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
                 spoken += 1
             voice = said if tick == first_tick else brain.NO_VOICE
+            now = Now(world, world, seed, tick, ms, voice, first_voice, spoken)
             if tick == 0:
-                _switch_on(0, count, arrays, Now(0, 0, seed, tick, ms, voice, first_voice, spoken))
+                _switch_on(begin, end, arrays, now)
             if tick % rules.sort_every == 0:
-                cells.fit(0, 0, count, cars, cell_lists, rules.cell)
-                cells.order_by_cell(0, 0, count, cars, cell_lists)
-                for field in range(cells.fields(cars)):
-                    for part in prange(MOST_PARTS):
-                        cells.gather(*_share(part, count), field, cars)
-                    for part in prange(MOST_PARTS):
-                        cells.put_back(*_share(part, count), field, cars)
-                cells.clear_push(0, count, cars)
-                bicycle.find(0, 0, count, cars, driven)
-            bicycle.set_out(0, seed, tick, cars, driven, rules)
-            rows, columns = int(frame[cells.ROWS]), int(frame[cells.COLUMNS])
-            # A frame that begins in one strip reaches the next strip at most.
-            reach = int((rules.range + 2.0 * rules.drift) * frame[cells.PER_UM]) + 2
-            parts = min(max(rows // reach, 1), MOST_PARTS)
-            for part in range(parts + 1):
-                strips[part] = rows * part // parts
-            for part in prange(parts):
-                inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
-                begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-                now = Now(0, part, seed, tick, ms, voice, first_voice, spoken)
-                senders[part] = step_cars(begin, end, inside, now)
-            for part in prange(parts):
-                inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
-                now = Now(0, part, seed, tick, ms, voice, first_voice, spoken)
-                for other in range(max(part - 1, 0), min(part + 2, parts)):
-                    begin = first[strips[other] * columns]
-                    for k in range(begin, begin + senders[other]):
-                        channel.spread_frame(cars.order[k], strips[part], strips[part + 1], inside, now)
-            for part in prange(parts):
-                begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-                bodies.move(begin, end, seed, tick, cars, rules)
-            bicycle.turn_round(0, cars, driven)
-
-    return run
+                _sort(world, begin, end, arrays)
+            bicycle.set_out(world, seed, tick, cars, driven, rules)
+            senders = step_cars(begin, end, arrays, now)
+            rows = int(arrays.cells.frame[world, cells.ROWS])
+            for k in range(begin, begin + senders):
+                channel.spread_frame(cars.order[k], 0, rows, arrays, now)
+            bodies.move(begin, end, seed, tick, cars, rules)
+            bicycle.turn_round(world, cars, driven)
 
 
-def _wake_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
-        """Make every car look around in its next tick, because its surroundings have changed.
-
-        The car at index ``moved`` also gets the way that fits its new heading; with ALL every car does.
-        """
-        _ = fingerprint
-        cars, rules = arrays.cars, arrays.rules
-        now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
-        for world in range(worlds):
-            begin, end = world * per_world, (world + 1) * per_world
-            for i in range(begin, end):
-                if moved in (ALL, i):
-                    bodies.set_way(i, cars.wheels[i], cars, rules)
-                cars.due[i] = now
-                cars.clear[i] = clearance.due_now(tick)
-            _sort(world, begin, end, arrays)
-
-    return wake
+ORDER, SORT, SET_OUT, STEP, SPREAD, MOVE, TURN = range(7)
+# The phases of a tick of a large world, and whether several threads share each; those before SET_OUT sort the cars.
+PHASES = ((ORDER, False), (SORT, True), (SET_OUT, False), (STEP, True), (SPREAD, True), (MOVE, True), (TURN, False))
 
 
-def _give_back_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
-        """Give the wheels of car ``i`` back to its program, between two ticks.
+def run_large(
+    share: int, shares: int, phase: int, tick: int, said: int, seeds: Ints, scratch: Words, arrays: Arrays
+) -> None:
+    """Run a share of one phase of a tick of one world, which is cut into strips of rows of cells.
 
-        Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick
-        sets them.
-        """
-        _ = fingerprint
-        now = tick * rules.tick_ms & TICKS_MASK
-        last = later_ms(now, -rules.tick_ms)
-        bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING_IN_SIGHT_MM, 0, last, rules.levels), cars, rules)
-        cars.due[i] = now
-        cars.clear[i] = clearance.due_now(tick)
+    All shares of a phase have to end before the next phase begins.
 
-    return give_back
+    Args:
+        phase: one of PHASES.
+        scratch: (shares of SORT, cars), which a sort overwrites.
+    """
+    cars, cell_lists, driven, rules = arrays.cars, arrays.cells, arrays.driven, arrays.rules
+    count, seed = cars.x.shape[0], seeds[0]
+    senders, strips, first, frame = cell_lists.strips[0], cell_lists.strips[1], cell_lists.first[0], cell_lists.frame[0]
+    ms = tick * rules.tick_ms & TICKS_MASK
+    first_voice = spoken = channel.voices_until((tick - 1) * rules.tick_ms, arrays.voices)
+    while spoken < arrays.voices.at_ms.shape[0] and arrays.voices.at_ms[spoken] <= ms:
+        spoken += 1
+    rows, columns = int(frame[cells.ROWS]), int(frame[cells.COLUMNS])
+    parts = int(senders[MOST_PARTS])
+    first_part, end_part = parts * share // shares, parts * (share + 1) // shares
+    if phase == ORDER:
+        if tick == 0:
+            _switch_on(0, count, arrays, Now(0, 0, seed, tick, ms, said, first_voice, spoken))
+        cells.fit(0, 0, count, cars, cell_lists, rules.cell)
+        cells.order_by_cell(0, 0, count, cars, cell_lists)
+    elif phase == SORT:
+        fields = cells.fields(cars)
+        for field in range(fields * share // shares, fields * (share + 1) // shares):
+            cells.gather(0, count, field, scratch[share], cars)
+            cells.put_back(0, count, field, scratch[share], cars)
+    elif phase == SET_OUT:
+        if tick % rules.sort_every == 0:
+            cells.clear_push(0, count, cars)
+            bicycle.find(0, 0, count, cars, driven)
+        bicycle.set_out(0, seed, tick, cars, driven, rules)
+        # A frame that begins in one strip reaches the next strip at most.
+        reach = int((rules.range + 2.0 * rules.drift) * frame[cells.PER_UM]) + 2
+        parts = min(max(rows // reach, 1), MOST_PARTS)
+        senders[MOST_PARTS] = parts
+        for part in range(parts + 1):
+            strips[part] = rows * part // parts
+    elif phase == STEP:
+        for part in range(first_part, end_part):
+            begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
+            now = Now(0, part, seed, tick, ms, said, first_voice, spoken)
+            senders[part] = step_cars(begin, end, arrays, now)
+    elif phase == SPREAD:
+        for part in range(first_part, end_part):
+            now = Now(0, part, seed, tick, ms, said, first_voice, spoken)
+            for other in range(max(part - 1, 0), min(part + 2, parts)):
+                begin = first[strips[other] * columns]
+                for k in range(begin, begin + senders[other]):
+                    channel.spread_frame(cars.order[k], strips[part], strips[part + 1], arrays, now)
+    elif phase == MOVE:
+        for part in range(first_part, end_part):
+            begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
+            bodies.move(begin, end, seed, tick, cars, rules)
+    else:
+        bicycle.turn_round(0, cars, driven)
 
 
-def _obstacle_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def read_obstacle(i: int, look_mm: int, arrays: Arrays, answer: Ints) -> None:
-        """Write what the ultrasonic sensor of car ``i`` in world 0 measures, up to ``look_mm``, into ``answer[0]``."""
-        _ = fingerprint
-        answer[0] = bodies.obstacle_ahead_mm(i, 0, look_mm, arrays)
+def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
+    """Make every car look around in its next tick, because its surroundings have changed.
 
-    return read_obstacle
+    The car at index ``moved`` also gets the way that fits its new heading; with ALL every car does.
+    """
+    cars, rules = arrays.cars, arrays.rules
+    now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
+    for world in range(worlds):
+        begin, end = world * per_world, (world + 1) * per_world
+        for i in range(begin, end):
+            if moved in (ALL, i):
+                bodies.set_way(i, cars.wheels[i], cars, rules)
+            cars.due[i] = now
+            cars.clear[i] = clearance.due_now(tick)
+        _sort(world, begin, end, arrays)
 
 
-# What makes each kernel, by name. ``fingerprint`` identifies the code of all kernels, and ``prange`` is a range whose
-# steps may run in several threads.
-KERNELS: Mapping[str, Callable[[str, Any], Callable[..., None]]] = {
-    "run": _worlds_kernel,
-    "run_large": _large_kernel,
-    "wake": _wake_kernel,
-    "give_back": _give_back_kernel,
-    "read_obstacle": _obstacle_kernel,
-    "read_moment": showing.moment_kernel,
-    "pack_picture": showing.picture_kernel,
-    "sort_events": showing.sort_kernel,
-    "note_events": showing.note_kernel,
-    "find_nearest": showing.nearest_kernel,
-    "count_walls": walls.count_kernel,
-    "list_walls": walls.list_kernel,
+def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
+    """Give the wheels of car ``i`` back to its program, between two ticks.
+
+    Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick
+    sets them.
+    """
+    now = tick * rules.tick_ms & TICKS_MASK
+    last = later_ms(now, -rules.tick_ms)
+    bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING_IN_SIGHT_MM, 0, last, rules.levels), cars, rules)
+    cars.due[i] = now
+    cars.clear[i] = clearance.due_now(tick)
+
+
+def read_obstacle(i: int, look_mm: int, arrays: Arrays, answer: Ints) -> None:
+    """Write what the ultrasonic sensor of car ``i`` in world 0 measures, up to ``look_mm``, into ``answer[0]``."""
+    answer[0] = bodies.obstacle_ahead_mm(i, 0, look_mm, arrays)
+
+
+# All kernels, by name.
+KERNELS: Mapping[str, Callable[..., None]] = {
+    each.__name__: each
+    for each in (
+        run,
+        run_large,
+        wake,
+        give_back,
+        read_obstacle,
+        showing.read_moment,
+        showing.pack_picture,
+        showing.sort_events,
+        showing.note_events,
+        showing.find_nearest,
+        walls.count_walls,
+        walls.list_walls,
+    )
 }
-# Those whose loops are worth several threads. One world of few cars is stepped by one thread.
-PARALLEL = ("run", "run_large")
-# Those of one car: native kernels run them as plain Python, because compiling takes seconds, and a call little time.
-OF_ONE_CAR = ("give_back", "read_obstacle")

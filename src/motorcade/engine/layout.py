@@ -1,6 +1,6 @@
 """Turn a mat and a profile into the arrays of the engine: metres and degrees become µm and binary angles.
 
-This module needs no NumPy, which a browser doesn't have: arrays are buffers until a target keeps them.
+This module needs no NumPy, which a browser doesn't have: arrays are buffers until a backend allocates them.
 """
 
 import math
@@ -22,7 +22,7 @@ from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
 
 if TYPE_CHECKING:
-    from motorcade.engine.targets import Target
+    from motorcade.engine.backend import Backend
 
 _Wall = tuple[float, float, float, float]
 _Disc = tuple[float, float, float]
@@ -109,7 +109,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     )
 
 
-def cars_of(worlds: int, per_world: int, memory: "Target") -> Cars:
+def cars_of(worlds: int, per_world: int, memory: "Backend") -> Cars:
     """Allocate the arrays of all cars, filled with zeros."""
     count = worlds * per_world
     # Fields are an odd number of cache lines apart. Otherwise all fields of a car would be in a few sets of the cache.
@@ -140,7 +140,7 @@ def standing_of(mat: Mat, images: int) -> Standing:
     )
 
 
-def put_in_place(cars: Cars, standing: Standing, worlds: int, memory: "Target") -> None:
+def put_in_place(cars: Cars, standing: Standing, worlds: int, memory: "Backend") -> None:
     """Reset the cars to their state before the first tick."""
     for array_of_cars in (cars.rows, cars.push, cars.wheels):
         memory.clear(array_of_cars)
@@ -150,7 +150,7 @@ def put_in_place(cars: Cars, standing: Standing, worlds: int, memory: "Target") 
         memory.write(getattr(cars, name), buffer.items.tobytes() * worlds)
 
 
-def cells_of(worlds: int, per_world: int, memory: "Target") -> Cells:
+def cells_of(worlds: int, per_world: int, memory: "Backend") -> Cells:
     """Allocate the cells of the worlds: at most five cells for eight cars, and a few more."""
     return Cells(
         first=memory.zeros("first", (worlds, per_world * 5 // 8 + 17), "int32"),
@@ -187,7 +187,7 @@ def voices_of(mat: Mat) -> Voices:
     )
 
 
-def place_of(mat: Mat, rules: Rules, target: "Target", look_mm: int = 0) -> Place:
+def place_of(mat: Mat, rules: Rules, backend: "Backend", look_mm: int = 0) -> Place:
     """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it.
 
     ``rules`` comes from `rules_of`; somebody who drives may look ``look_mm`` ahead.
@@ -196,19 +196,19 @@ def place_of(mat: Mat, rules: Rules, target: "Target", look_mm: int = 0) -> Plac
     reach = _reach(rules, look_mm)
     frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
     place = Place(
-        segments=target.keep("Place.segments", buffer_of("float64", chain.from_iterable(walls), 4)),
-        discs=target.keep("Place.discs", buffer_of("float64", chain.from_iterable(discs), 3)),
-        frame=target.keep("Place.frame", buffer_of("float64", frame)),
-        first=target.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), "int32"),
-        items=target.zeros("Place.items", (0,), "int32"),
-        away=target.zeros("Place.away", (0,), "float32"),
+        segments=backend.allocate("Place.segments", buffer_of("float64", chain.from_iterable(walls), 4)),
+        discs=backend.allocate("Place.discs", buffer_of("float64", chain.from_iterable(discs), 3)),
+        frame=backend.allocate("Place.frame", buffer_of("float64", frame)),
+        first=backend.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), "int32"),
+        items=backend.zeros("Place.items", (0,), "int32"),
+        away=backend.zeros("Place.away", (0,), "float32"),
     )
-    target.call("count_walls", 1, reach, place)
-    count = int.from_bytes(target.read(place.first[-1:]), "little")
+    backend.call("count_walls", reach, place)
+    count = int.from_bytes(backend.read(place.first[-1:]), "little")
     place = place._replace(
-        items=target.zeros("Place.items", (count,), "int32"), away=target.zeros("Place.away", (count,), "float32")
+        items=backend.zeros("Place.items", (count,), "int32"), away=backend.zeros("Place.away", (count,), "float32")
     )
-    target.call("list_walls", 1, reach, place)
+    backend.call("list_walls", reach, place)
     return place
 
 

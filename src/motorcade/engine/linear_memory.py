@@ -12,6 +12,7 @@ This module knows no WebAssembly runtime and needs no NumPy: `motorcade.engine.w
 import json
 import struct
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,6 +61,12 @@ class _Part(NamedTuple):
     block: bytes
 
 
+@lru_cache
+def module_arguments() -> dict[str, list[Argument]]:
+    """Return the arguments of each kernel of the installed engine.wasm."""
+    return parse_arguments(custom_section(PATH.read_bytes(), SECTION).decode())
+
+
 def parse_arguments(section: str) -> dict[str, list[Argument]]:
     """Return the arguments of each kernel, from the text of the module's section."""
     listed = json.loads(section).items()
@@ -67,7 +74,7 @@ def parse_arguments(section: str) -> dict[str, list[Argument]]:
 
 
 class LinearMemory:
-    """Places arrays in the linear memory of an instance of engine.wasm, and calls its kernels.
+    """Calls kernels by blocks of arguments, and places arrays in the linear memory of an instance of engine.wasm.
 
     Args:
         arguments: of each kernel.
@@ -88,12 +95,15 @@ class LinearMemory:
         """Make the memory at least ``end`` bytes large; return whether that was possible."""
         raise NotImplementedError
 
-    def _call(self, kernel: str, block: bytes, address: int) -> None:
-        """Write the block of arguments to an address, and call the kernel with it."""
+    def _call(self, kernel: str, block: bytes) -> None:
+        """Call a kernel with the block of its arguments."""
         raise NotImplementedError
 
-    def call(self, kernel: str, threads: int, *arguments: Any) -> None:
+    def call(self, kernel: str, *arguments: Any) -> None:
         """Call a kernel. Raises MotorcadeError where an argument isn't what the module was made for."""
+        self._call(kernel, self._block(kernel, *arguments))
+
+    def _block(self, kernel: str, *arguments: Any) -> bytes:
         expected = self._arguments[kernel]
         packed, given = self._packed[kernel], list(_parts(arguments))
         del packed[len(given) :]
@@ -106,9 +116,7 @@ class LinearMemory:
                 packed[number] = self._pack(kernel, value, expected[first:])
             first += packed[number].length
         _check(kernel, expected[first] if first < len(expected) else None)
-        block = b"".join([part.block for part in packed])
-        address, _ = self._place("arguments", len(block))
-        self._call(kernel, block, address)
+        return b"".join([part.block for part in packed])
 
     def _pack(self, kernel: str, values: Any, expected: list[Argument]) -> _Part:
         numbers: list[int | float] = []

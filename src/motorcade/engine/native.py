@@ -1,132 +1,155 @@
-"""Compile the kernels with Numba. Only this module imports Numba, which takes half a second.
+"""Run the kernels in machine code: a shared library of this kind of computer, compiled before Motorcade is installed.
 
-Numba compiles a call of `motorcade.car.brain.follower_step` from the source of that function, so there is no second
-version of it.
+``scripts/engine_module.py`` makes the libraries and engine.wasm from the same code, so the arguments of the kernels are
+those of engine.wasm. A call lets go of Python's lock.
 """
 
-import hashlib
-import inspect
+import ctypes
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import platform
+import struct
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import FunctionType
+from queue import SimpleQueue
 from typing import Any
 
-# Otherwise OpenMP's threads spin while they wait, which slows down a busy machine many times.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+import numpy as np
 
-import numba
-from numba.core import event, types
-from numba.extending import overload_method, register_jitable
+from motorcade.car.brain import NO_VOICE
+from motorcade.engine.backend import Name
+from motorcade.engine.interpreted import HeapArrays
+from motorcade.engine.kernels import PHASES, SET_OUT, SORT
+from motorcade.engine.linear_memory import Described, LinearMemory, module_arguments
 
-from motorcade.car import brain, frames, next_wakeup, step
-from motorcade.engine import events, kernels, marking, state
-from motorcade.engine.interpreted import HeapArrays, call_interpreted
-from motorcade.engine.targets import Name
-from motorcade.words import infrared, ticks
-
-# Portable functions, which can't be marked where they stand.
-_PLAIN = (ticks, infrared, brain, frames, next_wakeup, step, events)
-# Nothing is allocated in a kernel, so its arrays need no reference counts, which would take most of the time.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
+# What `platform.machine()` calls the processors of one kind.
+_MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
+_SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
+# With more, threads need not wait for one whose share takes long.
+_SHARES_A_THREAD = 4
+_INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
 
 
-def _functions() -> Iterator[FunctionType]:
-    yield from marking.FUNCTIONS
-    for module in _PLAIN:
-        for function in list(vars(module).values()):
-            if isinstance(function, FunctionType) and function.__module__ == module.__name__:
-                yield function
+def library_path() -> Path:
+    """Return where the library for this system, processor and Python is, whether or not there is one."""
+    machine = _MACHINES.get(platform.machine(), platform.machine())
+    # A 32-bit Python may run on a 64-bit system.
+    bits = "" if sys.maxsize > 2**32 else "-32"
+    return Path(__file__).parent / "libraries" / f"{sys.platform}-{machine}{bits}{_SUFFIXES.get(sys.platform, '')}"
 
 
-def _register_method(kind: type, name: str, method: FunctionType) -> None:
-    def implementation(self: Any, *arguments: Any) -> FunctionType | None:
-        return method if self.instance_class is kind else None
-
-    # Numba looks here for the names of the parameters.
-    implementation.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
-    options: dict[str, Any] = {"jit_options": {"forceinline": True}, "strict": False}
-    # Numba has one type for all named tuples, which holds the class.
-    overload_method(types.NamedTuple, name, **options)(implementation)
+Kernel = Callable[[bytes], int]
+"""Takes the block of its arguments."""
 
 
-for _function in _functions():
-    register_jitable(forceinline=True)(_function)
-for _class in marking.CLASSES:
-    for _name, _method in list(vars(_class).items()):
-        if isinstance(_method, FunctionType) and not _name.startswith("_"):
-            _register_method(_class, _name, _method)
+class _Pool:
+    """Threads that stand ready, and share calls with the calling thread. They wait without spinning."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._work: SimpleQueue[tuple[Kernel, deque[bytes]]] = SimpleQueue()
+        self._done: SimpleQueue[None] = SimpleQueue()
+        self._standing = 0
+
+    def share(self, kernel: Kernel, blocks: Sequence[bytes], threads: int) -> None:
+        """Call a kernel with each of the blocks; return when all calls have ended."""
+        pending = deque(blocks)
+        helpers = min(threads, len(blocks)) - 1
+        with self._lock:
+            while self._standing < helpers:
+                threading.Thread(target=self._help, name="kernels", daemon=True).start()
+                self._standing += 1
+            for _ in range(helpers):
+                self._work.put((kernel, pending))
+            _call_all(kernel, pending)
+            for _ in range(helpers):
+                self._done.get()
+
+    def _help(self) -> None:
+        while True:
+            _call_all(*self._work.get())
+            self._done.put(None)
 
 
-def compiled(
-    make: Callable[[str, Any], Callable[..., Any]], sources: tuple[Path, ...], parallel: bool
-) -> Callable[..., Any]:
-    """Return a kernel that is compiled at its first call and cached on disk for the next start.
+def _call_all(kernel: Kernel, pending: deque[bytes]) -> None:
+    while pending:
+        try:
+            block = pending.popleft()
+        except IndexError:
+            return
+        kernel(block)
 
-    Numba's cache looks only at the file of the kernel itself. Therefore ``make`` takes a fingerprint of all that is
-    compiled into the kernel and returns a function with the fingerprint in its closure, which Numba does look at.
 
-    Args:
-        make: returns the kernel for a fingerprint, and for the function that replaces ``range`` in parallel loops.
-        sources: the files whose functions the kernel calls, besides those of the engine.
-        parallel: whether the kernel's ``prange`` loops use several threads.
-    """
-    digest = hashlib.sha256()
-    files = {Path(function.__code__.co_filename) for function in _functions()}
-    for path in (*sorted(files), *sources, *(Path(str(each.__file__)) for each in (kernels, state)), Path(__file__)):
-        digest.update(path.read_bytes())
-    # With fusion, one part of a world would enter a loop before all parts have left the loop before it.
-    options = {**OPTIONS, "cache": True, "parallel": {"fusion": False} if parallel else False}
-    function = make(f"{digest.hexdigest()}, parallel={parallel}", numba.prange)
-    kernel: Callable[..., Any] = numba.njit(**options)(function)
-    return kernel
+_pool = _Pool()
+# A forked process has none of its parent's threads.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.__init__)  # type: ignore[misc]
 
 
 @lru_cache
-def _kernel(name: str, parallel: bool) -> Callable[..., Any]:
-    return compiled(kernels.KERNELS[name], (), parallel)
+def _kernels(path: Path) -> dict[str, Kernel]:
+    """Return the kernels of a library, by name. Raises OSError or AttributeError where it can't be loaded."""
+    library = ctypes.CDLL(str(path))
+    kernels: dict[str, Kernel] = {}
+    for name in module_arguments():
+        function = getattr(library, name)
+        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int
+        kernels[name] = function
+    return kernels
 
 
-class NativeKernels(HeapArrays):
-    """The kernels in machine code: the fastest target, the only one with threads; compiled once on each computer."""
+class NativeKernels(LinearMemory, HeapArrays):
+    """The kernels of a library. Raises OSError where it can't be loaded.
+
+    Args:
+        path: of the library; default: the one for this computer.
+    """
 
     name: Name = "native"
     threaded = True
 
-    def call(self, kernel: str, threads: int, *arguments: Any) -> None:
-        """Call a kernel with at most ``threads`` threads."""
-        if kernel in kernels.OF_ONE_CAR:
-            call_interpreted(kernel, *arguments)
-            return
-        before = numba.get_num_threads()
-        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]  # environment
-        try:
-            _kernel(kernel, threads > 1 and kernel in kernels.PARALLEL)(*arguments)
-        finally:
-            numba.set_num_threads(before)
+    def __init__(self, path: Path | None = None) -> None:
+        # Arrays may be anywhere.
+        super().__init__(module_arguments(), 1 << 63)
+        self._kernels = _kernels(path or library_path())
 
+    def run(self, threads: int, *arguments: Any) -> None:
+        """Call the kernel ``run`` with several threads; ``arguments`` as those of the kernel after its shares."""
+        shares = _SHARES_A_THREAD * threads
+        block = self._block("run", 0, shares, *arguments)
+        blocks = [_INT.pack(share) + block[_INT.size :] for share in range(shares)]
+        _pool.share(self._kernels["run"], blocks, threads)
 
-class _Listener(event.Listener):
-    def __init__(self, notify: Callable[[], object]) -> None:
-        self._notify = notify
-        self._notified = False
+    def run_large(self, threads: int, first_tick: int, ticks: int, said: int, sort_every: int, *arguments: Any) -> None:
+        """Step one world by ``run_large``, phase by phase, with several threads.
 
-    def on_start(self, event: object) -> None:
-        if not self._notified:
-            self._notified = True
-            self._notify()
+        Args:
+            threads: how many.
+            first_tick: the tick to begin with.
+            ticks: how many.
+            said: what every car hears in the first tick.
+            sort_every: cars are sorted in each tick that this number divides.
+            arguments: those of the kernel from ``seeds`` on.
+        """
+        kernel = self._kernels["run_large"]
+        rest = self._block("run_large", 0, 0, 0, 0, 0, *arguments)[5 * _INT.size :]
+        for tick in range(first_tick, first_tick + ticks):
+            heard = said if tick == first_tick else NO_VOICE
+            for phase, is_shared in PHASES[0 if tick % sort_every == 0 else SET_OUT :]:
+                shares = 1 if not is_shared else threads if phase == SORT else _SHARES_A_THREAD * threads
+                numbers = ((share, shares, phase, tick, heard) for share in range(shares))
+                _pool.share(kernel, [_INTS.pack(*each) + rest for each in numbers], threads)
 
-    def on_end(self, event: object) -> None:
-        pass
+    def _describe(self, value: Any) -> Described | None:
+        if not isinstance(value, np.ndarray):
+            return None
+        address, is_contiguous = value.__array_interface__["data"][0], value.flags.c_contiguous
+        return Described(
+            value.dtype.name, is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
+        )
 
-
-@contextmanager
-def on_compiling(notify: Callable[[], object]) -> Iterator[None]:
-    """Inside this context, call ``notify`` once if anything has to be compiled, in whichever thread does it.
-
-    Reading kernels from disk takes a moment; compiling them takes some 20 s.
-    """
-    with event.install_listener("numba:compile", _Listener(notify)):
-        yield
+    def _call(self, kernel: str, block: bytes) -> None:
+        self._kernels[kernel](block)

@@ -41,7 +41,7 @@ class Pictures:
 
     def __init__(self, world: Simulation) -> None:
         self._world = world
-        memory = world.runner.memory
+        memory = world.backend
         self._tally = Tally(
             memory.zeros("Tally.cars", (TALLY_ROWS, world.cars), "uint32"),
             memory.zeros("Tally.marks", (3, world.cars), "uint8"),
@@ -59,30 +59,30 @@ class Pictures:
 
     def take_events(self) -> bytes:
         """Return the events since the last call, as rows of a picture (`motorcade.service.history`), by time."""
-        world, memory = self._world, self._world.runner.memory
+        world, memory = self._world, self._world.backend
         rows = world.take_rows()
         packed = memory.zeros("packed events", (rows.shape[0], showing.EVENT_NUMBERS), "uint32")
-        world.runner.now.call("note_events", 1, rows, self._tally, packed)
+        world.backend.call("note_events", rows, self._tally, packed)
         return memory.read(packed)
 
     def moment(self, is_stored: bool) -> bytes:
         """Return the columns of a moment, with the marks since the last call with the same ``is_stored``."""
         self._pack(showing.STORED if is_stored else showing.PICTURED)
-        return self._world.runner.memory.read(self._packed)
+        return self._world.backend.read(self._packed)
 
     def index_of(self, car: int) -> int:
         """Return the index, among the image's words, of what a car executes or holds; NO_INDEX for none."""
         self._pack(showing.ASKED)
-        return int.from_bytes(self._world.runner.memory.read(self._picture.index[car : car + 1]), "little")
+        return int.from_bytes(self._world.backend.read(self._picture.index[car : car + 1]), "little")
 
     def _pack(self, purpose: int) -> None:
         world = self._world
         arguments = purpose, world.tick, world.arrays(), world.read_moment(), self._tally, self._picture
-        world.runner.now.call("pack_picture", 1, *arguments)
+        world.backend.call("pack_picture", *arguments)
 
     def counted(self, car: int) -> CarTally:
         """Return what has happened to a car."""
-        memory = self._world.runner.memory
+        memory = self._world.backend
         column = [int.from_bytes(memory.read(row), "little") for row in self._rows(car)]
         first = showing.LOST_FRAMES
         lost = {why: column[first + k] for k, why in enumerate(LOSS_REASONS) if why}
@@ -93,10 +93,10 @@ class Pictures:
 
     def nearest(self, car: int) -> tuple[list[Near], list[Near]]:
         """Return the cars nearest to one: those that have sent frames, and those that have only received some."""
-        world, memory = self._world, self._world.runner.memory
+        world, memory = self._world, self._world.backend
         away = memory.zeros("away", (2, MOST_NEAREST), "float64")
         found = memory.zeros("nearest", (2, MOST_NEAREST, 3), "int64")
-        world.runner.now.call("find_nearest", 1, car, world.arrays(), self._tally, away, found)
+        world.backend.call("find_nearest", car, world.arrays(), self._tally, away, found)
         numbers = memoryview(memory.read(found)).cast("q").tolist()
         rows = [numbers[at : at + 3] for at in range(0, len(numbers), 3)]
         near = [[Near(row[0], row[1], REACHES[row[2]]) for row in part if row[0] >= 0] for part in _halves(rows)]

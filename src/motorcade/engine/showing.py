@@ -1,16 +1,15 @@
 """The kernels that tell what a world shows: moments, pictures for a page, events in order, and the nearest senders.
 
-They change no car. Every shell and target uses them, so a picture has the same bytes everywhere.
+They change no car. Every shell and backend uses them, so a picture has the same bytes everywhere.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from motorcade.car.brain import HOLDS, RUNNING, SLOT, STATE, WORD, lit_led
 from motorcade.engine import bicycle, channel, clearance, events
+from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FULL_TURN
-from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import Arrays, Bytes, Cars, Driven, Floats, Ints, Rules, Singles, Words
 from motorcade.words.ticks import TICKS_MASK, reached
 
@@ -83,76 +82,70 @@ class Picture(NamedTuple):
     flags: Bytes
 
 
-def moment_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``read_moment``."""
-
-    def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules, shown: Shown) -> None:
-        """Write what the cars of a world show before a tick."""
-        _ = fingerprint
-        count = shown.x_m.shape[0]
-        now = tick * rules.tick_ms & TICKS_MASK
-        # The LEDs as the last tick set them; the next tick may switch some off.
-        last = (tick - 1) * rules.tick_ms & TICKS_MASK
-        for i in range(world * count, (world + 1) * count):
-            k = int(cars.number[i])
-            shown.x_m[k] = float(cars.x[i]) / 1e6
-            shown.y_m[k] = float(cars.y[i]) / 1e6
-            heading = float(cars.heading[i]) / float(FULL_TURN) * math.tau
-            shown.heading[k] = heading - math.tau if heading > math.pi else heading
-            shown.word[k] = cars.memory[WORD, i]
-            shown.runs[k] = 1 if cars.memory[RUNNING, i] else 0
-            shown.wheels[k] = cars.wheels[i]
-            shown.led[k] = lit_led(cars.memory[:, i], last, rules.levels)
-            shown.sends[k] = 1 - reached(now, int(cars.sends_until[i]))
-        for column in range(driven.shape[1]):
-            if driven[bicycle.WORLD, column] == world:
-                shown.wheels[cars.number[driven[bicycle.PLACE, column]]] = bicycle.shown_wheels(
-                    float(driven[bicycle.AHEAD, column]), float(driven[bicycle.ASIDE, column]), rules.speeds
-                )
-
-    return read_moment
+"""Make the kernel ``read_moment``."""
 
 
-def picture_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``pack_picture``."""
+def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules, shown: Shown) -> None:
+    """Write what the cars of a world show before a tick."""
+    count = shown.x_m.shape[0]
+    now = tick * rules.tick_ms & TICKS_MASK
+    # The LEDs as the last tick set them; the next tick may switch some off.
+    last = (tick - 1) * rules.tick_ms & TICKS_MASK
+    for i in range(world * count, (world + 1) * count):
+        k = int(cars.number[i])
+        shown.x_m[k] = float(cars.x[i]) / 1e6
+        shown.y_m[k] = float(cars.y[i]) / 1e6
+        heading = float(cars.heading[i]) / float(FULL_TURN) * math.tau
+        shown.heading[k] = heading - math.tau if heading > math.pi else heading
+        shown.word[k] = cars.memory[WORD, i]
+        shown.runs[k] = 1 if cars.memory[RUNNING, i] else 0
+        shown.wheels[k] = cars.wheels[i]
+        shown.led[k] = lit_led(cars.memory[:, i], last, rules.levels)
+        shown.sends[k] = 1 - reached(now, int(cars.sends_until[i]))
+    for column in range(driven.shape[1]):
+        if driven[bicycle.WORLD, column] == world:
+            shown.wheels[cars.number[driven[bicycle.PLACE, column]]] = bicycle.shown_wheels(
+                float(driven[bicycle.AHEAD, column]), float(driven[bicycle.ASIDE, column]), rules.speeds
+            )
 
-    def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Shown, tally: Tally, picture: Picture) -> None:
-        """Write the columns of a picture of the only world before a tick, after ``read_moment``.
 
-        The marks of the purpose are taken with it.
+"""Make the kernel ``pack_picture``."""
 
-        Where the image has a follower's word more than once, the index is that of the one that the leader with the
-        lowest number sent last.
-        """
-        _ = fingerprint
-        cars, rules = arrays.cars, arrays.rules
-        count = shown.x_m.shape[0]
-        first, image, slot = count, 0, 0
-        for i in range(count):
-            if cars.program[i] > 0 and int(cars.number[i]) < first:
-                first, image, slot = int(cars.number[i]), int(cars.program[i]) - 1, int(cars.memory[SLOT, i])
-        header = int(rules.images[image, 0])
-        states, words = header >> 24, header >> 16 & 255
-        for i in range(count):
-            k = int(cars.number[i])
-            if cars.program[i] > 0:
-                index = int(cars.memory[STATE, i]) + 1 if cars.memory[RUNNING, i] else NO_INDEX
-            elif cars.memory[HOLDS, i]:
-                index = _last_sent(int(cars.memory[WORD, i]), slot, image, states, words, rules)
-            else:
-                index = NO_INDEX
-            picture.x_m[k] = shown.x_m[k]
-            picture.y_m[k] = shown.y_m[k]
-            picture.heading[k] = shown.heading[k]
-            picture.index[k] = index
-            picture.wheels[k] = shown.wheels[k]
-            picture.led[k] = shown.led[k]
-            drives = 0 < int(shown.wheels[k]) < 1 << 2
-            stuck = STUCK if drives and clearance.is_stuck(i, tick, arrays) else 0
-            picture.flags[k] = shown.runs[k] * RUNS | shown.sends[k] * SENDS | stuck | tally.marks[purpose, k]
-            tally.marks[purpose, k] = 0
 
-    return pack_picture
+def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Shown, tally: Tally, picture: Picture) -> None:
+    """Write the columns of a picture of the only world before a tick, after ``read_moment``.
+
+    The marks of the purpose are taken with it.
+
+    Where the image has a follower's word more than once, the index is that of the one that the leader with the
+    lowest number sent last.
+    """
+    cars, rules = arrays.cars, arrays.rules
+    count = shown.x_m.shape[0]
+    first, image, slot = count, 0, 0
+    for i in range(count):
+        if cars.program[i] > 0 and int(cars.number[i]) < first:
+            first, image, slot = int(cars.number[i]), int(cars.program[i]) - 1, int(cars.memory[SLOT, i])
+    header = int(rules.images[image, 0])
+    states, words = header >> 24, header >> 16 & 255
+    for i in range(count):
+        k = int(cars.number[i])
+        if cars.program[i] > 0:
+            index = int(cars.memory[STATE, i]) + 1 if cars.memory[RUNNING, i] else NO_INDEX
+        elif cars.memory[HOLDS, i]:
+            index = _last_sent(int(cars.memory[WORD, i]), slot, image, states, words, rules)
+        else:
+            index = NO_INDEX
+        picture.x_m[k] = shown.x_m[k]
+        picture.y_m[k] = shown.y_m[k]
+        picture.heading[k] = shown.heading[k]
+        picture.index[k] = index
+        picture.wheels[k] = shown.wheels[k]
+        picture.led[k] = shown.led[k]
+        drives = 0 < int(shown.wheels[k]) < 1 << 2
+        stuck = STUCK if drives and clearance.is_stuck(i, tick, arrays) else 0
+        picture.flags[k] = shown.runs[k] * RUNS | shown.sends[k] * SENDS | stuck | tally.marks[purpose, k]
+        tally.marks[purpose, k] = 0
 
 
 @in_kernel
@@ -169,39 +162,36 @@ def _last_sent(word: int, slot: int, image: int, states: int, words: int, rules:
     return NO_INDEX
 
 
-def sort_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``sort_events``."""
+"""Make the kernel ``sort_events``."""
 
-    def sort_events(rows: Words, order: Ints, in_order: Words) -> None:
-        """Write rows of events (`motorcade.engine.events`) by time, then by car; otherwise their order stays.
 
-        ``order``, with two rows of as many numbers as there are events, is scratch.
-        """
-        _ = fingerprint
-        count = rows.shape[0]
-        for k in range(count):
-            order[0, k] = k
-        width, source = 1, 0
-        while width < count:
-            for begin in range(0, count, 2 * width):
-                middle, end = min(begin + width, count), min(begin + 2 * width, count)
-                left, right = begin, middle
-                for k in range(begin, end):
-                    takes_right = left >= middle or (
-                        right < end and _is_earlier(order[source, right], order[source, left], rows)
-                    )
-                    if takes_right:
-                        order[1 - source, k] = order[source, right]
-                        right += 1
-                    else:
-                        order[1 - source, k] = order[source, left]
-                        left += 1
-            width, source = 2 * width, 1 - source
-        for k in range(count):
-            for column in range(events.COLUMNS):
-                in_order[k, column] = rows[order[source, k], column]
+def sort_events(rows: Words, order: Ints, in_order: Words) -> None:
+    """Write rows of events (`motorcade.engine.events`) by time, then by car; otherwise their order stays.
 
-    return sort_events
+    ``order``, with two rows of as many numbers as there are events, is scratch.
+    """
+    count = rows.shape[0]
+    for k in range(count):
+        order[0, k] = k
+    width, source = 1, 0
+    while width < count:
+        for begin in range(0, count, 2 * width):
+            middle, end = min(begin + width, count), min(begin + 2 * width, count)
+            left, right = begin, middle
+            for k in range(begin, end):
+                takes_right = left >= middle or (
+                    right < end and _is_earlier(order[source, right], order[source, left], rows)
+                )
+                if takes_right:
+                    order[1 - source, k] = order[source, right]
+                    right += 1
+                else:
+                    order[1 - source, k] = order[source, left]
+                    left += 1
+        width, source = 2 * width, 1 - source
+    for k in range(count):
+        for column in range(events.COLUMNS):
+            in_order[k, column] = rows[order[source, k], column]
 
 
 @in_kernel
@@ -211,33 +201,30 @@ def _is_earlier(one: int, other: int, rows: Words) -> bool:
     return bool(rows[one, events.CAR] < rows[other, events.CAR])
 
 
-def note_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``note_events``."""
+"""Make the kernel ``note_events``."""
 
-    def note_events(in_order: Words, tally: Tally, packed: Words) -> None:
-        """Count events of the only world for each car, and write them as a picture has them."""
-        _ = fingerprint
-        for k in range(in_order.shape[0]):
-            t_ms, car, kind = in_order[k, events.T_MS], int(in_order[k, events.CAR]), int(in_order[k, events.KIND])
-            why, word, other = int(in_order[k, events.WHY]), in_order[k, events.WORD], in_order[k, events.OTHER]
-            if kind == events.FRAME:
-                tally.cars[FRAMES, car] += 1
-            elif kind == events.HEARD:
-                tally.cars[FRAMES_HEARD, car] += 1
-                tally.cars[LAST_WORD, car] = word
-                tally.cars[LAST_SENDER, car] = other
-                tally.cars[LAST_MS, car] = t_ms
-                _mark(car, HEARD, tally)
-            elif kind == events.LOST:
-                tally.cars[LOST_FRAMES + why, car] += 1
-                _mark(car, LOST, tally)
-            packed[k, 0] = t_ms
-            packed[k, 1] = car
-            packed[k, 2] = kind | why << 8
-            packed[k, 3] = word
-            packed[k, 4] = other
 
-    return note_events
+def note_events(in_order: Words, tally: Tally, packed: Words) -> None:
+    """Count events of the only world for each car, and write them as a picture has them."""
+    for k in range(in_order.shape[0]):
+        t_ms, car, kind = in_order[k, events.T_MS], int(in_order[k, events.CAR]), int(in_order[k, events.KIND])
+        why, word, other = int(in_order[k, events.WHY]), in_order[k, events.WORD], in_order[k, events.OTHER]
+        if kind == events.FRAME:
+            tally.cars[FRAMES, car] += 1
+        elif kind == events.HEARD:
+            tally.cars[FRAMES_HEARD, car] += 1
+            tally.cars[LAST_WORD, car] = word
+            tally.cars[LAST_SENDER, car] = other
+            tally.cars[LAST_MS, car] = t_ms
+            _mark(car, HEARD, tally)
+        elif kind == events.LOST:
+            tally.cars[LOST_FRAMES + why, car] += 1
+            _mark(car, LOST, tally)
+        packed[k, 0] = t_ms
+        packed[k, 1] = car
+        packed[k, 2] = kind | why << 8
+        packed[k, 3] = word
+        packed[k, 4] = other
 
 
 @in_kernel
@@ -246,41 +233,38 @@ def _mark(car: int, flag: int, tally: Tally) -> None:
         tally.marks[purpose, car] = int(tally.marks[purpose, car]) | flag
 
 
-def nearest_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``find_nearest``."""
+"""Make the kernel ``find_nearest``."""
 
-    def find_nearest(car: int, arrays: Arrays, tally: Tally, away: Floats, found: Ints) -> None:
-        """Find the cars nearest to one in the only world: those that have sent, and those that have only heard.
 
-        ``found``, (2, MOST_NEAREST, 3), gets number, distance and reach of each, the nearest first; number -1 for none.
-        ``away``, (2, MOST_NEAREST), is scratch.
-        """
-        _ = fingerprint
-        cars = arrays.cars
-        count = cars.x.shape[0]
-        here = 0
-        for i in range(count):
-            if int(cars.number[i]) == car:
-                here = i
-        for kind in range(2):
-            for place in range(MOST_NEAREST):
-                found[kind, place, CAR] = -1
-        for i in range(count):
-            number = int(cars.number[i])
-            if number == car or (tally.cars[FRAMES, number] == 0 and tally.cars[FRAMES_HEARD, number] == 0):
-                continue
-            kind = SENDERS if tally.cars[FRAMES, number] > 0 else LISTENERS
-            dx, dy = float(cars.x[i]) - float(cars.x[here]), float(cars.y[i]) - float(cars.y[here])
-            _insert(kind, i, dx * dx + dy * dy, cars, away, found)
-        for kind in range(2):
-            for place in range(MOST_NEAREST):
-                i = int(found[kind, place, CAR])
-                if i >= 0:
-                    found[kind, place, CAR] = cars.number[i]
-                    found[kind, place, DISTANCE_MM] = math.ceil(math.sqrt(away[kind, place]) / 1000.0)
-                    found[kind, place, REACH] = channel.reach(i, here, 0, arrays)
+def find_nearest(car: int, arrays: Arrays, tally: Tally, away: Floats, found: Ints) -> None:
+    """Find the cars nearest to one in the only world: those that have sent, and those that have only heard.
 
-    return find_nearest
+    ``found``, (2, MOST_NEAREST, 3), gets number, distance and reach of each, the nearest first; number -1 for none.
+    ``away``, (2, MOST_NEAREST), is scratch.
+    """
+    cars = arrays.cars
+    count = cars.x.shape[0]
+    here = 0
+    for i in range(count):
+        if int(cars.number[i]) == car:
+            here = i
+    for kind in range(2):
+        for place in range(MOST_NEAREST):
+            found[kind, place, CAR] = -1
+    for i in range(count):
+        number = int(cars.number[i])
+        if number == car or (tally.cars[FRAMES, number] == 0 and tally.cars[FRAMES_HEARD, number] == 0):
+            continue
+        kind = SENDERS if tally.cars[FRAMES, number] > 0 else LISTENERS
+        dx, dy = float(cars.x[i]) - float(cars.x[here]), float(cars.y[i]) - float(cars.y[here])
+        _insert(kind, i, dx * dx + dy * dy, cars, away, found)
+    for kind in range(2):
+        for place in range(MOST_NEAREST):
+            i = int(found[kind, place, CAR])
+            if i >= 0:
+                found[kind, place, CAR] = cars.number[i]
+                found[kind, place, DISTANCE_MM] = math.ceil(math.sqrt(away[kind, place]) / 1000.0)
+                found[kind, place, REACH] = channel.reach(i, here, 0, arrays)
 
 
 @in_kernel

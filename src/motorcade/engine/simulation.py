@@ -15,11 +15,11 @@ from motorcade.car.brain import NO_VOICE
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import bicycle, events, layout
+from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
 from motorcade.engine.kernels import ALL
 from motorcade.engine.showing import Shown
 from motorcade.engine.state import DRIVEN, Arrays, Moment
-from motorcade.engine.targets import Runner, TargetArray, keep_all
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
@@ -51,7 +51,7 @@ class Simulation:
         images: the leaders' programs, as the bytes that are uploaded to cars; the mat's k-th leader runs
             ``images[k % len(images)]``.
         profile: what the levels in words mean; default: the built-in profile ``classroom``.
-        runner: what runs the kernels, and where the arrays are.
+        backend: what runs the kernels, and allocates the arrays.
         seeds: one for each world. The same seed gives the same run, to the last bit, whatever runs the kernels.
         events: whether to keep events for `take_rows`.
         parts: how many parts of a single world count by themselves; default: one for each world.
@@ -72,7 +72,7 @@ class Simulation:
         mat: Mat,
         images: Sequence[bytes],
         profile: Profile | None,
-        runner: Runner,
+        backend: Backend,
         *,
         seeds: Sequence[int] = (0,),
         events: bool = False,
@@ -87,10 +87,10 @@ class Simulation:
         self.cars = len(mat.starts)
         self.worlds = len(seeds)
         _check(mat, self.images)
-        self.runner = runner
+        self.backend = backend
         self._keeps_events = events
         self._parts = parts or self.worlds
-        memory = runner.memory
+        memory = backend
         self.state = layout.cars_of(self.worlds, self.cars, memory)
         self._cells = layout.cells_of(self.worlds, self.cars, memory)
         self._standing = layout.standing_of(mat, len(self.images))
@@ -106,9 +106,9 @@ class Simulation:
         self._begin(given)
 
     def _begin(self, seeds: Sequence[int]) -> None:
-        memory = self.runner.memory
+        memory = self.backend
         self.seeds = tuple(int(seed) for seed in seeds)
-        self._seeds = memory.keep("seeds", layout.buffer_of("int64", self.seeds))
+        self._seeds = memory.allocate("seeds", layout.buffer_of("int64", self.seeds))
         layout.put_in_place(self.state, self._standing, self.worlds, memory)
         self._keep_driven([])
         room = 64 * self.cars + 1024 if self._keeps_events else 0
@@ -151,18 +151,18 @@ class Simulation:
         self._wake()
 
     def _furnish(self, mat: Mat, profile: Profile) -> None:
-        memory = self.runner.memory
+        memory = self.backend
         rules = layout.rules_of(mat, profile, self.images)
         people = layout.people_of(mat, self._parts)
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
         self._place = layout.place_of(mat, rules, memory, self._look_mm)
-        self._rules = keep_all(memory, rules)
-        self._people, self._voices = keep_all(memory, people), keep_all(memory, layout.voices_of(mat))
+        self._rules = allocate_all(memory, rules)
+        self._people, self._voices = allocate_all(memory, people), allocate_all(memory, layout.voices_of(mat))
 
-    def _with_room(self, counts: TargetArray, room: int) -> events.Counters:
+    def _with_room(self, counts: BackendArray, room: int) -> events.Counters:
         """Counters with room for events, ``room`` for each part of the world."""
         shape = self._parts, room, events.COLUMNS
-        return events.Counters(counts, self.runner.memory.zeros("events", shape, "uint32"))
+        return events.Counters(counts, self.backend.zeros("events", shape, "uint32"))
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
@@ -204,16 +204,16 @@ class Simulation:
         if (world, car) in self._drivers:
             self._keep_driven(self._others_driven(car, world))
             index = self._index(car, world)
-            self.runner.now.call("give_back", 1, index, self._tick, self.state, self._rules)
+            self.backend.call("give_back", index, self._tick, self.state, self._rules)
 
     def _others_driven(self, car: int, world: int) -> list[list[int]]:
         """The columns of the other driven cars, whose indices a sort may have changed."""
-        columns = bicycle.columns_of(self.runner.memory.read(self._driven))
+        columns = bicycle.columns_of(self.backend.read(self._driven))
         return [column for column in columns if column[: bicycle.NUMBER + 1] != [world, car]]
 
     def _keep_driven(self, columns: list[list[int]]) -> None:
         self._drivers = {(column[bicycle.WORLD], column[bicycle.NUMBER]) for column in columns}
-        self._driven = self.runner.memory.keep("driven", bicycle.matrix_of(columns))
+        self._driven = self.backend.allocate("driven", bicycle.matrix_of(columns))
 
     def obstacle_mm(self, car: int) -> int:
         """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
@@ -223,9 +223,9 @@ class Simulation:
 
     def look_ahead(self, car: int, look_mm: int) -> int:
         """What a car's ultrasonic sensor measures up to ``look_mm``, in world 0 and after the first tick."""
-        memory = self.runner.memory
+        memory = self.backend
         answer = memory.zeros("answer", (1,), "int64")
-        self.runner.now.call("read_obstacle", 1, self._index(car, 0), look_mm, self.arrays(), answer)
+        self.backend.call("read_obstacle", self._index(car, 0), look_mm, self.arrays(), answer)
         return int.from_bytes(memory.read(answer), "little")
 
     def step(self) -> None:
@@ -234,18 +234,17 @@ class Simulation:
 
     def run(self, duration_ms: int) -> None:
         """Simulate ``duration_ms``, rounded down to whole ticks."""
-        ticks, cars = duration_ms // self.tick_ms, self.cars * self.worlds
+        ticks = duration_ms // self.tick_ms
+        # With events the calls are short, because all events of a call have to fit into the array.
+        longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else ticks
         while ticks > 0:
-            most = max(self.runner.begin(ticks * cars) // cars, 1)
-            # With events the calls are short, because all events of a call have to fit into the array.
-            longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else most
-            count = min(ticks, most, longest)
+            count = min(ticks, longest)
             self._advance(count)
             ticks -= count
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
-        memory = self.runner.memory
+        memory = self.backend
         columns = {name: memory.read(column) for name, column in self.read_moment(world)._asdict().items()}
         views: dict[str, Any] = {name: memoryview(column) for name, column in columns.items()}
         for name, code in (("x_m", "d"), ("y_m", "d"), ("heading", "d"), ("word", "I")):
@@ -255,15 +254,15 @@ class Simulation:
     def read_moment(self, world: int = 0) -> Shown:
         """What the cars of a world show now, as arrays that the next call overwrites."""
         if self._shown is None:
-            memory = self.runner.memory
+            memory = self.backend
             self._shown = Shown._make(
                 memory.zeros(f"Shown.{name}", (self.cars,), _SHOWN.get(name, "uint8")) for name in Shown._fields
             )
         arguments = world, self._tick, self.state, self._driven, self._rules, self._shown
-        self.runner.now.call("read_moment", 1, *arguments)
+        self.backend.call("read_moment", *arguments)
         return self._shown
 
-    def take_rows(self, world: int = 0) -> TargetArray:
+    def take_rows(self, world: int = 0) -> BackendArray:
         """Return the events of a world since the last call, by time and car.
 
         Each is a row of `motorcade.engine.events.COLUMNS` numbers. The next call overwrites the array.
@@ -274,18 +273,18 @@ class Simulation:
         if not self._keeps_events:
             raise MotorcadeError("world-keeps-no-events")
         taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
-        memory, count = self.runner.memory, len(taken) // events.COLUMNS
-        rows = memory.keep("taken", layout.buffer_of("uint32", taken, events.COLUMNS))
+        memory, count = self.backend, len(taken) // events.COLUMNS
+        rows = memory.allocate("taken", layout.buffer_of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
-        self.runner.now.call("sort_events", 1, rows, order, in_order)
+        self.backend.call("sort_events", rows, order, in_order)
         return in_order
 
     def memory_of(self, car: int, rows: Sequence[int], world: int = 0) -> list[int]:
         """Return numbers of the memory of a car's brain (`motorcade.car.brain`), by their rows."""
         index = self._index(car, world)
         fields = (self.state.memory[row, index : index + 1] for row in rows)
-        return [int.from_bytes(self.runner.memory.read(field), "little") for field in fields]
+        return [int.from_bytes(self.backend.read(field), "little") for field in fields]
 
     def totals(self, world: int = 0) -> dict[str, int]:
         """Count what has happened in a world since reset.
@@ -305,7 +304,7 @@ class Simulation:
         return Arrays(self.state, self._cells, *around, self._driven, self._rules, self._counters)
 
     def _read_counts(self) -> "array[int]":
-        return array("q", self.runner.memory.read(self._counters.counts))
+        return array("q", self.backend.read(self._counters.counts))
 
     def _check_car(self, car: int) -> None:
         if not 0 <= car < self.cars:
@@ -314,13 +313,13 @@ class Simulation:
     def _index(self, car: int, world: int) -> int:
         """Where a car is in the arrays now."""
         begin = world * self.cars
-        return begin + array("I", self.runner.memory.read(self.state.number[begin : begin + self.cars])).index(car)
+        return begin + array("I", self.backend.read(self.state.number[begin : begin + self.cars])).index(car)
 
-    def _write(self, field: TargetArray, index: int, value: bytes) -> None:
-        self.runner.memory.write(field[index : index + 1], value)
+    def _write(self, field: BackendArray, index: int, value: bytes) -> None:
+        self.backend.write(field[index : index + 1], value)
 
     def _wake(self, moved: int = ALL) -> None:
-        self.runner.now.call("wake", 1, self._tick, moved, self.worlds, self.arrays())
+        self.backend.call("wake", self._tick, moved, self.worlds, self.arrays())
 
     def _advance(self, ticks: int) -> None:
         if self._keeps_events:
@@ -331,7 +330,7 @@ class Simulation:
         self._spoken = NO_VOICE
 
     def _advance_with_events(self, ticks: int) -> None:
-        memory, cars = self.runner.memory, self.state
+        memory, cars = self.backend, self.state
         counts, cells = self._counters.counts, self._cells
         changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
         saved = memory.save(changing)
@@ -350,7 +349,7 @@ class Simulation:
         memory.write(counts, counted.tobytes())
 
     def _call(self, ticks: int) -> None:
-        self.runner.now.call("run", 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
+        self.backend.call("run", 0, 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
 
 
 def _check(mat: Mat, images: tuple[bytes, ...]) -> None:

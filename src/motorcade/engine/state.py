@@ -47,7 +47,7 @@ _NO_COUNTS: Mapping[str, int] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class Buffer:
-    """The contents of an array before a target keeps it: what prepares a world needs no NumPy.
+    """The contents of an array before a backend allocates it: what prepares a world needs no NumPy.
 
     Attributes:
         dtype: NumPy's name of the type of its items.

@@ -1,12 +1,10 @@
 """For each cell of a mat, list the walls and obstacles that can matter to a car in it, the nearest first."""
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS
+from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import nearest_of_segment
-from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import Place
 
 # What rounding of a distance and of the corner of a cell can make, µm.
@@ -87,23 +85,17 @@ def list_near(reach: float, place: Place) -> None:
             items[at], away[at] = item, near
 
 
-def count_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``count_walls``."""
-
-    def count_walls(reach: float, place: Place) -> None:
-        """Count the walls and obstacles within ``reach`` of each cell."""
-        _ = fingerprint
-        count_near(reach, place)
-
-    return count_walls
+"""Make the kernel ``count_walls``."""
 
 
-def list_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    """Make the kernel ``list_walls``."""
+def count_walls(reach: float, place: Place) -> None:
+    """Count the walls and obstacles within ``reach`` of each cell."""
+    count_near(reach, place)
 
-    def list_walls(reach: float, place: Place) -> None:
-        """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``."""
-        _ = fingerprint
-        list_near(reach, place)
 
-    return list_walls
+"""Make the kernel ``list_walls``."""
+
+
+def list_walls(reach: float, place: Place) -> None:
+    """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``."""
+    list_near(reach, place)

@@ -1,40 +1,32 @@
 """Run the kernels of engine.wasm by wasmtime, on arrays of NumPy in its linear memory.
 
-The kernels work on the arrays without copies, and so can native kernels. The memory never moves: all of its addresses
+The kernels work on the arrays without copies. The memory never moves: all of its addresses
 are reserved at once, and it only grows.
 """
 
 import ctypes
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import wasmtime
 from numpy.typing import NDArray
 
+from motorcade.engine.backend import Name
 from motorcade.engine.interpreted import NumpyArrays, as_array
 from motorcade.engine.linear_memory import (
     PATH,
-    SECTION,
-    Argument,
     Described,
     LinearMemory,
-    custom_section,
-    parse_arguments,
+    module_arguments,
 )
 from motorcade.engine.state import Buffer
-from motorcade.engine.targets import Name
 
 _PAGE = 1 << 16
 
 
-class _Module(NamedTuple):
-    module: wasmtime.Module
-    arguments: dict[str, list[Argument]]
-
-
 class WebAssemblyKernels(LinearMemory, NumpyArrays):
-    """The kernels in WebAssembly: ready in 0.1 s, and somewhat slower than native ones."""
+    """The kernels in WebAssembly, for computers that no library of `motorcade.engine.native` is for."""
 
     name: Name = "webassembly"
     threaded = False
@@ -42,15 +34,15 @@ class WebAssemblyKernels(LinearMemory, NumpyArrays):
     def __init__(self) -> None:
         engine, module = _module()
         self._store = wasmtime.Store(engine)
-        exports = wasmtime.Instance(self._store, module.module, []).exports(self._store)
-        functions = ((name, exports[name]) for name in module.arguments)
+        exports = wasmtime.Instance(self._store, module, []).exports(self._store)
+        functions = ((name, exports.get(name)) for name in module_arguments())
         self._kernels = {name: each for name, each in functions if isinstance(each, wasmtime.Func)}
         memory, heap = exports["memory"], exports["__heap_base"]
         assert isinstance(memory, wasmtime.Memory)
         assert isinstance(heap, wasmtime.Global)
         self._memory = memory
         self._base = ctypes.addressof(memory.data_ptr(self._store).contents)
-        super().__init__(module.arguments, heap.value(self._store))
+        super().__init__(module_arguments(), heap.value(self._store))
 
     def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> NDArray[Any]:
         """Return an array of zeros. It replaces the array that was allocated before under the same ``slot``.
@@ -62,7 +54,7 @@ class WebAssemblyKernels(LinearMemory, NumpyArrays):
         array[...] = 0
         return array
 
-    def keep(self, slot: str, contents: Buffer) -> NDArray[Any]:
+    def allocate(self, slot: str, contents: Buffer) -> NDArray[Any]:
         """Return a C-contiguous copy in the linear memory; ``slot`` as in `zeros`. Raises MotorcadeError."""
         array = as_array(contents)
         copy = self._array(slot, array.shape, array.dtype)
@@ -94,17 +86,16 @@ class WebAssemblyKernels(LinearMemory, NumpyArrays):
                 return False
         return True
 
-    def _call(self, kernel: str, block: bytes, address: int) -> None:
+    def _call(self, kernel: str, block: bytes) -> None:
+        address, _ = self._place("arguments", len(block))
         ctypes.memmove(self._base + address, block, len(block))
         self._kernels[kernel](self._store, address)
 
 
 @lru_cache
-def _module() -> tuple[wasmtime.Engine, _Module]:
+def _module() -> tuple[wasmtime.Engine, wasmtime.Module]:
     config = wasmtime.Config()
     config.memory_may_move = False
     config.memory_reservation = 1 << 32
     engine = wasmtime.Engine(config)
-    code = PATH.read_bytes()
-    arguments = parse_arguments(custom_section(code, SECTION).decode())
-    return engine, _Module(wasmtime.Module(engine, code), arguments)
+    return engine, wasmtime.Module(engine, PATH.read_bytes())

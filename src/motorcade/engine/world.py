@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine import events as event_rows
 from motorcade.engine import layout
-from motorcade.engine.choice import KernelChoice, Kind, processors
+from motorcade.engine.backend import Name
+from motorcade.engine.backends import open_backend, processors
 from motorcade.engine.events import EVENT
-from motorcade.engine.pictures import Pictures
+from motorcade.engine.native import NativeKernels
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import MOST_PARTS, Moment
-from motorcade.engine.targets import Name
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, Pose, formation, open_table
+from motorcade.mats import Mat
 
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
@@ -36,9 +36,8 @@ class World(Simulation):
             the last bit, with any number of threads.
         events: whether to keep events for `take_events`.
         threads: how many threads to use; default: one per processor. WebAssembly uses one.
-        kernels: what runs the cars, with the same bits: ``"webassembly"``, ``"native"`` (machine code, compiled once
-            on each computer), or ``"interpreted"``. By default WebAssembly runs at once; where there is much to
-            simulate, native kernels are compiled in the background and take over between two ticks.
+        kernels: what runs the cars, with the same bits: ``"native"`` (machine code), ``"webassembly"``, or
+            ``"interpreted"``; default: native, or WebAssembly on a computer that no machine code is for.
 
     Attributes:
         cars: how many there are in each world.
@@ -62,21 +61,19 @@ class World(Simulation):
         threads: int | None = None,
         kernels: Name | None = None,
     ) -> None:
-        most = processors()
-        self.threads = min(threads or most, most)
+        self.threads = threads or processors()
         cars, worlds = len(mat.starts), len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
         needed = cars * worlds * layout.BYTES_A_CAR
         _check_memory(cars * worlds, needed)
-        self._is_large = worlds == 1 and self.threads > 1 and cars >= _LARGE
-        kind: Kind = "large" if self._is_large else "many" if worlds > 1 and self.threads > 1 else "one"
-        runner = KernelChoice(kernels, needed, kind, self.threads, compile_native)
+        backend = open_backend(kernels, needed)
+        self._is_large = backend.threaded and worlds == 1 and self.threads > 1 and cars >= _LARGE
         parts = MOST_PARTS if self._is_large else None
-        super().__init__(mat, images, profile, runner, seeds=_seed_list(seeds), events=events, parts=parts)
+        super().__init__(mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts)
 
     @property
     def kernels(self) -> Name:
-        """What runs the cars now; native kernels may have taken over from WebAssembly."""
-        return self.runner.now.name
+        """What runs the cars."""
+        return self.backend.name
 
     @property
     def nbytes(self) -> int:
@@ -129,10 +126,15 @@ class World(Simulation):
         return {name: np.array([each[name] for each in totals], np.int64) for name in totals[0]}
 
     def _call(self, ticks: int) -> None:
-        is_large = self._is_large and self.runner.now.threaded
-        threads = self.threads if self._is_large or self.worlds > 1 else 1
-        moment = self._tick, ticks, self._spoken, self._seeds, self.arrays()
-        self.runner.now.call("run_large" if is_large else "run", threads, *moment)
+        backend, moment = self.backend, (self._tick, ticks, self._spoken)
+        if self._is_large and isinstance(backend, NativeKernels):
+            scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
+            every = self._rules.sort_every
+            backend.run_large(self.threads, *moment, every, self._seeds, scratch, self.arrays())
+        elif self.worlds > 1 and isinstance(backend, NativeKernels):
+            backend.run(min(self.threads, self.worlds), *moment, self._seeds, self.arrays())
+        else:
+            super()._call(ticks)
 
 
 def _check_memory(cars: int, needed: int) -> None:
@@ -144,34 +146,3 @@ def _check_memory(cars: int, needed: int) -> None:
 def _seed_list(seeds: int | Sequence[int]) -> list[int]:
     found: list[int] = np.atleast_1d(np.asarray(seeds, np.int64)).tolist()
     return found
-
-
-def warm_up(world: World) -> None:
-    """Call every kernel that runs while a world like this one is played, driven cars included.
-
-    ``world`` itself is not changed. Native kernels are compiled then, which takes some 20 s the first time on a
-    computer, then half a second; other threads can be delayed meanwhile, for up to 0.2 s at a time.
-    """
-    kernels = world.kernels
-    _play(World(world.mat, world.images, world.profile, events=True, threads=world.threads, kernels=kernels))
-
-
-def compile_native(kind: Kind, threads: int) -> None:
-    """Compile the native kernels for worlds of one kind, or load them where this computer has compiled them before."""
-    followers = _LARGE - 1 if kind == "large" else 0
-    seeds = (0, 1) if kind == "many" else (0,)
-    mat = open_table(formation(followers))
-    _play(World(mat, [bytes(4)], seeds=seeds, events=True, threads=1 if kind == "one" else threads, kernels="native"))
-
-
-def _play(world: World) -> None:
-    world.drive(0)
-    world.step()
-    world.move(0, Pose(0, 0))
-    world.look_ahead(0, 1000)
-    world.give_back(0)
-    world.snapshot()
-    pictures = Pictures(world)
-    pictures.take_events()
-    pictures.moment(is_stored=True)
-    pictures.nearest(0)

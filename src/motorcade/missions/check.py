@@ -144,9 +144,7 @@ def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
     """Simulate a mission with the engine, all seeds side by side. Raises MotorcadeError."""
     from motorcade.engine.world import World
 
-    world = World(
-        mission.mat, [image], mission.profile, seeds=mission.seeds, events=True, threads=1, kernels="webassembly"
-    )
+    world = World(mission.mat, [image], mission.profile, seeds=mission.seeds, events=True, threads=1)
     yield from watched(world, mission)
 
 
@@ -165,7 +163,7 @@ def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
             return
         next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms)
         world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
-        rows = [_rows(world.runner.memory.read(world.take_rows(number))) for number in range(len(mission.seeds))]
+        rows = [_rows(world.backend.read(world.take_rows(number))) for number in range(len(mission.seeds))]
 
 
 def _rows(events: bytes) -> list[tuple[int, ...]]:

@@ -48,7 +48,6 @@ class Capabilities(Struct):
         driving: the cars of a world can be driven on the page /drive.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
-        kernels: what can run the cars of a world: "native" where native kernels may take over from WebAssembly.
         classroom: the page is a pupil's or the teacher's in a class; "" where there is none.
     """
 
@@ -58,7 +57,6 @@ class Capabilities(Struct):
     driving: bool
     real_cars: bool
     most_cars: int
-    kernels: Literal["native", "webassembly"]
     classroom: Literal["", "pupil", "teacher"] = ""
 
 

@@ -197,7 +197,7 @@ class StudioWorld:
 
     def _obstacle_of(self, car: int) -> Obstacle | None:
         """What a car that drives straight on drives against."""
-        shown, memory = self._world.read_moment(), self._world.runner.memory
+        shown, memory = self._world.read_moment(), self._world.backend
         (wheels,) = memory.read(shown.wheels[car : car + 1])
         if not wheels & 3 or wheels >> 2:
             return None

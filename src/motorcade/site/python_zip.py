@@ -70,8 +70,8 @@ def _data_files(package: Path) -> Iterator[Path]:
     """Yield the data of the packages that are reached: files beside their modules, and folders without modules."""
     for folder in {file.parent for file in reached_modules(package)}:
         for path in folder.iterdir():
-            # Python's and Numba's caches of this computer.
-            if path.name == "__pycache__":
+            # Python's caches of this computer, and machine code, which no browser runs.
+            if path.name in ("__pycache__", "libraries"):
                 continue
             if path.is_file():
                 files = [path]

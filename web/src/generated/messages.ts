@@ -30,7 +30,6 @@ export interface Capabilities {
   driving: boolean;
   real_cars: boolean;
   most_cars: number;
-  kernels: "native" | "webassembly";
   classroom: "" | "pupil" | "teacher";
 }
 

@@ -114,7 +114,6 @@ def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] 
         driving=True,
         real_cars=bool(settings.cars),
         most_cars=settings.sessions.most_cars,
-        kernels="native" if find_spec("numba") else "webassembly",
         classroom=classroom,
     )
 

@@ -1,9 +1,12 @@
-"""All targets give the same bits; only this file compiles the native kernels, which takes half a minute."""
+"""All backends give the same bits, with any number of threads; a library that can't be used is told, and not used."""
 
+import hashlib
 import json
-import os
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +15,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Pose
-from motorcade.engine import choice
-from motorcade.engine.choice import Background
-from motorcade.engine.targets import NAMES, Name
+from motorcade.engine.backend import NAMES, Name
+from motorcade.engine.backends import DIGESTS, library_problem, open_backend, proof
+from motorcade.engine.interpreted import InterpretedKernels
+from motorcade.engine.native import library_path
 from motorcade.engine.webassembly import WebAssemblyKernels
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from support.soak import SOAK
-from support.worlds import ROAMING, Case, cases, contents, crowd, digest, go, ran
+from support.worlds import ROAMING, Case, cases, contents, crowd, digest, large_and_many, ran
 
 FEW = settings(max_examples=max(settings().max_examples // 5, 1))
 SLICE_MS = 200
@@ -34,7 +37,7 @@ def everything(world: World) -> dict[str, object]:
 
 @FEW
 @given(cases(tick_ms=20), cases(tick_ms=20), st.data())
-def test_every_target_gives_the_same_bits(case: Case, other: Case, data: st.DataObject) -> None:
+def test_every_backend_gives_the_same_bits(case: Case, other: Case, data: st.DataObject) -> None:
     """Worlds in which cars drive, are driven, moved and given back, walls are replaced, and all begins again."""
     worlds = [World(case.mat, case.images, case.profile, seeds=case.seed, events=True, kernels=name) for name in NAMES]
     cars = st.integers(0, worlds[0].cars - 1)
@@ -58,51 +61,79 @@ def test_every_target_gives_the_same_bits(case: Case, other: Case, data: st.Data
         assert interpreted == native, number
 
 
-def elsewhere(expression: str, **environment: str) -> object:
-    """The value of an expression of `worlds` in another Python process, as JSON."""
-    script = f"import json; from support import worlds; print(json.dumps({expression}))"
-    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    command = [sys.executable, "-c", script]
-    ran = subprocess.run(
-        command, env={**os.environ, "PYTHONPATH": path, **environment}, check=True, stdout=subprocess.PIPE, text=True
-    )
-    return json.loads(ran.stdout)
+@pytest.mark.parametrize("threads", [2, 3, 8])
+def test_any_number_of_threads_gives_the_same_bits(threads: int) -> None:
+    """One thread steps a large world as a whole, several threads step it in strips; or a share of many worlds each."""
+    expected = large_and_many(1, "webassembly")
+    assert large_and_many(threads, "native") == expected
+    assert len(set(expected)) == 6
 
 
-def test_any_number_of_threads_gives_the_same_bits_as_webassembly() -> None:
-    """One thread steps a large world as a whole, several threads step it in strips."""
-    runs = [(1, "native"), (2, "native"), (3, "native"), (8, "native"), (1, "webassembly"), (2, "webassembly")]
-    by_threads = elsewhere(f"[worlds.large_and_many(*run) for run in {runs}]", NUMBA_NUM_THREADS="8")
-    assert by_threads == [by_threads[0]] * len(runs)
-    assert len(set(by_threads[0])) == 6
+def test_worlds_of_several_threads_of_python_do_not_disturb_each_other() -> None:
+    expected = large_and_many(2, "native")
+    with ThreadPoolExecutor(3) as pool:
+        assert list(pool.map(lambda _: large_and_many(2, "native"), range(3))) == [expected] * 3
 
 
-# To compile kernels for several threads takes half a minute each; two threads of a large world are tried below.
-test_any_number_of_threads_gives_the_same_bits_as_webassembly.__test__ = SOAK
+@pytest.fixture
+def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The file that is taken for the library of this computer: a copy."""
+    copy = tmp_path / library_path().name
+    for file in (library_path(), library_path().with_name(DIGESTS)):
+        shutil.copy(file, tmp_path)
+    monkeypatch.setattr("motorcade.engine.backends.library_path", lambda: copy)
+    monkeypatch.setattr("motorcade.engine.native.library_path", lambda: copy)
+    library_problem.cache_clear()
+    yield copy
+    library_problem.cache_clear()
 
 
-@pytest.mark.parametrize("kind", ["one", "many", "large"] if SOAK else ["one", "large"])
-def test_native_kernels_take_over_without_a_change_of_a_bit(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    background = Background(worth_car_steps=0)
-    monkeypatch.setattr(choice, "background", background)
-    seeds, threads, cars = {"one": (5, 1, 60), "many": ([5, 6], 2, 60), "large": (5, 2, 20_000)}[kind]
-    world = World(crowd(cars), [ROAMING], seeds=seeds, threads=threads)
-    expected = World(crowd(cars), [ROAMING], seeds=seeds, threads=threads, kernels="webassembly")
-    for each in (world, expected):
-        go(each, 800)
-    assert list(background.takeovers) == [kind]
-    background.takeovers[kind].wait()
-    for each in (world, expected):
-        go(each, 800)
-    assert (world.kernels, expected.kernels) == ("native", "webassembly")
-    assert [digest(world, k) for k in range(world.worlds)] == [digest(expected, k) for k in range(world.worlds)]
+def cut_off(library: Path) -> None:
+    library.write_bytes(library.read_bytes()[:5000])
 
 
-@pytest.mark.parametrize("name", ["webassembly", "interpreted"])
-def test_worlds_run_where_numba_is_missing(name: Name, monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = ran(crowd(12), 400, kernels="native")
-    monkeypatch.setitem(sys.modules, "numba", None)
-    assert digest(ran(crowd(12), 400, kernels=name)) == digest(expected)
+def change_digest(library: Path, name: str, digest: str) -> None:
+    path = library.with_name(DIGESTS)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {name: digest}))
+
+
+def make_foreign(library: Path) -> None:
+    library.write_bytes(b"of another system")
+    change_digest(library, library.name, hashlib.sha256(b"of another system").hexdigest())
+
+
+def change_proof(library: Path) -> None:
+    change_digest(library, "proof", "0" * 64)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "code"),
+    [
+        (Path.unlink, "library-missing"),
+        (cut_off, "library-damaged"),
+        (make_foreign, "library-not-loaded"),
+        (change_proof, "library-differs"),
+    ],
+)
+def test_without_a_good_library_webassembly_runs(library: Path, spoil: Callable[[Path], None], code: str) -> None:
+    spoil(library)
+    expected = digest(ran(crowd(12), 400, kernels="interpreted"))
+    world = ran(crowd(12), 400)
+    assert (world.kernels, digest(world)) == ("webassembly", expected)
+    with pytest.raises(MotorcadeError) as caught:
+        World(crowd(12), [ROAMING], kernels="native")
+    assert caught.value.code == code
+
+
+def test_the_version_says_what_runs_the_cars() -> None:
+    command = [sys.executable, "-m", "motorcade", "--version", "--json"]
+    said = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
+    assert (said["kernels"], said["problem"]) == ("native", None)
+
+
+@pytest.mark.parametrize("name", ["webassembly", "native"])
+def test_a_backend_proves_itself(name: Name) -> None:
+    assert proof(open_backend(name)) == proof(InterpretedKernels())
 
 
 def test_many_worlds_have_memories_of_their_own() -> None:
@@ -118,26 +149,26 @@ def test_arrays_stay_usable_after_their_world_is_gone() -> None:
     assert (state.rows == rows).all()
 
 
-@pytest.mark.parametrize("name", ["numba", "", "WebAssembly"])
+@pytest.mark.parametrize("name", ["llvm", "", "WebAssembly"])
 def test_unknown_kernels_are_refused(name: str) -> None:
     with pytest.raises(MotorcadeError, match="native, webassembly, interpreted"):
         ran(crowd(12), 20, kernels=name)
 
 
-def sort_events(target: WebAssemblyKernels, *in_order: object) -> None:
+def sort_events(backend: WebAssemblyKernels, *in_order: object) -> None:
     """Call the kernel ``sort_events`` for three events, with ``in_order`` as its last argument."""
-    rows = target.zeros("rows", (3, 6), "uint32")
+    rows = backend.zeros("rows", (3, 6), "uint32")
     rows[:, 0] = 5, 4, 4
-    target.call("sort_events", 1, rows, target.zeros("order", (2, 3), "int64"), *in_order)
+    backend.call("sort_events", rows, backend.zeros("order", (2, 3), "int64"), *in_order)
 
 
 class TestArguments:
     """engine.wasm is called with the arguments that it was made for, or not at all."""
 
     def test_good_arguments_pass(self) -> None:
-        target = WebAssemblyKernels()
-        in_order = target.zeros("in order", (3, 6), "uint32")
-        sort_events(target, in_order)
+        backend = WebAssemblyKernels()
+        in_order = backend.zeros("in order", (3, 6), "uint32")
+        sort_events(backend, in_order)
         assert in_order[:, 0].tolist() == [4, 4, 5]
 
     def test_an_array_in_another_memory_is_refused(self) -> None:
@@ -163,7 +194,7 @@ class TestArguments:
     def test_too_few_and_too_many_are_refused(self) -> None:
         with pytest.raises(MotorcadeError, match="None was given"):
             sort_events(WebAssemblyKernels())
-        target = WebAssemblyKernels()
-        in_order = target.zeros("in order", (3, 6), "uint32")
+        backend = WebAssemblyKernels()
+        in_order = backend.zeros("in order", (3, 6), "uint32")
         with pytest.raises(MotorcadeError, match="expects None"):
-            sort_events(target, in_order, 1)
+            sort_events(backend, in_order, 1)

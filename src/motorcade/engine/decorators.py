@@ -1,7 +1,7 @@
-"""Mark the functions and classes that kernels are made of, so that each target finds them without a list of names.
+"""Decorate the functions and classes that kernels are made of: the compiler finds them without a list of names.
 
-A kernel is a Python function that steps or prepares a world. Three targets run it with equal bits: compiled by Numba
-(`motorcade.engine.native`), as WebAssembly (`motorcade.engine.webassembly`), and as plain Python.
+A kernel is a Python function that steps or prepares a world. Three backends run it with equal bits: compiled ahead of
+time to machine code (`motorcade.engine.native`) and to WebAssembly (`motorcade.engine.webassembly`), and plain Python.
 """
 
 from types import FunctionType
@@ -15,7 +15,7 @@ CLASSES: list[type] = []
 
 
 def in_kernel(function: Function) -> Function:
-    """Decorate a function that kernels call. Targets inline it, because a call would copy each array's description."""
+    """Decorate a function that kernels call. It is inlined, because a call would copy each array's description."""
     assert isinstance(function, FunctionType)
     FUNCTIONS.append(function)
     return function

@@ -1,6 +1,6 @@
-"""Run the same cars on every target: are the bits equal, and how fast is each? ``python benchmarks/targets.py``.
+"""Run the same cars on every backend: are the bits equal, and how fast is each? ``python benchmarks/backends.py``.
 
-A car-step is one car and one tick of 20 ms. The crowd is that of `crowd_scenario`. A target's state is a digest of
+A car-step is one car and one tick of 20 ms. The crowd is that of `crowd_scenario`. A backend's state is a digest of
 positions, headings and memories of all cars at the end. Contestants take turns. The brain's steps are those of
 ``tests/portable/conformance.py``, which compares every integer. Cycles on an ATmega328P: ``benchmarks/avr.py``.
 """
@@ -25,8 +25,8 @@ from timing import Contestant, take_turns
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
 from motorcade.config.profile import built_in_profile
+from motorcade.engine.backend import NAMES, Name
 from motorcade.engine.linear_memory import PATH
-from motorcade.engine.targets import NAMES, Name
 from motorcade.engine.world import World
 from support.plain_world import PlainWorld
 
@@ -66,7 +66,7 @@ def _world(name: str, cars: int) -> World | PlainWorld:
 
 
 class Crowd:
-    """A crowd on one target; after ``run`` its state is that of ``ms`` from the start."""
+    """A crowd on one backend; after ``run`` its state is that of ``ms`` from the start."""
 
     def __init__(self, name: str, cars: int, ms: int) -> None:
         self.world: World | PlainWorld
@@ -86,7 +86,7 @@ class Crowd:
 
 
 def first_step_s(name: str) -> float:
-    """The median time of a process from its start to the first step; native kernels were compiled before."""
+    """The median time of a process from its start to the first step."""
     took_s = []
     for _ in range(TURNS):
         began_s = time.perf_counter()
@@ -143,7 +143,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="leave out the larger crowd and the brain")
     arguments = parser.parse_args()
     console = Console()
-    table = Table("what", "target", "speed", "state", "as native, as CPython", title="Targets of the engine")
+    table = Table("what", "backend", "speed", "state", "as native, as CPython", title="Backends of the engine")
     for cars, ms in list(CROWDS.items())[: 1 if arguments.quick else None]:
         add_crowd(table, cars, ms, ("native", "webassembly"), console)
     add_crowd(table, SLOW_CARS, SLOW_MS, (*NAMES, "plain loop"), console)

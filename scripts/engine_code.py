@@ -1,0 +1,137 @@
+"""Translate the kernels of `motorcade.engine.kernels` to LLVM's intermediate code, by Numba.
+
+Numba compiles a call of `motorcade.car.brain.follower_step` from the source of that function, so there is no second
+version of it.
+"""
+
+import inspect
+import re
+from collections.abc import Callable
+from functools import lru_cache
+from types import FunctionType
+from typing import Any, NamedTuple
+
+# Nothing is allocated in a kernel, so its arrays need no reference counts, which would take most of the time.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
+
+Calls = dict[str, tuple[Callable[..., None], tuple[Any, ...]]]
+"""Each kernel, and arguments of the types that it will have."""
+
+
+class BadKernelError(Exception):
+    """A kernel can't be a part of the engine."""
+
+
+class Code(NamedTuple):
+    """A kernel's intermediate code.
+
+    Attributes:
+        text: the code.
+        function: the name of the kernel's function there.
+        arguments: what `motorcade.engine.linear_memory.Argument` is made of, for each.
+    """
+
+    text: str
+    function: str
+    arguments: list[tuple[Any, ...]]
+
+
+def all_calls() -> Calls:
+    """Return every kernel, with arguments as a world passes them."""
+    from motorcade.engine.interpreted import InterpretedKernels
+    from motorcade.engine.kernels import KERNELS, PHASES
+    from motorcade.engine.pictures import Pictures
+    from motorcade.engine.simulation import Simulation
+    from motorcade.mats import Pose, formation, open_table
+
+    calls: Calls = {}
+
+    class Recorded(InterpretedKernels):
+        def call(self, kernel: str, *arguments: Any) -> None:
+            calls.setdefault(kernel, (KERNELS[kernel], arguments))
+            super().call(kernel, *arguments)
+
+    world = Simulation(open_table(formation(1)), [bytes(4)], None, Recorded(), events=True)
+    world.drive(0)
+    world.step()
+    world.move(0, Pose(0, 0))
+    world.look_ahead(0, 1000)
+    world.give_back(0)
+    pictures = Pictures(world)
+    pictures.take_events()
+    pictures.moment(is_stored=True)
+    pictures.nearest(0)
+    scratch = world.backend.zeros("scratch", (1, world.cars), "uint32")
+    world.backend.call("run_large", 0, 1, PHASES[0][0], 1, 0, calls["run"][1][5], scratch, world.arrays())
+    return dict(sorted(calls.items()))
+
+
+@lru_cache
+def register() -> None:
+    """Let Numba compile the functions and classes that kernels are made of."""
+    from numba.extending import register_jitable
+
+    from motorcade.car import brain, frames, next_wakeup, step
+    from motorcade.engine import decorators, events
+    from motorcade.words import infrared, ticks
+
+    # Portable functions can't be decorated where they stand.
+    plain = (ticks, infrared, brain, frames, next_wakeup, step, events)
+    found = ((module, each) for module in plain for each in vars(module).values())
+    portable = [each for module, each in found if isinstance(each, FunctionType) and each.__module__ == module.__name__]
+    for function in (*decorators.FUNCTIONS, *portable):
+        register_jitable(forceinline=True)(function)
+    for kind in decorators.CLASSES:
+        for name, method in vars(kind).items():
+            if isinstance(method, FunctionType) and not name.startswith("_"):
+                _register_method(kind, name, method)
+
+
+def _register_method(kind: type, name: str, method: FunctionType) -> None:
+    from numba.core import types
+    from numba.extending import overload_method
+
+    def implementation(self: Any, *arguments: Any) -> FunctionType | None:
+        return method if self.instance_class is kind else None
+
+    # Numba looks here for the names of the parameters.
+    implementation.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
+    options: dict[str, Any] = {"jit_options": {"forceinline": True}, "strict": False}
+    # Numba has one type for all named tuples, which holds the class.
+    overload_method(types.NamedTuple, name, **options)(implementation)
+
+
+def translated(function: Callable[..., None], arguments: tuple[Any, ...]) -> Code:
+    """Return a kernel's code for arguments of these types. Raises BadKernelError."""
+    register()
+    import numba
+    from numba.core.errors import NumbaError
+
+    kernel = numba.njit(**OPTIONS)(function)
+    signature = tuple(numba.typeof(argument) for argument in arguments)
+    named = zip(kernel.py_func.__code__.co_varnames, signature, strict=False)
+    listed = [argument for parameter, kind in named for argument in _flat(parameter, kind)]
+    try:
+        kernel.compile(signature)
+    except NumbaError as problem:
+        raise BadKernelError(f"Numba can't compile {kernel.py_func.__name__}: {problem}") from None
+    result = kernel.overloads[signature]
+    # The layout of data is the target's. These functions of C are instructions everywhere.
+    text = re.sub(r"^target (datalayout|triple) = .*$", "", str(result.library.get_llvm_str()), flags=re.MULTILINE)
+    text = re.sub(r"@(floor|sqrt|fabs)\(double", r"@llvm.\1.f64(double", text)
+    return Code(text, str(result.fndesc.llvm_func_name), listed)
+
+
+def _flat(name: str, kind: Any) -> list[tuple[Any, ...]]:
+    from numba.core import types
+
+    if isinstance(kind, types.NamedTuple):
+        fields = zip(kind.fields, kind.types, strict=True)
+        return [argument for field, inner in fields for argument in _flat(f"{name}.{field}", inner)]
+    if isinstance(kind, types.NamedUniTuple):
+        return [argument for field in kind.fields for argument in _flat(f"{name}.{field}", kind.dtype)]
+    if isinstance(kind, types.Array):
+        return [(name, str(kind.dtype), kind.ndim, kind.layout)]
+    if kind in (types.int64, types.float64):
+        return [(name, str(kind))]
+    raise BadKernelError(f"{name} is {kind}; a kernel takes arrays, int64, float64, and named tuples of them")

@@ -1,0 +1,63 @@
+"""What runs the kernels of a world. All backends give the same bits; `motorcade.engine.backends` opens one.
+
+This module needs no NumPy: in a browser, an array is a place in the linear memory of engine.wasm.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Literal, Protocol, TypeVar, get_args
+
+from motorcade.engine.state import Buffer, People, Rules, Voices
+
+Name = Literal["native", "webassembly", "interpreted"]
+Figures = TypeVar("Figures", People, Rules, Voices)
+NAMES: tuple[Name, ...] = get_args(Name)
+# An array as its backend has it: of NumPy, or a `motorcade.browser.kernels.LinearArray`. Both have `shape`, `view`,
+# rows and slices.
+BackendArray = Any
+
+
+class Backend(Protocol):
+    """Runs the kernels of one world, and allocates its arrays where these kernels can reach them.
+
+    Attributes:
+        name: which backend it is.
+        threaded: whether several threads can share a call, or the phases of `run_large`.
+    """
+
+    name: Name
+    threaded: bool
+
+    def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> BackendArray:
+        """Return an array of zeros. It replaces the array that was allocated before under the same ``slot``."""
+
+    def allocate(self, slot: str, contents: Buffer) -> BackendArray:
+        """Return an array with these contents, C-contiguous and reachable; ``slot`` as in `zeros`."""
+
+    def read(self, array: BackendArray) -> bytes:
+        """Return the contents of a C-contiguous array."""
+
+    def write(self, array: BackendArray, contents: bytes) -> None:
+        """Replace the contents of a C-contiguous array."""
+
+    def clear(self, array: BackendArray) -> None:
+        """Fill an array with zeros."""
+
+    def save(self, arrays: Sequence[BackendArray]) -> Any:
+        """Return a copy of the contents of arrays for `restore`; it is valid until the next call of `save`."""
+
+    def restore(self, arrays: Sequence[BackendArray], saved: Any) -> None:
+        """Give the arrays the contents that `save` copied."""
+
+    def call(self, kernel: str, *arguments: Any) -> None:
+        """Call a kernel of `motorcade.engine.kernels.KERNELS`; its arrays come from `zeros` or `allocate`."""
+
+
+def allocate_all(backend: Backend, figures: Figures) -> Figures:
+    """Return a named tuple whose buffers ``backend`` has allocated as arrays, each in a slot named after its field."""
+    kind = type(figures).__name__
+    allocated: dict[str, Any] = {
+        name: backend.allocate(f"{kind}.{name}", value)
+        for name, value in figures._asdict().items()
+        if isinstance(value, Buffer)
+    }
+    return figures._replace(**allocated)
