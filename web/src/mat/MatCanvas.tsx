@@ -39,10 +39,10 @@ function pieceOfChosen(chosen: Chosen): PieceId | null {
 function connect(scene: Scene, session: Session): () => void {
   const show = () => {
     const { mat, rangeMm } = useStudio.getState();
-    const { chosen, tracks, air, followed, hello } = useMat.getState();
+    const { chosen, told, tracks, air, followed, hello } = useMat.getState();
     const car = chosen && "car" in chosen ? chosen.car : null;
     scene.setMat(mat, pieceOfChosen(chosen));
-    scene.choose(car);
+    scene.choose(car, told);
     scene.show({ tracks, air });
     scene.followed = followed ? car : null;
     scene.setRange(rangeMm === null ? (hello?.range_m ?? 1) : rangeMm / 1000);
@@ -53,7 +53,7 @@ function connect(scene: Scene, session: Session): () => void {
   session.onPicture = (picture) => scene.take(picture);
   if (session.picture) scene.take(session.picture);
   show();
-  const shown = ["chosen", "tracks", "air", "followed", "hello"] as const;
+  const shown = ["chosen", "told", "tracks", "air", "followed", "hello"] as const;
   const ends = [
     useMat.subscribe((now, before) => shown.some((key) => now[key] !== before[key]) && show()),
     useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),

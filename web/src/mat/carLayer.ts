@@ -1,4 +1,4 @@
-/** All cars: bodies in the colours of their words, wheels, LEDs, marks of lost frames, and a ring around the chosen one. */
+/** All cars: bodies in the colours of their words, wheels, LEDs, marks of lost frames, and rings around some. */
 
 import { Container, Graphics, Sprite, type Texture } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
@@ -41,13 +41,14 @@ export class CarLayer {
   private readonly faces = new Container();
   private readonly lights = new Container<Sprite>();
   private readonly marks = new Container<Sprite>();
-  private readonly chosenRing = new Graphics();
+  private readonly rings = new Graphics();
   private rigs: Rig[] = [];
   private lostAt = new Float64Array();
   private diameter = 150;
   private leads: ReadonlySet<number> = new Set();
   private contrast = false;
-  chosen: number | null = null;
+  /** The cars with a ring around them. */
+  ringed: readonly number[] = [];
   /** Nothing moves but the cars themselves. */
   still = false;
 
@@ -55,7 +56,7 @@ export class CarLayer {
     private readonly textures: Textures,
     private theme: MatTheme,
   ) {
-    this.view.addChild(this.floor, this.chosenRing, this.wheels, this.bodies, this.faces, this.lights, this.marks);
+    this.view.addChild(this.floor, this.rings, this.wheels, this.bodies, this.faces, this.lights, this.marks);
   }
 
   setTheme(theme: MatTheme): void {
@@ -166,7 +167,7 @@ export class CarLayer {
       this.drawLight(k, picture?.led[k] ?? NO_LED, x, y, heading, size);
       lasts = this.drawMark(k, x, y, scale, side, atMs) || lasts;
     }
-    this.drawChosen(drawn, side, scale);
+    this.drawRings(drawn, side, scale);
     return lasts;
   }
 
@@ -226,13 +227,11 @@ export class CarLayer {
     return true;
   }
 
-  private drawChosen(drawn: Drawn, side: number, scale: number): void {
-    this.chosenRing.clear();
-    const k = this.chosen;
-    if (k === null || k >= drawn.x.length) return;
-    this.chosenRing
-      .circle(drawn.x[k]! * 1000, drawn.y[k]! * 1000, side * 0.72)
-      .stroke({ width: 3 / scale, color: this.theme.accent });
+  private drawRings({ x, y }: Drawn, side: number, scale: number): void {
+    this.rings.clear();
+    for (const k of new Set(this.ringed)) {
+      if (k < x.length) this.rings.circle(x[k]! * 1000, y[k]! * 1000, side * 0.72).stroke({ width: 3 / scale, color: this.theme.accent });
+    }
   }
 }
 

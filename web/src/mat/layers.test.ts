@@ -1,9 +1,11 @@
-import { Text } from "pixi.js";
-import { expect, it } from "vitest";
+import { Graphics, Text, Texture } from "pixi.js";
+import { expect, it, vi } from "vitest";
 import { framed, isWellFramed, toScreen } from "./camera";
+import { CarLayer, Motion } from "./carLayer";
 import type { MatTheme } from "./colours";
 import { TrackLayer } from "./layers";
 import { pictureOf } from "./testPictures";
+import type { Textures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
 
 it("tracks stay when the stage is painted anew", () => {
@@ -35,4 +37,18 @@ it("zones' names have the page's font", () => {
   zones.draw(1);
   const names = zones.view.children.flatMap(({ children }) => children).filter((each) => each instanceof Text);
   expect(names.map(({ text, style }) => [text, style.fontFamily])).toEqual([["Garage", "Page, serif"]]);
+});
+
+it("all cars that a goal tells of are ringed, each once", () => {
+  const textures = new Proxy({}, { get: (_, name) => (name === "wheels" ? [Texture.WHITE] : Texture.WHITE) }) as Textures;
+  const cars = new CarLayer(textures, { accent: 0x112233, lost: 0x112233 } as unknown as MatTheme);
+  const motion = new Motion();
+  motion.take(pictureOf([{ x: 1 }, { x: 2 }, { x: 3 }]), 0);
+  motion.advance(0);
+  cars.setCars(3, new Set([0]), 0.075);
+  cars.ringed = [2, 0, 2, 9];
+  const circle = vi.spyOn(Graphics.prototype, "circle");
+  cars.draw(motion.drawn, motion.picture, 0.1, 0);
+  expect(circle.mock.calls.map(([x]) => x)).toEqual([3000, 1000]);
+  circle.mockRestore();
 });

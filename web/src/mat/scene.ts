@@ -174,8 +174,10 @@ export class Scene {
     this.draw();
   }
 
-  choose(car: number | null): void {
-    this.cars.chosen = this.air.chosen = car;
+  /** Ring the chosen car, and the others that are told of. */
+  choose(car: number | null, told: readonly number[]): void {
+    this.air.chosen = car;
+    this.cars.ringed = car === null ? told : [car, ...told];
     this.draw();
   }
 

@@ -25,6 +25,8 @@ export interface MatState {
   /** Where the chosen car is in that picture. */
   pose: Pose | null;
   chosen: Chosen;
+  /** The cars that a goal tells of, which are ringed like the chosen one. */
+  told: readonly number[];
   /** Whether somebody asked the chosen car why it does what it does. */
   asked: boolean;
   followed: boolean;
@@ -49,6 +51,7 @@ export const useMat = create<MatState>(() => ({
   past: false,
   pose: null,
   chosen: null,
+  told: [],
   asked: false,
   followed: false,
   chase: false,
@@ -60,7 +63,7 @@ export const useMat = create<MatState>(() => ({
 }));
 
 export function choose(chosen: Chosen): void {
-  useMat.setState({ chosen, asked: false, details: null, pose: null, followed: false });
+  useMat.setState({ chosen, told: [], asked: false, details: null, pose: null, followed: false });
 }
 
 /** The car behind which the stage is seen; null while it is seen from above. */

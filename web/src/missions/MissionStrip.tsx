@@ -5,7 +5,7 @@ import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Session } from "../mat/session";
-import { choose, useMat } from "../mat/store";
+import { useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
 import { IconButton } from "../ui/controls";
@@ -14,7 +14,7 @@ import { BitEditor } from "./BitEditor";
 import { editPlayed, useDraft } from "./draft";
 import { MissionEditor } from "./MissionEditor";
 import { Stars } from "./Stars";
-import { TRIES_BEFORE_HINTS, useMission } from "./store";
+import { showMoment, TRIES_BEFORE_HINTS, useMission } from "./store";
 import buttons from "../ui/buttons.module.css";
 import css from "./missions.module.css";
 
@@ -124,12 +124,6 @@ function GoalLine({ number, goal, now, checked, seed, session }: GoalLineProps) 
   const { t } = useTranslation();
   const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
   const lost = progress === "lost" ? (checked ?? now) : undefined;
-  const show = (tMs: number | null, car: number | undefined) => {
-    session.seek(tMs);
-    // A ring shows who did not do what was asked.
-    choose(car === undefined ? null : { car });
-    session.watch();
-  };
   const seen = !checked || checked.met || checked.seed === seed;
   return (
     <li data-progress={progress}>
@@ -142,7 +136,7 @@ function GoalLine({ number, goal, now, checked, seed, session }: GoalLineProps) 
           <span className={css.why}>
             {inLanguage(lost.why)}
             {seen && lost.t_ms !== null && lost.t_ms > 0 && (
-              <Button className={classes(buttons.button, buttons.small)} onPress={() => show(lost.t_ms, lost.cars[0])}>
+              <Button className={classes(buttons.button, buttons.small)} onPress={() => showMoment(session, lost.t_ms, lost.cars)}>
                 {t("missions.showMoment", { seconds: lost.t_ms / 1000 })}
               </Button>
             )}

@@ -3,12 +3,13 @@ import { connectTo } from "../api/service";
 import type { Mission } from "../generated/messages";
 import { startLanguages } from "../i18n";
 import { setRange } from "../mat/actions";
-import { editMat } from "../mat/store";
+import type { Session } from "../mat/session";
+import { choose, chosenCar, editMat, useMat } from "../mat/store";
 import { workOf } from "../projects/autosave";
 import { comeBack, markSaved, watchUnsaved } from "../projects/project";
 import { useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import { playMission, useMission, watchMissions } from "./store";
+import { playMission, showMoment, useMission, watchMissions } from "./store";
 
 const BEGINNING = { blocks: { beginning: true } };
 const mission = (id: string) =>
@@ -92,4 +93,14 @@ it("a mission's mat, cars and range stay as they are, and a sentence says so", a
   // Its floor changes no run.
   editMat({ ...mat, floor: "moon" });
   expect(useStudio.getState().mat.floor).toBe("moon");
+});
+
+it("what a goal shows is its moment, with all cars that were wrong, until another is chosen", () => {
+  const session = { seek: vi.fn(), watch: vi.fn() };
+  showMoment(session as unknown as Session, 2500, [3, 1]);
+  expect(session.seek).toHaveBeenCalledWith(2500);
+  expect(chosenCar()).toBe(3);
+  expect(useMat.getState().told).toEqual([3, 1]);
+  choose({ car: 0 });
+  expect(useMat.getState().told).toEqual([]);
 });

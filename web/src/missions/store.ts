@@ -5,7 +5,8 @@ import { create } from "zustand";
 import * as api from "../api/requests";
 import { inLanguage } from "../i18n";
 import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
-import { useMat } from "../mat/store";
+import type { Session } from "../mat/session";
+import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
 import { confirm, notify } from "../state/dialogs";
@@ -142,4 +143,13 @@ export function watchMissions(): void {
 /** Whether these are the goals of a run that has just ended, and not those of a past that is shown again. */
 function isPresent(goals: Goals): boolean {
   return goals.goals.length > 0 && !useMat.getState().past;
+}
+
+/** Show a moment of the run; rings show which cars did not do what was asked. */
+export function showMoment(session: Session, tMs: number | null, cars: readonly number[]): void {
+  const [car] = cars;
+  session.seek(tMs);
+  choose(car === undefined ? null : { car });
+  useMat.setState({ told: cars });
+  session.watch();
 }
