@@ -1,4 +1,4 @@
-"""The page in Firefox and WebKit: one mission; `make soak` goes offline, joins a class and drives."""
+"""The page in Firefox and WebKit: one mission; `make soak` drags blocks, goes offline, joins a class and drives."""
 
 import json
 import subprocess
@@ -83,10 +83,37 @@ def test_a_mission_is_passed(engine: EnginePage, studio_of_server: StudioProcess
     play_mission(engine)
 
 
+LEADER = f"section[aria-label='{TEXTS['editors']['leader']}']"
+PROGRAM = f'[aria-label="{TEXTS["editors"]["leaderBlocks"]}"]'
+WORDS = "return document.querySelector('[role=grid]')?.textContent.match(/[0-9A-F]{8}/g)?.join(' ') === a[0]"
+
+
+def drag_out(page: EnginePage, block: str, below: str, by: str) -> None:
+    """Drag a block out of the drawer 'Drive', and drop it below the lowest block that has such a text."""
+    page.click(f"{LEADER} [role=treeitem]", TEXTS["drawers"]["drive"], by=by)
+    left, top, _, height = page.box(f"{LEADER} [role=option]", block)
+    below_left, below_top, _, below_height = page.box(f"{PROGRAM} .blocklyDraggable", below, number=-1)
+    x, y = below_left + 12, below_top + below_height + height / 2
+    start = (left + 12, top + height / 2)
+    page.drag([start, (start[0] + 40, start[1] + 10), (x + 30, y + 30), (x + 5, y + 5), (x, y)], by=by)
+
+
 class TestWalk:
-    """A mission without a network, a class, and a car that is driven."""
+    """Blocks by hand, a mission without a network, a class, and a car that is driven."""
 
     __test__ = SOAK
+
+    @pytest.mark.parametrize("by", ["mouse", "touch"])
+    def test_blocks_are_dragged_and_become_words(
+        self, engine: EnginePage, studio_of_server: StudioProcess, by: str
+    ) -> None:
+        if by == "touch" and not engine.has_touch:
+            pytest.skip("its driver takes a finger for a mouse")
+        open_studio(engine, studio_of_server.url)
+        drag_out(engine, "drive, forward", TEXTS["editors"]["leader"], by)
+        drag_out(engine, "wait, 1", "forward", by)
+        engine.click("[role=tab]", TEXTS["drawer"]["words"])
+        engine.wait_for(WORDS, "02000000 64800000 60800000")
 
     def test_the_site_needs_no_network_later(self, engine: EnginePage, page_built: None, tmp_path: Path) -> None:
         write_site(tmp_path / "site", site_files())

@@ -81,9 +81,9 @@ class EnginePage:
         return wait_until(lambda: self.evaluate(_NAMED + condition, *arguments), deadline_s=PATIENCE_S)
 
     def box(self, selector: str, name: str | None = None, number: int = 0) -> tuple[float, float, float, float]:
-        """Left, top, width and height of such an element, from 0, once it is to be seen and rests."""
+        """Left, top, width and height of such an element once it is to be seen and rests; -1 is the last of them."""
         found = self.wait_for(
-            """const e = named(a[0], a[1])[a[2]];
+            """const e = named(a[0], a[1]).at(a[2]);
             e?.scrollIntoView({ block: "nearest", inline: "nearest" });
             const box = () => { const b = e.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; };
             const before = e && box();
@@ -150,7 +150,10 @@ class Firefox(EnginePage):
         while True:
             told = json.loads(self._socket.recv(PATIENCE_S))
             if told.get("method") == "log.entryAdded" and told["params"]["level"] == "error":
-                self.faults.append(told["params"]["text"])
+                text = told["params"]["text"]
+                # A page that is left while it loads.
+                if "error loading dynamically imported module" not in text:
+                    self.faults.append(text)
             if told.get("id") != number:
                 continue
             if "error" in told:
