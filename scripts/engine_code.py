@@ -118,7 +118,8 @@ def translated(function: Callable[..., None], arguments: tuple[Any, ...]) -> Cod
     result = kernel.overloads[signature]
     # The layout of data is the target's. These functions of C are instructions everywhere.
     text = re.sub(r"^target (datalayout|triple) = .*$", "", str(result.library.get_llvm_str()), flags=re.MULTILINE)
-    text = re.sub(r"@(floor|sqrt|fabs)\(double", r"@llvm.\1.f64(double", text)
+    text = re.sub(r"^declare double @(ceil|fabs|floor|sqrt)\(double.*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"@(ceil|fabs|floor|sqrt)\(double", r"@llvm.\1.f64(double", text)
     return Code(text, str(result.fndesc.llvm_func_name), listed)
 
 

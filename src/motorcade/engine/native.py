@@ -28,6 +28,8 @@ from motorcade.engine.linear_memory import Described, LinearMemory, module_argum
 # What `platform.machine()` calls the processors of one kind.
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
 _SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
+# What Linux calls that which processors of the level x86-64-v3 have more than those of v2.
+_LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
 # With more, threads need not wait for one whose share takes long.
 _SHARES_A_THREAD = 4
 _INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
@@ -38,7 +40,17 @@ def library_path() -> Path:
     machine = _MACHINES.get(platform.machine(), platform.machine())
     # A 32-bit Python may run on a 64-bit system.
     bits = "" if sys.maxsize > 2**32 else "-32"
-    return Path(__file__).parent / "libraries" / f"{sys.platform}-{machine}{bits}{_SUFFIXES.get(sys.platform, '')}"
+    level = "-v3" if (sys.platform, machine, bits) == ("linux", "x86_64", "") and _has_level_3() else ""
+    name = f"{sys.platform}-{machine}{bits}{level}{_SUFFIXES.get(sys.platform, '')}"
+    return Path(__file__).parent / "libraries" / name
+
+
+@lru_cache
+def _has_level_3() -> bool:
+    """Whether the processor is of the level x86-64-v3, as Linux lists what it has."""
+    with Path("/proc/cpuinfo").open(encoding="utf-8") as listed:
+        flags = next((line.split() for line in listed if line.startswith("flags")), [])
+    return _LEVEL_3.issubset(flags)
 
 
 Kernel = Callable[[bytes], int]
