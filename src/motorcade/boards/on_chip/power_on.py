@@ -17,7 +17,6 @@ from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.image_file import ImageFile
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UsbLine
-from motorcade.boards.on_chip.watchdog import Watchdog
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
@@ -35,6 +34,15 @@ _ESP32_HZ = 240_000_000
 RESTART_AFTER_MS = 2000
 # The first MicroPython whose PWM takes frequency and duty at once.
 NEEDED_VERSION = (1, 21, 0)
+# Longer than any tick: writing an image to a flash that has to be erased first takes some tenths of a second.
+_RESETS_AFTER_MS = 2000
+# An ESP32's watchdog can't be switched off, but it takes any timeout.
+_AT_THE_PROMPT_MS = 24 * 3600 * 1000
+# An RP2040's and RP2350's is off without the bit ENABLE of its register CTRL. The third alias of a register clears
+# bits. Source: their data sheets, chapters 4.7 and 12.9.
+_RP2_CTRL = {"RP2040": 0x40058000, "RP2350": 0x400D8000}
+_RP2_CLEARS = 0x3000
+_RP2_ENABLE = 1 << 30
 
 Modules = namedtuple(
     "Modules",
@@ -96,6 +104,28 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
     return MicroPythonBoard(settings, machine, clock, line, store, make_sender, interrupt, voice)
 
 
+class ChipWatchdog:
+    """The hardware watchdog: it resets the chip where ``feed`` isn't called for 2 s, and the motors stop."""
+
+    def __init__(self, modules: Modules) -> None:
+        self._machine = modules.machine
+        self._platform = modules.platform
+        self._chip = modules.implementation._machine
+        self._timer = modules.machine.WDT(timeout=_RESETS_AFTER_MS)
+
+    def feed(self) -> None:
+        """Put off the reset."""
+        self._timer.feed()
+
+    def stop(self) -> None:
+        """Put the reset off for a day or for ever, for somebody who works at the prompt."""
+        if self._platform == "esp32":
+            self._machine.WDT(timeout=_AT_THE_PROMPT_MS)
+            return
+        chip = "RP2350" if "RP2350" in self._chip else "RP2040"
+        self._machine.mem32[_RP2_CTRL[chip] + _RP2_CLEARS] = _RP2_ENABLE
+
+
 class Loop:
     """A car's loop: a tick, or a collection of garbage at a time that costs no infrared frame; and the watchdog.
 
@@ -108,7 +138,7 @@ class Loop:
         self._car = Car(board)
         self._clock = modules.clock
         self._collector = modules.collector
-        self._watchdog = Watchdog(modules)
+        self._watchdog = ChipWatchdog(modules)
         self._collected_ms = modules.clock.ticks_ms()
 
     def turn(self) -> None:
