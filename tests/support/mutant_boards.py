@@ -82,13 +82,13 @@ def writes_nothing_while_sending(self, data):
         TinBoard.write_serial(self, data)
 
 
-def pauses(method: str) -> dict[str, Any]:
-    """A board of which every 40th call of ``method`` takes 30 ms."""
+def pauses(method: str, duration_s: float = 0.03, every: int = 40) -> dict[str, Any]:
+    """A board of which every 40th call of ``method`` takes 30 ms, unless told otherwise."""
 
     def call(self, *arguments):
         self.calls += 1
-        if self.calls % 40 == 0:
-            self.tin.now_s += 0.03
+        if self.calls % every == 0:
+            self.tin.now_s += duration_s
         return getattr(FullTin, method)(self, *arguments)
 
     return {method: call, "calls": 0}
@@ -272,6 +272,14 @@ ALONE: list[tuple[str, Any, str]] = [
     ("throws bytes away while it sends", {"read_serial": throws_away_while_sending}, "while infrared is sent"),
     ("empties the line when it sends", {"send_frame": empties_the_line}, "while infrared is sent"),
     *((f"pauses in {name}", pauses(name), f"{name} took 30 ms in some of 120 calls") for name in OFTEN_CALLED),
+    ("pauses in send_frame", pauses("send_frame"), "send_frame took 30 ms in some of 45 calls"),
+    (
+        "pauses in load_image",
+        {**pauses("load_image", 3), "store_image": FullTin.store_image},
+        "load_image took 3000 ms; it may take 1500 ms at most",
+    ),
+    ("stores slowly", pauses("store_image", 3, 1), "store_image took 3000 ms; it may take 1500 ms at most"),
+    ("pauses in store_image", pauses("store_image", 12), "store_image took 12000 ms; it may take"),
     ("always senses carrier", senses(lambda tin: True), "senses_carrier() is True for 1000 ms without a break"),
     ("carrier upside down", senses(lambda tin: not tin.carrier), "senses_carrier() is True for 1000 ms"),
     ("store without fsync", stores(rename_only), "call os.fsync"),

@@ -14,6 +14,7 @@ class Tin:
 
     def __init__(self):
         self.now_s = 100.0
+        self.frame_s = FRAME_S
         self.commands = []
         self.to_report = []
         self.line_in = b""
@@ -23,7 +24,7 @@ class Tin:
     def command(self, text):
         self.commands.append(text)
         if text.startswith("SEND"):
-            self.busy_until_s = self.now_s + FRAME_S
+            self.busy_until_s = self.now_s + self.frame_s
 
 
 class TinBoard(Board):

@@ -12,8 +12,7 @@ if MYPY:
 from motorcade.car.check.calls import CALLED, PAUSES, check_attributes, check_methods
 from motorcade.car.check.clock import check_clock
 from motorcade.car.check.line import check_reading, check_writing
-from motorcade.car.check.observer import BoardObserver
-from motorcade.car.check.probe import Probe
+from motorcade.car.check.probe import BoardObserver, Probe
 from motorcade.car.check.seen import SEEN
 from motorcade.car.check.store import check_store
 from motorcade.errors import Phrase

@@ -44,6 +44,8 @@ _WORD = 0xE4800000
 _LEAST_WORDS = 6
 # So many calls in a row; a method pauses if it does so in that many rounds, while the computer itself does not.
 _CALLS = 120
+# Each frame takes 50 to 86 ms.
+_SENT_FRAMES = 45
 _PAUSES = 4
 _ROUNDS = 8
 # Nobody sees what is shorter; no profile has what is longer; and a car that is so near has no room to turn.
@@ -103,20 +105,27 @@ def _check_values(probe: Probe, values: "tuple[tuple[Any, ...], ...]") -> None:
         probe.call(probe.method, *values[-1])
 
 
-def _check_pauses(probe: Probe, values: "tuple[tuple[Any, ...], ...]" = ((),)) -> None:
+def _check_pauses(probe: Probe, values: "tuple[tuple[Any, ...], ...]" = ((),), calls: int = _CALLS) -> None:
     """Note a method of which some calls take long, though most don't: a buffer fills up, or memory is collected."""
-    if not probe.has_breach_of("now_ms"):
-        took_ms = _pause_ms(probe, values)
-        probe.require(not took_ms, "check-pauses", took_ms=took_ms, calls=_CALLS)
+    sends = probe.method == "send_frame"
+    if not probe.has_breach_of("now_ms") and not (sends and probe.has_breach_of("is_sending")):
+        took_ms = _pause_ms(probe, values, calls)
+        probe.require(not took_ms, "check-pauses", took_ms=took_ms, calls=calls)
 
 
-def _pause_ms(probe: Probe, values: "tuple[tuple[Any, ...], ...]") -> int:
-    """Return how long the method pauses in every _CALLS calls; 0 where it doesn't, or this computer itself pauses."""
+def _pause_ms(probe: Probe, values: "tuple[tuple[Any, ...], ...]", calls: int) -> int:
+    """Return how long the method pauses in every ``calls`` calls; 0 where it doesn't, or this computer itself pauses.
+
+    A frame is sent when the one before is over.
+    """
     pauses = 0
     for _ in range(_ROUNDS):
         longest_ms, began_ms = 0, probe.call("now_ms")
         before_ms = began_ms
-        for place in range(_CALLS):
+        for place in range(calls):
+            if probe.method == "send_frame":
+                probe.settle(lambda: probe.call("is_sending"), lambda sends: not sends)
+                before_ms = probe.call("now_ms")
             probe.call(probe.method, *values[place % len(values)])
             now_ms = probe.call("now_ms")
             longest_ms, before_ms = max(longest_ms, elapsed_ms(now_ms, before_ms)), now_ms
@@ -214,4 +223,5 @@ PAUSES: "tuple[tuple[Any, ...], ...]" = (
     ("set_wheels", "", _check_pauses, ((0, 0), (1, 0), (2, 0))),
     ("set_led", "", _check_pauses, _LEDS),
     ("note", "", _check_pauses, (("state", 0, _WORD, 3),)),
+    ("send_frame", "", _check_pauses, ((FRAME,),), _SENT_FRAMES),
 )

@@ -15,6 +15,8 @@ import sys
 from motorcade.car.check.calls import is_image_or_none
 from motorcade.car.check.probe import Probe, brief, is_count
 from motorcade.words.receiver import MOST_WORDS
+from motorcade.words.ticks import elapsed_ms
+from motorcade.words.upload import answer_within_ms
 
 EMPTY = b"\x00\x00\x00\x00"
 # One state: LED 0 for a second.
@@ -23,6 +25,10 @@ SMALL = b"\x01\x00\x00\x00" + _STATE
 _MAX_CUTS = 500
 _SYNCS = ("fsync", "fdatasync")
 _WATCHED = ("fsync", "fdatasync", "replace", "rename", "open")
+# So often an image is stored and read in a row: some stores take long only now and then.
+_CALLS = 45
+# So long a car may wait before it stores an image, while the uploader waits for its answer.
+_RESTS_MS = 500
 # Calls by which a program may write a file for good, too.
 _OTHER_SYNCS = ("fsync", "fdatasync", "sync", "syncfs", "fcntl", "msync")
 
@@ -33,12 +39,25 @@ def check_store(probe: Probe) -> None:
     reopen = probe.offer("reopen")
     try:
         _round_trips(probe, reopen)
+        for _ in range(_CALLS):
+            _call(probe, probe.board, "store_image", SMALL)
+            _call(probe, probe.board, "load_image")
         cut_power = probe.offer("observe.cut_power") if _is_unsure_of_syncs(probe) else None
         if cut_power is not None:
             _check_keeping(probe, reopen, cut_power)
         _check_cuts(probe, reopen, cut_power)
     finally:
         probe.call("store_image", before or EMPTY)
+
+
+def _call(probe: Probe, board: "Any", name: str, *data: bytes) -> "Any":
+    """Call store_image or load_image of a board, and note a call that takes long. Raises BrokenBoardError."""
+    began_ms = probe.call("now_ms")
+    result = probe.call_of(board, name, *data)
+    took_ms = elapsed_ms(probe.call("now_ms"), began_ms)
+    most_ms = answer_within_ms(data[0] if data else result or b"") - _RESTS_MS
+    probe.require(took_ms <= most_ms, "check-store-slow", method=name, took_ms=took_ms, most_ms=most_ms)
+    return result
 
 
 def _largest(probe: Probe) -> bytes:
@@ -52,12 +71,12 @@ def _largest(probe: Probe) -> bytes:
 def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
     # Smaller images follow the largest, of which nothing must be left.
     for data in (SMALL, _largest(probe), SMALL, EMPTY):
-        probe.call("store_image", data)
-        found = probe.call("load_image")
+        _call(probe, probe.board, "store_image", data)
+        found = _call(probe, probe.board, "load_image")
         is_kept = found == data and type(found) is bytes
         probe.require(is_kept, "check-store-loses", found=brief(found), stored=brief(data))
         if reopen is not None:
-            probe.require(probe.call_of(reopen(), "load_image") == data, "check-store-forgets", bytes=len(data))
+            probe.require(_call(probe, reopen(), "load_image") == data, "check-store-forgets", bytes=len(data))
 
 
 def _is_unsure_of_syncs(probe: Probe) -> bool:
@@ -78,9 +97,9 @@ def _is_unsure_of_syncs(probe: Probe) -> bool:
 def _check_keeping(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Callable[[], Any]") -> None:
     """Note an image that isn't there any more when the power fails as soon as store_image has returned."""
     for data in (SMALL, _largest(probe)):
-        probe.call("store_image", data)
+        _call(probe, probe.board, "store_image", data)
         cut_power()
-        found = probe.call_of(reopen() if reopen is not None else probe.board, "load_image")
+        found = _call(probe, reopen() if reopen is not None else probe.board, "load_image")
         probe.require(found == data, "check-store-not-kept", found=brief(found), stored=brief(data))
 
 
@@ -91,10 +110,10 @@ def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Ca
         if cut_power is not None:
             cut_power()
         board = reopen() if reopen is not None else probe.board
-        found = probe.call_of(board, "load_image")
+        found = _call(probe, board, "load_image")
         probe.require(found in (old, new), "check-store-cut", found=brief(found), **place)
         # The cut may have left this board damaged, as with an open file: use the one that was opened after it.
-        probe.call_of(board, "store_image", old)
+        _call(probe, board, "store_image", old)
 
 
 class _Syncs:
