@@ -57,3 +57,11 @@ export function service(): Service {
   if (current === null) throw new Error("connectTo was not called");
   return current;
 }
+
+/** Ask what answers this page. Throws RefusedError or UnreachableError. */
+export function request<Name extends keyof Requests>(
+  name: Name,
+  message: Requests[Name]["message"] | null = null,
+): Promise<Requests[Name]["answer"]> {
+  return service().ask(name, message);
+}

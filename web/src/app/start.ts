@@ -2,7 +2,6 @@
 
 import i18next from "i18next";
 import * as Blockly from "blockly/core";
-import { loadFigures } from "../api/requests";
 import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
@@ -18,7 +17,7 @@ import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog } from "../state/dialogs";
 import { replaceForbiddenStorage } from "../state/forbiddenStorage";
 import { startSettings } from "../state/settings";
-import { useStudio } from "../state/studio";
+import { loadFigures, useStudio } from "../state/studio";
 import { listenForKeys } from "./keys";
 import { compileEveryChange } from "../words/compiling";
 

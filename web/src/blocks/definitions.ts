@@ -153,9 +153,7 @@ function hideSecondsInTogether(this: Blockly.Block): void {
 
 /** Define the blocks for this profile and in the current language. */
 export function defineBlocks(profile: Profile): void {
-  SecondsField.announce();
-  SpeedField.announce();
-  IconField.announce();
+  for (const field of [SecondsField, SpeedField, IconField]) Blockly.registry.register(Blockly.registry.Type.FIELD, field.KIND, field, true);
   for (const [type, { tail, hat }] of Object.entries(DEFINITIONS)) {
     Blockly.Blocks[type] = {
       init(this: Blockly.Block) {

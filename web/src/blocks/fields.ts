@@ -4,7 +4,7 @@ import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { Profile } from "../api/types";
 import { useSettings } from "../state/settings";
-import { levelText, speedMeaning, turnMeaning } from "./figures";
+import { levelMeaning, levelText } from "./figures";
 
 interface SecondsConfig extends Blockly.FieldConfig {
   value?: number;
@@ -30,12 +30,6 @@ export class SecondsField extends Blockly.FieldNumber {
 
   static override fromJson(options: SecondsConfig): SecondsField {
     return new this(options);
-  }
-
-  static announce(): void {
-    if (!Blockly.registry.hasItem(Blockly.registry.Type.FIELD, SecondsField.KIND)) {
-      Blockly.fieldRegistry.register(SecondsField.KIND, SecondsField);
-    }
   }
 
   protected override widgetCreate_(): HTMLInputElement {
@@ -69,13 +63,17 @@ const LEVELS = [0, 1, 2, 3];
 type Option = [string, string];
 type Options = (this: Blockly.FieldDropdown) => Option[];
 
+/** What a level of speed means beside the direction of a block. */
+function meaningBeside(block: Blockly.Block | null, profile: Profile, level: number): string {
+  const direction: unknown = block?.getFieldValue("DIRECTION");
+  return levelMeaning(profile, "speed", level, direction === "left" || direction === "right");
+}
+
 export function speedsOf(profile: Profile): Options {
   return function (this: Blockly.FieldDropdown) {
-    const direction: unknown = this.getSourceBlock()?.getFieldValue("DIRECTION");
-    const meaning = direction === "left" || direction === "right" ? turnMeaning : speedMeaning;
     const inWords = useSettings.getState().level === "start";
     return LEVELS.map((level) => {
-      const text = i18next.t("blocks.speed", { level, meaning: meaning(profile, level) });
+      const text = i18next.t("blocks.speed", { level, meaning: meaningBeside(this.getSourceBlock(), profile, level) });
       return [inWords ? levelText(profile, "speed", level, true) : text, String(level)];
     });
   };
@@ -92,12 +90,6 @@ export class SpeedField extends Blockly.FieldDropdown {
     return field;
   }
 
-  static announce(): void {
-    if (!Blockly.registry.hasItem(Blockly.registry.Type.FIELD, SpeedField.KIND)) {
-      Blockly.fieldRegistry.register(SpeedField.KIND, SpeedField);
-    }
-  }
-
   static followDirection(block: Blockly.Block): void {
     block.getField("DIRECTION")?.setValidator((direction: string) => {
       block.getField("SPEED")?.forceRerender();
@@ -107,11 +99,7 @@ export class SpeedField extends Blockly.FieldDropdown {
 
   /** What the chosen level is in figures. */
   static showFigures(block: Blockly.Block, profile: Profile): void {
-    block.getField("SPEED")?.setTooltip(() => {
-      const direction: unknown = block.getFieldValue("DIRECTION");
-      const meaning = direction === "left" || direction === "right" ? turnMeaning : speedMeaning;
-      return meaning(profile, Number(block.getFieldValue("SPEED")));
-    });
+    block.getField("SPEED")?.setTooltip(() => meaningBeside(block, profile, Number(block.getFieldValue("SPEED"))));
   }
 
   protected override getText_(): string | null {

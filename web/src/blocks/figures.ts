@@ -8,20 +8,6 @@ export function plainSeconds(milliseconds: number): string {
   return String(milliseconds / 1000);
 }
 
-export function speedMeaning(profile: Profile, level: number): string {
-  const speed = profile.speeds_mm_s[level] ?? 0;
-  return speed === 0 ? i18next.t("meaning.still") : i18next.t("meaning.speed", { speed });
-}
-
-export function turnMeaning(profile: Profile, level: number): string {
-  const rate = profile.turn_rates_deg_s[level] ?? 0;
-  return rate === 0 ? i18next.t("meaning.still") : i18next.t("meaning.turn", { rate });
-}
-
-export function radiusMeaning(profile: Profile, level: number): string {
-  return i18next.t("meaning.radius", { radius: (profile.avoid_radii_mm[level] ?? 0) / 10 });
-}
-
 export function durationMeaning(profile: Profile, level: number): string {
   return i18next.t("meaning.seconds", { seconds: plainSeconds(profile.durations_ms[level] ?? 0) });
 }
@@ -34,14 +20,11 @@ type Menu = "speed" | "light" | "radius";
 
 /** What a level of a menu of steps means; `turning` for the speed of a turn. */
 export function levelMeaning(profile: Profile, menu: Menu, level: number, turning = false): string {
-  switch (menu) {
-    case "speed":
-      return (turning ? turnMeaning : speedMeaning)(profile, level);
-    case "radius":
-      return radiusMeaning(profile, level);
-    case "light":
-      return levelWord("light", level);
-  }
+  const [speed, rate] = [profile.speeds_mm_s[level] ?? 0, profile.turn_rates_deg_s[level] ?? 0];
+  if (menu === "light") return levelWord("light", level);
+  if (menu === "radius") return i18next.t("meaning.radius", { radius: (profile.avoid_radii_mm[level] ?? 0) / 10 });
+  if ((turning ? rate : speed) === 0) return i18next.t("meaning.still");
+  return turning ? i18next.t("meaning.turn", { rate }) : i18next.t("meaning.speed", { speed });
 }
 
 /** A level in a word: 'fast'. */

@@ -28,12 +28,6 @@ export class IconField extends Blockly.FieldImage {
     return new this(config.src!, config.width!, config.height!, "");
   }
 
-  static announce(): void {
-    if (!Blockly.registry.hasItem(Blockly.registry.Type.FIELD, IconField.KIND)) {
-      Blockly.fieldRegistry.register(IconField.KIND, IconField);
-    }
-  }
-
   override computeAriaLabel(): string {
     return "";
   }

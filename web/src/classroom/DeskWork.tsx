@@ -2,6 +2,7 @@
 
 import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
+import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
 import { askDesk } from "./ask";
 import { Avatar } from "./Avatar";
@@ -68,13 +69,7 @@ export function ProgressPart({ view }: { view: ClassView }) {
 /** The projects in the teacher's own shelf. */
 function useOwnProjects(): LibraryEntry[] {
   const [projects, setProjects] = useState<LibraryEntry[]>([]);
-  useEffect(() => {
-    const request = { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" };
-    void fetch("/api/projects/list", request).then(
-      async (response) => response.ok && setProjects((await response.json()) as LibraryEntry[]),
-      () => undefined,
-    );
-  }, []);
+  useEffect(() => void post("/api/projects/list", null).then((found) => setProjects(found as LibraryEntry[]), () => undefined), []);
   return projects;
 }
 

@@ -1,5 +1,5 @@
 import { beforeEach, expect, it, vi } from "vitest";
-import { cured } from "../api/requests";
+import { connectTo } from "../api/service";
 import type { Cured, Why } from "../generated/messages";
 import { useDialogs } from "../state/dialogs";
 import { forgetEdits, undo } from "../state/history";
@@ -8,7 +8,8 @@ import { carryOut, changesBlocks, cureOf } from "./cures";
 import type { Mat } from "./document";
 import { chosenCar, choose } from "./store";
 
-vi.mock(import("../api/requests"), async (original) => ({ ...(await original()), cured: vi.fn() }));
+const ask = vi.fn();
+connectTo({ ask, openStream: vi.fn() });
 
 const MAT: Mat = {
   format: "motorcade-mat/1",
@@ -18,7 +19,7 @@ const MAT: Mat = {
 };
 const ANSWER: Why = { code: "why-too-far", sentence: { en: "", zh: "" }, car: 0, cure: "", value: 0 };
 const NOTHING: Cured = { mat: null, range_mm: null, fields: [] };
-const answerWith = (answer: Partial<Cured>) => vi.mocked(cured).mockResolvedValue({ ...NOTHING, ...answer });
+const answerWith = (answer: Partial<Cured>) => ask.mockResolvedValue({ ...NOTHING, ...answer });
 
 beforeEach(() => {
   forgetEdits();
@@ -29,7 +30,7 @@ beforeEach(() => {
 it("lets infrared reach as far as the service says, and undo takes that back", async () => {
   answerWith({ range_mm: 4050 });
   await carryOut(1, { ...ANSWER, cure: "range_mm", value: 4001 });
-  expect(vi.mocked(cured).mock.lastCall![0]).toMatchObject({ cure: "range_mm", value: 4001, car: 1, mat: MAT, range_mm: null });
+  expect(ask.mock.lastCall![1]).toMatchObject({ cure: "range_mm", value: 4001, car: 1, mat: MAT, range_mm: null });
   expect(useStudio.getState().rangeMm).toBe(4050);
   undo();
   expect(useStudio.getState().rangeMm).toBeNull();
@@ -53,7 +54,7 @@ it("keeps a car chosen whose number changes when another one is taken away", asy
 
 it("leaves a mat that was changed meanwhile as it is", async () => {
   const moved = { ...MAT, name: "Other" };
-  vi.mocked(cured).mockImplementation(() => {
+  ask.mockImplementation(() => {
     useStudio.setState({ mat: moved });
     return Promise.resolve({ ...NOTHING, mat: MAT });
   });

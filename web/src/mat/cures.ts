@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import * as Blockly from "blockly/core";
-import { cured } from "../api/requests";
+import { request } from "../api/service";
 import { hatOf } from "../blocks/definitions";
 import { workspaceOf } from "../blocks/workspaces";
 import type { Cured, CureOrder, Why } from "../generated/messages";
@@ -32,7 +32,7 @@ export async function carryOut(car: number, why: Why): Promise<void> {
   if (!cure) return;
   collectEdits();
   const { mat, followers, rangeMm, profile } = useStudio.getState();
-  const answer = await cured({ cure, value: why.value, car, mat, followers, profile, range_mm: rangeMm });
+  const answer = await request("cure", { cure, value: why.value, car, mat, followers, profile, range_mm: rangeMm });
   // The mat was changed meanwhile, by hand.
   if (useStudio.getState().mat !== mat) return;
   apply(answer);

@@ -1,7 +1,7 @@
 import type { CSSProperties } from "react";
 import { ToggleButton } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import type { CompiledWord, Field } from "../api/types";
 import { FORMATS } from "../generated/steps";
 import { attempt } from "../projects/actions";
@@ -18,7 +18,7 @@ async function flip(words: readonly CompiledWord[], place: number, bit: number):
   await attempt(async () => {
     const flipped = words.map(({ hex }, k) => (parseInt(hex, 16) ^ (k === place ? 2 ** bit : 0)) >>> 0);
     const bytes = flipped.flatMap((word) => [24, 16, 8, 0].map((shift) => (word >>> shift) & 255));
-    const { leader, followers } = await api.decompile(btoa(String.fromCharCode(...bytes)));
+    const { leader, followers } = await request("decompile", { image: btoa(String.fromCharCode(...bytes)) });
     const { name, profile, mat, mission, rangeMm } = useStudio.getState();
     loadProject({ name, leader, followers, profile, mat, mission, range_mm: rangeMm });
   });

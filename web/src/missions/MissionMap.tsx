@@ -1,7 +1,7 @@
 import { type CSSProperties, useCallback, useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import type { LibraryEntry, MissionEntry } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { Picture } from "../mat/Picture";
@@ -26,15 +26,13 @@ interface OwnMissionsProps {
 function OwnMissions({ start }: OwnMissionsProps) {
   const { t } = useTranslation();
   const [own, setOwn] = useState<LibraryEntry[]>([]);
-  const load = useCallback(() => attempt(async () => setOwn(await api.ownMissions())), []);
+  const load = useCallback(() => attempt(async () => setOwn(await request("missions/own"))), []);
   useEffect(() => void load(), [load]);
   if (!own.length) return null;
   const remove = async (name: string) => {
     const question = { title: t("missions.deleteTitle", { name }), text: t("library.deleteText"), yes: t("library.delete") };
     if (!(await confirm(question))) return;
-    await attempt(async () => {
-      await api.deleteMission(name);
-    });
+    await attempt(() => request("missions/delete", { name }));
     await load();
   };
   return (
@@ -61,7 +59,7 @@ const PATHS = ["first-drive", "swarm", "words-and-bits"] as const;
 export function MissionMap({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const [missions, setMissions] = useState<MissionEntry[] | null>(null);
-  useEffect(() => void attempt(async () => setMissions(await api.missions())), []);
+  useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
   const isStarting = useStudio(({ service }) => service === "starting");
   const earned = missions?.reduce((sum, each) => sum + each.earned.length, 0) ?? 0;
   const most = missions?.reduce((sum, each) => sum + each.stars.length, 0) ?? 0;

@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import { GOAL_KINDS } from "../generated/goals";
 import type { Mission, MissionZone } from "../generated/messages";
 import { type Mat, type Point, rounded, without } from "../mat/document";
@@ -166,58 +166,47 @@ export async function tryDraft(draft: Draft): Promise<void> {
 
 export function saveDraft(draft: Draft): Promise<void> {
   return attempt(async () => {
-    const { text } = await api.missionText({ document: documentOf(draft, useStudio.getState().mat) });
+    const { text } = await request("missions/save-text", { document: documentOf(draft, useStudio.getState().mat) });
     download(fileName(draft.name || "mission", ".mission.json"), text, "application/json");
   });
 }
 
-/** Save the draft in the library under its name; false where it has none, or can't be saved. */
-export async function saveToLibrary(draft: Draft): Promise<boolean> {
+/** Save the draft in the library under its name, if it has one. */
+export async function saveToLibrary(draft: Draft): Promise<void> {
   const name = draft.name.trim();
   if (!name) {
     notify(i18next.t("missions.nameless"), "warning");
-    return false;
+    return;
   }
-  let saved = false;
   await attempt(async () => {
-    const { version } = await api.saveMission(name, documentOf(draft, useStudio.getState().mat));
+    const { version } = await request("missions/write", { name, document: documentOf(draft, useStudio.getState().mat) });
     notify(i18next.t("missions.saved", { name, version }), "success");
-    saved = true;
   });
-  return saved;
 }
 
 /** Play a mission of the library; false where it isn't there any more, or the user keeps what is open. */
 export async function playOwn(name: string): Promise<boolean> {
-  let opened = false;
-  await attempt(async () => {
-    const { document } = await api.ownMission(name);
-    opened = await playMission({ document });
-  });
-  return opened;
+  const mission = await attempt(() => request("missions/read", { name }));
+  return mission !== undefined && playMission({ document: mission.document });
 }
 
 /** Change a mission of the library; false where it isn't there any more. */
 export async function editOwn(name: string): Promise<boolean> {
-  let opened = false;
-  await attempt(async () => {
-    const mission = await api.ownMission(name);
-    opened = await replaceBy({ name: inLanguage(mission.name), leader: mission.leader, followers: mission.followers, profile: mission.profile, mat: mission.mat, range_mm: null });
+  const changed = await attempt(async () => {
+    const mission = await request("missions/read", { name });
+    const { leader, followers, profile, mat } = mission;
+    const opened = await replaceBy({ name: inLanguage(mission.name), leader, followers, profile, mat, range_mm: null });
     if (opened) editMission(mission);
+    return opened;
   });
-  return opened;
+  return changed ?? false;
 }
 
 /** Play the mission in a file; false where none is chosen, or it isn't valid. */
 export async function openMissionFile(): Promise<boolean> {
-  let opened = false;
-  await attempt(async () => {
-    const file = await chooseFile(".json,.toml,application/json");
-    if (!file) return;
-    const { document } = await api.openMission(await file.text());
-    opened = await playMission({ document });
-  });
-  return opened;
+  const file = await chooseFile(".json,.toml,application/json");
+  const mission = file && (await attempt(async () => request("missions/open", { text: await file.text() })));
+  return Boolean(mission && (await playMission({ document: mission.document })));
 }
 
 /** Where the stage looks, or the middle of the mat. */

@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import { inLanguage } from "../i18n";
 import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
 import type { Session } from "../mat/session";
@@ -50,14 +50,12 @@ const keyOf = ({ id, name }: Mission): string => (id === "own" ? `own ${name.en}
  * the blocks.
  */
 export async function playMission(choice: MissionChoice, blocks: Blocks | null = null, anew = false): Promise<boolean> {
-  let opened = false;
-  await attempt(async () => {
-    const mission = await api.mission(choice);
-    if (anew && useStudio.getState().unsaved && !(await confirm(beginAnewQuestion()))) return;
+  const opened = await attempt(async () => {
+    const mission = await request("mission", choice);
+    if (anew && useStudio.getState().unsaved && !(await confirm(beginAnewQuestion()))) return false;
     const before = blocks || anew ? undefined : useStudio.getState().attempts[keyOf(mission)];
     const { leader, followers } = blocks ?? before ?? mission;
     putAside({ name: inLanguage(mission.name), leader, followers, profile: mission.profile, mat: mission.mat, range_mm: null });
-    opened = true;
     useSettings.setState(({ drawer, level, levelBefore }) => ({
       level: mission.level as Level,
       levelBefore: levelBefore ?? level,
@@ -67,13 +65,14 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
     useMission.setState({ ...NOTHING, mission });
     useMat.setState({ seed: mission.seed });
     useStudio.setState({ mission: choiceOf(mission) });
-    if (!before) return;
+    if (!before) return true;
     setTimeout(markUnsaved);
     const { generation } = useStudio.getState();
     const action = { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice, null, true) };
     notify(i18next.t("missions.goOn"), "info", action, (now) => now.generation === generation && now.mission !== null);
+    return true;
   });
-  return opened;
+  return opened ?? false;
 }
 
 const beginAnewQuestion = () => ({
@@ -95,7 +94,7 @@ export async function resumeMission(): Promise<void> {
     return;
   }
   await attempt(async () => {
-    const mission = await api.mission(choice);
+    const mission = await request("mission", choice);
     if (useStudio.getState().mission === choice) useMission.setState({ ...NOTHING, mission });
   });
   if (!useMission.getState().mission) {
@@ -112,7 +111,7 @@ function restoreLevel(): void {
 async function checkRun(mission: Mission): Promise<void> {
   const { leader, followers } = openProject();
   await attempt(async () => {
-    const result = await api.checkMission({ mission: choiceOf(mission), leader, followers });
+    const result = await request("missions/check", { mission: choiceOf(mission), leader, followers });
     if (useMission.getState().mission !== mission) return;
     const all = new Set(mission.goals.map(({ star }) => star));
     const { ended, tries: before } = useMission.getState();

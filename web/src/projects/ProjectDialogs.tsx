@@ -1,7 +1,7 @@
 import { useCallback, useEffect, useState } from "react";
 import { Button, Input, Label, TextField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import type { Example, SavedProject, Sentence, Version } from "../api/types";
 import { inLanguage } from "../i18n";
 import { ClipPicture } from "../mat/ClipPicture";
@@ -25,7 +25,7 @@ function useMoment(): (moment: string) => string {
 
 async function openSaved(name: string, version: number | undefined, onClose: () => void): Promise<void> {
   await attempt(async () => {
-    const project = await api.savedProject(name, version);
+    const project = await request("projects/read", { name, version });
     onClose();
     await replaceBy({ ...project, name }, { stored: true });
   });
@@ -35,7 +35,7 @@ function Versions({ name, onClose }: { name: string; onClose: () => void }) {
   const { t } = useTranslation();
   const moment = useMoment();
   const [versions, setVersions] = useState<Version[]>([]);
-  useEffect(() => void attempt(async () => setVersions(await api.versions(name))), [name]);
+  useEffect(() => void attempt(async () => setVersions(await request("projects/history", { name }))), [name]);
   return (
     <ol className={css.versions} aria-label={t("library.versionsOf", { name })}>
       {versions.map(({ version, saved_at }) => (
@@ -63,9 +63,7 @@ function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: En
   const remove = async () => {
     const question = { title: t("library.deleteTitle", { name }), text: t("library.deleteText"), yes: t("library.delete") };
     if (!(await confirm(question))) return;
-    await attempt(async () => {
-      await api.deleteProject(name);
-    });
+    await attempt(() => request("projects/delete", { name }));
     onDeleted();
   };
   return (
@@ -90,11 +88,11 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const name = useStudio((studio) => studio.name);
   const [projects, setProjects] = useState<SavedProject[] | null>(null);
-  const load = useCallback(() => attempt(async () => setProjects(await api.projects())), []);
+  const load = useCallback(() => attempt(async () => setProjects(await request("projects/list"))), []);
   const [problems, setProblems] = useState<Sentence[]>([]);
   const look = useCallback(async () => {
     await load();
-    await attempt(async () => setProblems((await api.place()).problems.map(({ sentence }) => sentence)));
+    await attempt(async () => setProblems((await request("projects/place")).problems.map(({ sentence }) => sentence)));
   }, [load]);
   useEffect(() => void look(), [look]);
   const save = async () => {
@@ -177,11 +175,11 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const [examples, setExamples] = useState<Example[]>([]);
   const [clips, setClips] = useState<ReadonlyMap<string, Clip>>(new Map());
-  useEffect(() => void attempt(async () => setExamples(await api.examples())), []);
+  useEffect(() => void attempt(async () => setExamples(await request("examples"))), []);
   useEffect(() => void attempt(async () => setClips(await loadClips())), []);
   const openExample = (example: Example) =>
     attempt(async () => {
-      const project = await api.example(example.id);
+      const project = await request("example", { id: example.id });
       onClose();
       await replaceBy({ ...project, name: inLanguage(example.title) });
     });

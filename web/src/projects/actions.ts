@@ -1,7 +1,7 @@
 /** What the menus do with the open project: open, save, share and export. */
 
 import i18next from "i18next";
-import * as api from "../api/requests";
+import { RefusedError, UnreachableError, request } from "../api/service";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
@@ -13,14 +13,17 @@ import { fragmentOf, projectIn } from "./share";
 
 const PROJECT_ENDING = ".motorcade.json";
 
-/** Run a task; show the user a notice where the server refuses it or is gone. */
-export async function attempt(task: () => Promise<void>): Promise<void> {
+const tellItIsNeeded = () => notify(i18next.t("server.needed"), "warning", undefined, ({ service }) => service !== "ready");
+
+/** Run a task; show the user a notice, and answer undefined, where the server refuses it or is gone. */
+export async function attempt<Answer>(task: () => Promise<Answer>, tellGone = tellItIsNeeded): Promise<Answer | undefined> {
   try {
-    await task();
+    return await task();
   } catch (error) {
-    if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
-    else if (error instanceof api.UnreachableError) notify(i18next.t("server.needed"), "warning", undefined, ({ service }) => service !== "ready");
+    if (error instanceof RefusedError) notify(inLanguage(error.sentence), "error");
+    else if (error instanceof UnreachableError) tellGone();
     else throw error;
+    return undefined;
   }
 }
 
@@ -28,20 +31,18 @@ export function openFile(): Promise<void> {
   return attempt(async () => {
     const file = await chooseFile(".json,application/json");
     if (!file) return;
-    const opened = await api.open(await file.text());
+    const opened = await request("open", { text: await file.text() });
     await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, { stored: true });
   });
 }
 
-export function startNew(): Promise<void> {
-  return attempt(async () => {
-    await replaceBy(BLANK);
-  });
+export function startNew(): Promise<unknown> {
+  return attempt(() => replaceBy(BLANK));
 }
 
 export function saveFile(): Promise<void> {
   return attempt(async () => {
-    const { text } = await api.projectText(openProject());
+    const { text } = await request("save-text", openProject());
     download(fileName(useStudio.getState().name, PROJECT_ENDING), text, "application/json");
     markSaved();
     useStudio.setState({ stored: true });
@@ -57,14 +58,12 @@ export async function save(): Promise<void> {
 export async function saveToLibrary(): Promise<boolean> {
   const name = useStudio.getState().name.trim();
   if (!name) return false;
-  await attempt(async () => {
-    await saveNamed();
-  });
+  await attempt(saveNamed);
   return true;
 }
 
 export async function shareLink(): Promise<string> {
-  const { text } = await api.projectText(openProject());
+  const { text } = await request("save-text", openProject());
   const { origin, pathname } = location;
   return origin + pathname + (await fragmentOf(useStudio.getState().name, text));
 }
@@ -77,7 +76,7 @@ export function openSharedLink(): Promise<void> {
     const shared = await projectIn(hash).catch(() => notify(i18next.t("share.damaged"), "error"));
     if (!shared) return;
     history.replaceState(null, "", pathname + search);
-    const opened = await api.open(shared.text);
+    const opened = await request("open", { text: shared.text });
     if (await replaceBy({ ...opened, name: shared.name })) setTimeout(markUnsaved);
   });
 }

@@ -1,7 +1,7 @@
 /** All projects of the library to one file, and from such a file into the library. */
 
 import i18next from "i18next";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import { notify } from "../state/dialogs";
 import { attempt, chooseFile, download } from "./actions";
 
@@ -11,7 +11,7 @@ const MOST_MB = 32;
 /** Download all projects with all versions and the stars as one file. */
 export function exportAll(): Promise<void> {
   return attempt(async () => {
-    const [{ text, left_out }, projects] = await Promise.all([api.exportProjects(), api.projects()]);
+    const [{ text, left_out }, projects] = await Promise.all([request("projects/export"), request("projects/list")]);
     const day = new Date().toISOString().slice(0, 10);
     download(`motorcade ${day}.projects.json`, text, "application/json");
     notify(i18next.t("library.exported", { count: projects.length }), "success");
@@ -29,7 +29,7 @@ export function importAll(): Promise<void> {
       notify(i18next.t("library.tooLarge", { most: MOST_MB }), "error");
       return;
     }
-    const { projects, stars, left_out } = await api.importProjects(await file.text());
+    const { projects, stars, left_out } = await request("projects/import", { text: await file.text() });
     const count = projects.reduce((sum, { versions }) => sum + versions, 0);
     const sentences = [i18next.t(count ? "library.imported" : "library.importedNothing", { count })];
     for (const { name, stored_as } of projects) {

@@ -1,7 +1,7 @@
 /** The open project: new ones, opening another in its place, and whether it is saved. */
 
 import i18next from "i18next";
-import * as api from "../api/requests";
+import { RefusedError, request } from "../api/service";
 import type { OpenedProject, Project, WorkspaceState } from "../api/types";
 import type { SavedVersion } from "../generated/messages";
 import { inLanguage } from "../i18n";
@@ -147,7 +147,7 @@ async function saveOwn(): Promise<boolean> {
     await new Promise((resolve) => setTimeout(resolve));
   }
   if (!useStudio.getState().name.trim()) {
-    const taken = new Set((await api.projects()).map(({ name }) => name));
+    const taken = new Set((await request("projects/list")).map(({ name }) => name));
     const plain = i18next.t("project.unnamed");
     let name = plain;
     for (let number = 2; taken.has(name); number++) name = `${plain} ${number}`;
@@ -173,15 +173,15 @@ export async function saveNamed(): Promise<boolean> {
 async function saveVersion(name: string, project: Project): Promise<SavedVersion | null> {
   const { base } = useStudio.getState();
   try {
-    return await api.saveProject(name, project, base?.name === name ? base.version : 0);
+    return await request("projects/write", { name, project, base: base?.name === name ? base.version : 0 });
   } catch (error) {
-    if (!(error instanceof api.RefusedError) || !["saved-elsewhere", "project-exists"].includes(error.code)) throw error;
+    if (!(error instanceof RefusedError) || !["saved-elsewhere", "project-exists"].includes(error.code)) throw error;
     const agreed = await confirm({
       title: i18next.t("library.elsewhereTitle", { name }),
       text: `${inLanguage(error.sentence)} ${i18next.t("library.elsewhereText")}`,
       yes: i18next.t("library.saveNext"),
     });
-    return agreed ? api.saveProject(name, project, null) : null;
+    return agreed ? request("projects/write", { name, project, base: null }) : null;
   }
 }
 

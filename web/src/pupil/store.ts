@@ -2,9 +2,8 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
-import * as api from "../api/requests";
-import { RefusedError, UnreachableError } from "../api/service";
-import { askClass, isClassError, Stream } from "../classroom/ask";
+import { request, UnreachableError } from "../api/service";
+import { askClass, Stream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
 import { attempt } from "../projects/actions";
@@ -34,15 +33,9 @@ export async function findPupilsWork(): Promise<{ key: string; stored: StoredWor
   return { key, stored: work };
 }
 
-/** Show a refusal of the class's server as a notice, also where it doesn't answer. */
-export async function attemptInClass(task: () => Promise<unknown>): Promise<void> {
-  try {
-    await task();
-  } catch (problem) {
-    if (!isClassError(problem)) throw problem;
-    const sentence = problem instanceof RefusedError && problem.sentence;
-    notify(sentence ? (sentence[i18next.language as keyof typeof sentence] ?? sentence.en) : i18next.t("pupil.noAnswer"), "error");
-  }
+/** Run a task; show a refusal of the class's server as a notice, also where it doesn't answer. */
+export function attemptInClass(task: () => Promise<unknown>): Promise<unknown> {
+  return attempt(task, () => notify(i18next.t("pupil.noAnswer"), "error"));
 }
 
 function keepDraft(): void {
@@ -87,7 +80,7 @@ export async function openHandedMission(): Promise<void> {
 
 function openHandedProject(name: string): Promise<void> {
   return attempt(async () => {
-    const project = await api.savedProject(name);
+    const project = await request("projects/read", { name });
     await replaceBy({ ...project, name }, { stored: true });
   });
 }

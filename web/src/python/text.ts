@@ -1,7 +1,7 @@
 /** The Python text beside the blocks: an edit of one is shown in the other. */
 
 import { create } from "zustand";
-import * as api from "../api/requests";
+import { RefusedError, request } from "../api/service";
 import type { Diagnostic } from "../api/types";
 import { alterBlocks } from "../blocks/rows";
 import type { BlockPlace, TextPlace } from "../generated/messages";
@@ -58,13 +58,13 @@ export function replaceText(place: TextPlace, written: string): void {
 
 /** A text that the service doesn't take, such as one that is too long, is the user's to change. */
 function showRefusal(error: unknown): null {
-  if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
+  if (error instanceof RefusedError) notify(inLanguage(error.sentence), "error");
   return null;
 }
 
 async function readText(edit: number): Promise<void> {
   const { text } = usePython.getState();
-  const answer = await api.pythonToBlocks({ ...blocksNow(), text }).catch(showRefusal);
+  const answer = await request("python-to-blocks", { ...blocksNow(), text }).catch(showRefusal);
   if (edit !== edits) return;
   typing = undefined;
   if (!answer) return;
@@ -85,7 +85,7 @@ export async function updateText(anew = false): Promise<void> {
   while (askAgain) {
     askAgain = false;
     const edit = edits;
-    const answer = await quietly(api.blocksToPython({ ...blocksNow(), text: anew ? "" : usePython.getState().text }));
+    const answer = await quietly(request("blocks-to-python", { ...blocksNow(), text: anew ? "" : usePython.getState().text }));
     if (!answer || edit !== edits || typing !== undefined) continue;
     usePython.setState({ text: answer.text, places: answer.places, diagnostics: answer.diagnostics });
     const { python } = useStudio.getState();

@@ -3,7 +3,7 @@
 import { useDeferredValue } from "react";
 import { create } from "zustand";
 import type { Capabilities, Compiled, CompiledWord, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
-import type { ServiceState } from "../api/service";
+import { request, type ServiceState } from "../api/service";
 import type { Mat } from "../mat/document";
 import { useSettings } from "./settings";
 
@@ -104,6 +104,12 @@ export const useStudio = create<Studio>(() => ({
   alone: null,
   loudProjector: false,
 }));
+
+/** Load what the page needs before anything can be drawn: what the service can do, and the figures of the cars' profile. */
+export async function loadFigures(): Promise<void> {
+  const [capabilities, profiles] = await Promise.all([request("capabilities"), request("profiles")]);
+  useStudio.setState(({ profile }) => ({ capabilities, profileFigures: profiles.find(({ name }) => name === profile) ?? null }));
+}
 
 const NO_WORDS: readonly CompiledWord[] = [];
 

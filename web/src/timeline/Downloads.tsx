@@ -2,7 +2,7 @@ import { useState } from "react";
 import { Button, Menu, MenuItem, MenuTrigger, Popover } from "react-aria-components";
 import i18next from "i18next";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import fields from "../mat/fields.module.css";
 import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
@@ -68,7 +68,7 @@ function saveTable(session: Session): Promise<void> {
     let binary = "";
     const piece = 1 << 15;
     for (let at = 0; at < bytes.length; at += piece) binary += String.fromCharCode(...bytes.subarray(at, at + piece));
-    const { text } = await api.eventTable(btoa(binary));
+    const { text } = await request("event-table", { rows: btoa(binary) });
     download("timeline.csv", text, "text/csv;charset=utf-8");
   });
 }

@@ -1,7 +1,7 @@
 import { useCallback, useEffect, useState } from "react";
 import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/requests";
+import { request } from "../api/service";
 import type { Port } from "../api/types";
 import { Check, Sheet } from "../ui/controls";
 import { useSettings } from "../state/settings";
@@ -25,7 +25,7 @@ const BAUD = 115_200;
 /** The ports of the service, its serial ones only where it can upload through them. */
 function usePorts(hasSerial: boolean) {
   const [ports, setPorts] = useState<Port[]>([]);
-  const look = useCallback(() => attempt(async () => setPorts(await api.ports())), []);
+  const look = useCallback(() => attempt(async () => setPorts(await request("ports"))), []);
   // In a class the computer's ports are there for whose turn it is at the cable.
   const hasCable = usePupil(({ view }) => view?.cable === 0);
   useEffect(() => void look(), [look, hasCable]);
@@ -109,7 +109,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   };
   const openAsBlocks = (read: string) =>
     attempt(async () => {
-      const opened = await api.decompile(read);
+      const opened = await request("decompile", { image: read });
       onClose();
       const { mat, rangeMm } = useStudio.getState();
       if (await replaceBy({ ...opened, mat, range_mm: rangeMm })) setTimeout(markUnsaved);

@@ -1,6 +1,6 @@
 /** Send each change to the compiler. Only the newest counts: while an answer is awaited, older ones are skipped. */
 
-import * as api from "../api/requests";
+import { RefusedError, request } from "../api/service";
 import type { Compiled, EditorName, WorkspaceState } from "../api/types";
 import { markDiagnostics } from "../blocks/marks";
 import { read, workspaceOf } from "../blocks/workspaces";
@@ -70,7 +70,7 @@ async function compileNewest(): Promise<void> {
     wanted = false;
     const { leader, followers, profile } = useStudio.getState();
     try {
-      const answer = await api.compile({ leader, followers, profile });
+      const answer = await request("compile", { leader, followers, profile });
       // Another project was opened meanwhile.
       if (filled !== useStudio.getState().generation) continue;
       const compiled = sharedAnswer(useStudio.getState().compiled, answer);
@@ -78,7 +78,7 @@ async function compileNewest(): Promise<void> {
       markDiagnostics(compiled.diagnostics);
     } catch (error) {
       const { compiled } = useStudio.getState();
-      const { sentence } = error instanceof api.RefusedError ? error : { sentence: null };
+      const { sentence } = error instanceof RefusedError ? error : { sentence: null };
       // Until there are words again.
       if (sentence) notify(inLanguage(sentence), "error", undefined, (now) => now.compiled === compiled);
     }
