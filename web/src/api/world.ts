@@ -53,16 +53,32 @@ export type LossReason = (typeof LOSS_REASONS)[number];
 const HEADER_BYTES = 24;
 const PICTURE = 1;
 
+/** How many bytes the columns of so many cars take, up to a multiple of four. */
+export const columnBytes = (cars: number): number => Math.ceil((17 * cars) / 4) * 4;
+
+/** The columns of so many cars, which begin at a place of the bytes. */
+export function columnsOf(bytes: ArrayBuffer, begin: number, cars: number) {
+  const at = (bytesACar: number) => begin + bytesACar * cars;
+  return {
+    x: new Float32Array(bytes, at(0), cars),
+    y: new Float32Array(bytes, at(4), cars),
+    heading: new Float32Array(bytes, at(8), cars),
+    index: new Uint16Array(bytes, at(12), cars),
+    wheels: new Uint8Array(bytes, at(14), cars),
+    led: new Uint8Array(bytes, at(15), cars),
+    flags: new Uint8Array(bytes, at(16), cars),
+  };
+}
+
 /** Null for bytes that are no picture: of another kind, or cut off. */
 export function decodePicture(bytes: ArrayBuffer): Picture | null {
   if (bytes.byteLength < HEADER_BYTES) return null;
   const head = new DataView(bytes);
   const n = head.getUint32(12, true);
   const events = head.getUint32(16, true);
-  const eventsAt = HEADER_BYTES + Math.ceil((17 * n) / 4) * 4;
+  const eventsAt = HEADER_BYTES + columnBytes(n);
   if (head.getUint8(0) !== PICTURE || bytes.byteLength !== eventsAt + events * EVENT_COLUMNS * 4) return null;
   const flags = head.getUint8(1);
-  const at = (bytesACar: number) => HEADER_BYTES + bytesACar * n;
   return {
     frame: head.getUint32(4, true),
     tMs: head.getUint32(8, true),
@@ -70,13 +86,7 @@ export function decodePicture(bytes: ArrayBuffer): Picture | null {
     fresh: (flags & 2) !== 0,
     cars: n,
     lost: head.getUint32(20, true),
-    x: new Float32Array(bytes, at(0), n),
-    y: new Float32Array(bytes, at(4), n),
-    heading: new Float32Array(bytes, at(8), n),
-    index: new Uint16Array(bytes, at(12), n),
-    wheels: new Uint8Array(bytes, at(14), n),
-    led: new Uint8Array(bytes, at(15), n),
-    flags: new Uint8Array(bytes, at(16), n),
+    ...columnsOf(bytes, HEADER_BYTES, n),
     events: new Uint32Array(bytes, eventsAt, events * EVENT_COLUMNS),
   };
 }

@@ -12,7 +12,7 @@ import type { StoredProject } from "../generated/messages";
 import { startLanguages } from "../i18n";
 import { useSettings } from "../state/settings";
 import { loadFigures, useStudio } from "../state/studio";
-import { askDesk } from "./ask";
+import { askTeacher } from "./ask";
 import { useLanguage } from "./texts";
 import css from "./class.module.css";
 
@@ -39,9 +39,9 @@ function useDraft(pupil: string): Programs | null {
   useEffect(() => {
     let shown: string | null = null;
     const ask = async () => {
-      const { draft_at } = await askDesk("shelf", { pupil });
+      const { draft_at } = await askTeacher("shelf", { pupil });
       if (draft_at === shown) return;
-      setPrograms(draft_at === null ? null : await askDesk("project", { pupil, name: "" }));
+      setPrograms(draft_at === null ? null : await askTeacher("project", { pupil, name: "" }));
       shown = draft_at;
     };
     // While nothing answers, what was shown stays.

@@ -4,7 +4,8 @@ import { useCallback, useEffect, useRef, useState } from "react";
 import type { MatView, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
-import { boxOf, type Box, type Cars, columnsFor, decodeWall, drawWorld, inksOf, Tiles } from "./drawing";
+import type { Box } from "../mat/camera";
+import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, inksOf, Tiles } from "./drawing";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 

@@ -4,10 +4,10 @@ import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useStat
 import { type Answer, decodePicture } from "../api/world";
 import type { ClassView, DeskAbout, DeskAnswer, Wall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
-import { askDesk, Stream } from "./ask";
+import { askTeacher, Stream } from "./ask";
 import { Avatar } from "./Avatar";
 import type { Cars } from "./drawing";
-import { HowToJoin } from "./DeskClass";
+import { HowToJoin } from "./TeacherClass";
 import { Action, Frame, titleOr } from "./Frame";
 import { AllStages, WorldCanvas } from "./Stages";
 import css from "./class.module.css";
@@ -29,11 +29,11 @@ export function useClass(): { view: ClassView | null; open: boolean } {
   return { view, open };
 }
 
-/** Show the children to who has signed in at the teacher's desk in this browser, and to others the way there. */
+/** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
 function TeacherOnly({ title, children }: { title: string; children: ReactNode }) {
   const t = useTexts();
   const [about, setAbout] = useState<DeskAbout | null>(null);
-  useEffect(() => void askDesk("about").then(setAbout, () => undefined), []);
+  useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
   if (about?.signed_in) return children;
   return (
     <Frame title={title} narrow>
@@ -205,7 +205,7 @@ function TheMat() {
               );
             })}
           </ul>
-          <Action primary disabled={entries.length === 0} onPress={() => void askDesk("mat/start").catch(() => undefined)}>
+          <Action primary disabled={entries.length === 0} onPress={() => void askTeacher("mat/start").catch(() => undefined)}>
             {t("matStart")}
           </Action>
         </>

@@ -56,7 +56,7 @@ export async function askToJoin<Name extends keyof PupilRequests>(
 }
 
 /** A request of the teacher's page. Throws RefusedError or UnreachableError. */
-export async function askDesk<Name extends keyof DeskRequests>(
+export async function askTeacher<Name extends keyof DeskRequests>(
   name: Name,
   message?: DeskRequests[Name]["message"],
 ): Promise<DeskRequests[Name]["answer"]> {

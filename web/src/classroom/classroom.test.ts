@@ -1,10 +1,9 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PupilRow, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
-import { byNeed } from "./DeskPupils";
+import { byNeed } from "./TeacherPupils";
 import { groundOf } from "../mat/floors";
-import { boxOf, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
-import { drawFloor } from "./floor";
+import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld, Tiles } from "./drawing";
 import { secretOf } from "./secret";
 
 // The first and the third world of list 5: one car, and none.
@@ -194,10 +193,10 @@ it("the projector shows the floor of the mat, with its pattern where there is ro
   const context = new Proxy({ fill: () => filled.push(context.fillStyle), fillRect: () => filled.push(context.fillStyle) } as unknown as CanvasRenderingContext2D, {
     get: (target, key): unknown => Reflect.get(target, key) ?? nothing,
   });
-  const size = { left: 0, bottom: 0, size_m: [2, 1] as const, plain: "#ffffff" };
-  drawFloor(context, "moon", { ...size, scale: 100 });
+  const moon = { format: "motorcade-mat/1", name: "Moon", size_m: [2, 1], floor: "moon" } as const;
+  drawFloor(context, moon, 100, "#ffffff");
   expect(filled).toEqual([groundOf("moon")]);
-  drawFloor(context, "moon", { ...size, scale: 600 });
+  drawFloor(context, moon, 600, "#ffffff");
   expect(filled).toContain("#9f9d98");
 });
 

@@ -1,12 +1,14 @@
 /** Small worlds: what a picture of the wall holds, and a world drawn on a canvas, seen from above. */
 
-import { type Picture, Flag } from "../api/world";
+import { columnBytes, columnsOf, type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { inLanguage } from "../i18n";
+import { around, type Box, boxAround, boxOfMat, boxOfZone, grown } from "../mat/camera";
 import { beacon, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
 import { hexColour, LEDS, pageFont } from "../mat/colours";
-import { floorOf } from "../mat/document";
-import { drawFloor } from "./floor";
+import { floorOf, type Mat } from "../mat/document";
+import { marksOf } from "../mat/floorMarks";
+import { groundOf } from "../mat/floors";
 
 /** What the cars of one world show; the first columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
@@ -14,7 +16,6 @@ export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags"
 const ZONE_NAME_PX = 15;
 const HEAD_BYTES = 4;
 const WORLD_HEAD_BYTES = 8;
-const BYTES_A_CAR = 17;
 
 /**
  * The worlds of a binary picture of the wall, by their place in the list `number`; null where the bytes are cut off.
@@ -30,17 +31,9 @@ export function decodeWall(bytes: ArrayBuffer): { number: number; worlds: Map<nu
     const [place, n] = [view.getUint16(at, true), view.getUint16(at + 2, true)];
     const tMs = view.getUint32(at + 4, true);
     const columns = at + WORLD_HEAD_BYTES;
-    at = columns + Math.ceil((BYTES_A_CAR * n) / 4) * 4;
+    at = columns + columnBytes(n);
     if (at > bytes.byteLength) return null;
-    worlds.set(place, {
-      tMs,
-      cars: n,
-      x: new Float32Array(bytes, columns, n),
-      y: new Float32Array(bytes, columns + 4 * n, n),
-      heading: new Float32Array(bytes, columns + 8 * n, n),
-      led: new Uint8Array(bytes, columns + 15 * n, n),
-      flags: new Uint8Array(bytes, columns + 16 * n, n),
-    });
+    worlds.set(place, { tMs, cars: n, ...columnsOf(bytes, columns, n) });
   }
   return { number: view.getUint32(0, true), worlds };
 }
@@ -68,13 +61,6 @@ export class Tiles {
   }
 }
 
-export interface Box {
-  left: number;
-  bottom: number;
-  right: number;
-  top: number;
-}
-
 const [GAP_PX, NAME_PX, LEAST_TILE_PX] = [10, 40, 150];
 /** Width of a tile's world, its height being 1. */
 const TILE_RATIO = 1.5;
@@ -90,32 +76,12 @@ export function columnsFor(tiles: number, width: number, height: number): number
   return most;
 }
 
-type Point = readonly [number, number];
-
-interface MatParts {
-  size_m?: Point;
-  wall?: readonly { from_m: Point; to_m: Point }[];
-  disc?: readonly { centre_m: Point; radius_m: number }[];
-  polygon?: readonly { corners_m: readonly Point[] }[];
-}
-
 const MARGIN_M = 0.3;
 
 /** What to show: the whole mat where it has a size, else all cars, and what was shown before. */
 export function boxOf(world: WallWorld, cars: Cars | undefined, before: Box | null): Box {
-  const { size_m } = world.mat as MatParts;
-  if (size_m) return { left: 0, bottom: 0, right: size_m[0], top: size_m[1] };
-  let box = before ?? { left: -1, bottom: -1, right: 1, top: 1 };
-  for (let k = 0; k < (cars?.cars ?? 0); k++) {
-    const [x, y] = [cars!.x[k]!, cars!.y[k]!];
-    box = {
-      left: Math.min(box.left, x - MARGIN_M),
-      bottom: Math.min(box.bottom, y - MARGIN_M),
-      right: Math.max(box.right, x + MARGIN_M),
-      top: Math.max(box.top, y + MARGIN_M),
-    };
-  }
-  return box;
+  const seen = cars && boxAround(cars.x, cars.y);
+  return boxOfMat(world.mat as Mat) ?? around([before ?? { left: -1, bottom: -1, right: 1, top: 1 }, ...(seen ? [grown(seen, MARGIN_M)] : [])])!;
 }
 
 export interface Inks {
@@ -144,6 +110,17 @@ export function inksOf(element: Element): Inks {
 /** Smaller cars could not be seen on a tile. */
 const LEAST_CAR_PX = 4;
 
+/** A canvas whose coordinates are metres: the point at its lower left corner, and how many pixels a metre takes. */
+interface View {
+  context: CanvasRenderingContext2D;
+  left: number;
+  bottom: number;
+  scale: number;
+}
+
+/** Where a point of the world is on the canvas. */
+const spot = ({ left, bottom, scale }: View, x: number, y: number) => [left + x * scale, bottom - y * scale] as const;
+
 /** Draw a world into a canvas of `width` by `height` pixels; `nameOf` gives what stands above a car, if anything. */
 export function drawWorld(
   context: CanvasRenderingContext2D,
@@ -152,39 +129,23 @@ export function drawWorld(
   nameOf?: (car: number) => string | undefined,
 ): void {
   const scale = Math.min(width / (box.right - box.left), height / (box.top - box.bottom));
-  const left = (width - (box.right - box.left) * scale) / 2;
-  const bottom = (height + (box.top - box.bottom) * scale) / 2;
-  const X = (x: number) => left + (x - box.left) * scale;
-  const Y = (y: number) => bottom - (y - box.bottom) * scale;
-  const mat = world.mat as MatParts;
+  const left = (width - (box.left + box.right) * scale) / 2;
+  const bottom = (height + (box.bottom + box.top) * scale) / 2;
+  const view: View = { context, left, bottom, scale };
   context.clearRect(0, 0, width, height);
+  context.save();
+  context.setTransform(scale, 0, 0, -scale, left, bottom);
   context.fillStyle = inks.floor;
-  context.fillRect(X(box.left), Y(box.top), (box.right - box.left) * scale, (box.top - box.bottom) * scale);
-  if (mat.size_m) drawFloor(context, floorOf(world.mat), { left: X(0), bottom: Y(0), scale, size_m: mat.size_m, plain: inks.floor });
-  drawZones(context, world, X, Y, scale, inks);
-  context.fillStyle = context.strokeStyle = inks.thing;
-  context.lineWidth = Math.max(2, 0.02 * scale);
-  context.beginPath();
-  for (const { from_m, to_m } of mat.wall ?? []) {
-    context.moveTo(X(from_m[0]), Y(from_m[1]));
-    context.lineTo(X(to_m[0]), Y(to_m[1]));
-  }
-  context.stroke();
-  context.beginPath();
-  for (const { centre_m, radius_m } of mat.disc ?? []) {
-    context.moveTo(X(centre_m[0]) + radius_m * scale, Y(centre_m[1]));
-    context.arc(X(centre_m[0]), Y(centre_m[1]), radius_m * scale, 0, Math.PI * 2);
-  }
-  for (const { corners_m } of mat.polygon ?? []) {
-    corners_m.forEach(([x, y], k) => (k === 0 ? context.moveTo(X(x), Y(y)) : context.lineTo(X(x), Y(y))));
-    context.closePath();
-  }
-  context.fill();
-  const leads = new Set(world.leads);
+  context.fillRect(box.left, box.bottom, box.right - box.left, box.top - box.bottom);
+  drawFloor(context, world.mat, scale, inks.floor);
+  drawZones(view, world, inks);
+  drawThings(context, world.mat, Math.max(2 / scale, 0.02), inks.thing);
+  context.restore();
   const r = Math.max(LEAST_CAR_PX, world.radius_m * scale);
   for (let k = 0; k < (cars?.cars ?? 0); k++) {
-    drawCar(context, { x: X(cars!.x[k]!), y: Y(cars!.y[k]!), heading: cars!.heading[k]!, r }, inks, {
-      leads: leads.has(k),
+    const [x, y] = spot(view, cars!.x[k]!, cars!.y[k]!);
+    drawCar(context, { x, y, heading: cars!.heading[k]!, r }, inks, {
+      leads: world.leads.includes(k),
       led: cars!.led[k]!,
       sends: (cars!.flags[k]! & Flag.sends) !== 0,
     });
@@ -196,39 +157,84 @@ export function drawWorld(
     // Dark floors need it.
     context.strokeStyle = inks.floor;
     context.lineWidth = 4;
-    context.strokeText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
-    context.fillText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
+    context.strokeText(name, x, y - r * 1.5);
+    context.fillText(name, x, y - r * 1.5);
   }
 }
 
+/** On a smaller canvas the floor has one colour. */
+const PATTERN_FROM_PX = 500;
+
+/** Draw the floor as the studio's stage has it; `plain` is the page's colour. */
+export function drawFloor(context: CanvasRenderingContext2D, mat: Mat, scale: number, plain: string): void {
+  const floor = floorOf(mat);
+  if (!mat.size_m) return;
+  const [width, height] = mat.size_m;
+  context.fillStyle = groundOf(floor) ?? plain;
+  context.fillRect(0, 0, width, height);
+  if (floor === "plain" || width * scale < PATTERN_FROM_PX) return;
+  for (const { corners, colour, alpha, widthM } of marksOf(floor, mat.size_m, plain)) {
+    context.beginPath();
+    for (let at = 0; at < corners.length; at += 3) context.lineTo(corners[at]!, corners[at + 1]!);
+    context.globalAlpha = alpha;
+    context.lineWidth = widthM;
+    context.fillStyle = context.strokeStyle = colour;
+    if (widthM) context.stroke();
+    else context.fill();
+  }
+  context.globalAlpha = 1;
+}
+
+/** Walls and obstacles in one ink. */
+function drawThings(context: CanvasRenderingContext2D, { wall = [], disc = [], polygon = [] }: Mat, widthM: number, ink: string): void {
+  context.fillStyle = context.strokeStyle = ink;
+  context.lineWidth = widthM;
+  context.beginPath();
+  for (const { from_m, to_m } of wall) {
+    context.moveTo(...from_m);
+    context.lineTo(...to_m);
+  }
+  context.stroke();
+  context.beginPath();
+  for (const each of [...disc, ...polygon]) trace(context, each);
+  context.fill();
+}
+
+/** A disc, a polygon, or a zone that is one of them. */
+interface Outline {
+  centre_m?: readonly number[] | null;
+  radius_m?: number | null;
+  corners_m?: readonly (readonly number[])[];
+}
+
+/** Add a disc or a polygon to the path. */
+function trace(context: CanvasRenderingContext2D, { centre_m, radius_m, corners_m = [] }: Outline): void {
+  if (centre_m && radius_m) {
+    context.moveTo(centre_m[0]! + radius_m, centre_m[1]!);
+    context.arc(centre_m[0]!, centre_m[1]!, radius_m, 0, Math.PI * 2);
+  } else corners_m.forEach(([x, y], k) => (k === 0 ? context.moveTo(x!, y!) : context.lineTo(x!, y!)));
+  context.closePath();
+}
+
 /** The zones of the world's mission: dashed outlines with their names, where there is room for these. */
-function drawZones(
-  context: CanvasRenderingContext2D,
-  world: WallWorld,
-  X: (x: number) => number,
-  Y: (y: number) => number,
-  scale: number,
-  inks: Inks,
-): void {
+function drawZones(view: View, { zones }: WallWorld, inks: Inks): void {
+  const { context, scale } = view;
   context.save();
   context.strokeStyle = context.fillStyle = inks.beam;
-  context.lineWidth = 2;
-  context.setLineDash([8, 5]);
+  context.lineWidth = 2 / scale;
+  context.setLineDash([8 / scale, 5 / scale]);
+  context.beginPath();
+  for (const zone of zones) trace(context, zone);
+  context.stroke();
+  context.resetTransform();
   context.font = `600 ${ZONE_NAME_PX}px ${pageFont()}`;
   context.textAlign = "center";
-  for (const { title, corners_m, centre_m, radius_m } of world.zones) {
-    const [xs, ys] = centre_m && radius_m !== null
-      ? [[centre_m[0]! - radius_m, centre_m[0]! + radius_m], [centre_m[1]!]]
-      : [corners_m.map(([x]) => x!), corners_m.map(([, y]) => y!)];
-    context.beginPath();
-    if (centre_m && radius_m !== null) context.arc(X(centre_m[0]!), Y(centre_m[1]!), radius_m * scale, 0, Math.PI * 2);
-    else corners_m.forEach(([x, y], k) => (k === 0 ? context.moveTo(X(x!), Y(y!)) : context.lineTo(X(x!), Y(y!))));
-    context.closePath();
-    context.stroke();
-    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    const name = inLanguage(title);
+  for (const zone of zones) {
+    const { left, right, bottom, top } = boxOfZone(zone);
+    const name = inLanguage(zone.title);
     if (context.measureText(name).width > (right - left) * scale) continue;
-    context.fillText(name, X((left + right) / 2), Y((low + high) / 2) + ZONE_NAME_PX / 3);
+    const [x, y] = spot(view, (left + right) / 2, (bottom + top) / 2);
+    context.fillText(name, x, y + ZONE_NAME_PX / 3);
   }
   context.restore();
 }

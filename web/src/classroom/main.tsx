@@ -1,15 +1,15 @@
 import "../ui/tokens.css";
 import { createRoot } from "react-dom/client";
 import { startSettings } from "../state/settings";
-import { Desk } from "./Desk";
 import { Join } from "./Join";
 import { Privacy } from "./Privacy";
+import { Teacher } from "./Teacher";
 import { SharedMat, WallPage } from "./WallPage";
 import { startLanguages } from "./texts";
 
 const PAGES: Record<string, () => React.ReactNode> = {
   "/join": Join,
-  "/desk": Desk,
+  "/desk": Teacher,
   "/wall": WallPage,
   "/mat": SharedMat,
   "/privacy": Privacy,

@@ -97,9 +97,11 @@ export interface Cast {
   all?: boolean;
 }
 
-const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box.bottom - by, right: box.right + by, top: box.top + by });
+/** The box with so much air around it. */
+export const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box.bottom - by, right: box.right + by, top: box.top + by });
 
-const around = (boxes: readonly Box[]): Box | null =>
+/** The box around boxes; null around none. */
+export const around = (boxes: readonly Box[]): Box | null =>
   boxAround(boxes.flatMap(({ left, right }) => [left, right]), boxes.flatMap(({ bottom, top }) => [bottom, top]));
 
 /** The cars with air around them and, where all fit, the zones, and the mat; null without cars. */

@@ -3,7 +3,7 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { askDesk } from "../classroom/ask";
+import { askTeacher } from "../classroom/ask";
 import { markSaved, openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -19,12 +19,12 @@ export function TeacherBar() {
   const [shown] = useState(looking);
   const [who, setWho] = useState("");
   useEffect(() => {
-    if (shown) void attemptInClass(async () => setWho((await askDesk("shelf", { pupil: shown.pupil })).pupil));
+    if (shown) void attemptInClass(async () => setWho((await askTeacher("shelf", { pupil: shown.pupil })).pupil));
   }, [shown]);
   if (!shown || !who) return null;
   const giveBack = () =>
     attemptInClass(async () => {
-      await askDesk("hand-out", { to: [shown.pupil], name, project: openProject() });
+      await askTeacher("hand-out", { to: [shown.pupil], name, project: openProject() });
       markSaved();
       notify(t("pupil.given", { name, to: who }), "success");
     });

@@ -1,6 +1,6 @@
 /** The teacher looks at a pupil's project: a copy of it, in a tab of its own. */
 
-import { askDesk } from "../classroom/ask";
+import { askTeacher } from "../classroom/ask";
 import type { OpenedProject } from "../api/types";
 import type { StoredWork } from "../projects/autosave";
 import { useStudio } from "../state/studio";
@@ -23,7 +23,7 @@ export const looking = () => (useStudio.getState().capabilities?.classroom === "
 
 /** A copy of a pupil's project. Throws RefusedError or UnreachableError. It is not in the teacher's library, so it has no version there. */
 export async function lookAt({ pupil, project }: Looking): Promise<StoredWork> {
-  const found: OpenedProject = await askDesk("project", { pupil, name: project });
+  const found: OpenedProject = await askTeacher("project", { pupil, name: project });
   // This browser keeps nothing of it; who leaves with changes is asked.
   window.addEventListener("beforeunload", (event) => useStudio.getState().unsaved && event.preventDefault());
   return { ...found, name: found.name ?? "", version: undefined, parkedFollowers: null, unsaved: false, stored: true, at: Date.now() };

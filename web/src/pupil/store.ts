@@ -1,4 +1,4 @@
-/** A pupil's part of a class: what the teacher's desk tells this page, and the draft that the server keeps. */
+/** A pupil's part of a class: what the class's server tells this page, and the draft that the server keeps. */
 
 import i18next from "i18next";
 import { create } from "zustand";

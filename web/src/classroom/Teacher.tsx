@@ -1,13 +1,12 @@
-/** The teacher's desk: who is here and who needs help, and what the whole class is given or told. */
+/** The teacher's view: who is here and who needs help, and what the whole class is given or told. */
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassView, DeskAbout } from "../generated/classroom";
-import { askDesk } from "./ask";
-import { CarsPart } from "./DeskCars";
-import { ClassPart } from "./DeskClass";
-import { MatPart } from "./DeskMat";
-import { PupilsPart } from "./DeskPupils";
-import { HandOutPart, ProgressPart } from "./DeskWork";
+import { askTeacher } from "./ask";
+import { ClassPart } from "./TeacherClass";
+import { CarsPart, MatPart } from "./TeacherDriving";
+import { PupilsPart } from "./TeacherPupils";
+import { HandOutPart, ProgressPart } from "./TeacherWork";
 import { Icon } from "../ui/icons";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
@@ -24,7 +23,7 @@ function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => v
   const isFirst = !about.has_password;
   const submit = async (event: SyntheticEvent) => {
     event.preventDefault();
-    const sent = () => (isFirst ? askDesk("first-password", { key: secretInAddress, password }) : askDesk("sign-in", { password }));
+    const sent = () => (isFirst ? askTeacher("first-password", { key: secretInAddress, password }) : askTeacher("sign-in", { password }));
     if (await attempt(sent)) onSignedIn();
   };
   return (
@@ -62,7 +61,7 @@ const SHOWN: Record<Part, (props: { view: ClassView }) => ReactNode> = {
   class: ClassPart,
 };
 
-function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
+function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
   const t = useTexts();
   const inLanguage = useSentences();
   const { view, open } = useClass();
@@ -73,13 +72,13 @@ function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
   const tools = (
     <>
       {view && <b className={css.code}>{view.code}</b>}
-      <Action pressed={view?.frozen ?? false} disabled={!view} onPress={() => void attempt(() => askDesk("freeze", { frozen: !view!.frozen }))}>
+      <Action pressed={view?.frozen ?? false} disabled={!view} onPress={() => void attempt(() => askTeacher("freeze", { frozen: !view!.frozen }))}>
         {t(view?.frozen ? "thaw" : "freeze")}
       </Action>
       <a className={css.linkButton} href="/wall" target="wall">
         {t("wallTitle")}
       </a>
-      <Action onPress={() => void attempt(() => askDesk("sign-out")).then((done) => done && onSignedOut())}>{t("signOut")}</Action>
+      <Action onPress={() => void attempt(() => askTeacher("sign-out")).then((done) => done && onSignedOut())}>{t("signOut")}</Action>
     </>
   );
   return (
@@ -100,15 +99,15 @@ function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
   );
 }
 
-export function Desk() {
+export function Teacher() {
   const t = useTexts();
   const [about, setAbout] = useState<DeskAbout | null>(null);
   const { problem, attempt } = useAttempt();
   useEffect(() => {
-    void attempt(async () => setAbout(await askDesk("about")));
+    void attempt(async () => setAbout(await askTeacher("about")));
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, []);
-  if (about?.signed_in) return <AtTheDesk onSignedOut={() => setAbout({ has_password: true, signed_in: false })} />;
+  if (about?.signed_in) return <SignedIn onSignedOut={() => setAbout({ has_password: true, signed_in: false })} />;
   return (
     <Frame title={t("deskTitle")} narrow>
       <Problem text={problem} />

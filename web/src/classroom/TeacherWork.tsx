@@ -4,7 +4,7 @@ import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
 import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
-import { askDesk } from "./ask";
+import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
@@ -16,7 +16,7 @@ const LOOK_EVERY_MS = 5000;
 function useProgress(): ClassProgress | null {
   const [progress, setProgress] = useState<ClassProgress | null>(null);
   useEffect(() => {
-    const look = () => void askDesk("progress").then(setProgress, () => undefined);
+    const look = () => void askTeacher("progress").then(setProgress, () => undefined);
     look();
     const timer = setInterval(look, LOOK_EVERY_MS);
     return () => clearInterval(timer);
@@ -66,7 +66,7 @@ export function ProgressPart({ view }: { view: ClassView }) {
   );
 }
 
-/** The projects in the teacher's own shelf. */
+/** The projects in the teacher's own library. */
 function useOwnProjects(): LibraryEntry[] {
   const [projects, setProjects] = useState<LibraryEntry[]>([]);
   useEffect(() => void post("/api/projects/list", null).then((found) => setProjects(found as LibraryEntry[]), () => undefined), []);
@@ -83,7 +83,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
   const [done, setDone] = useState("");
   const send = (message: { name: string } | { mission: { id: string } }, what: string) =>
     attempt(async () => {
-      const { pupils, missed } = await askDesk("hand-out", { ...message, to: to.length > 0 ? [...to] : null });
+      const { pupils, missed } = await askTeacher("hand-out", { ...message, to: to.length > 0 ? [...to] : null });
       const names = view.pupils.filter((pupil) => missed.includes(pupil.id)).map((pupil) => pupil.name);
       const failed = names.length > 0 ? ` ${t("notHandedOut", { names: names.join(", ") })}` : "";
       setDone(t("handedOut", { what, count: pupils }) + failed);

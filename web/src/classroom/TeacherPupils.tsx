@@ -2,7 +2,7 @@
 
 import { useState } from "react";
 import type { ClassView, PupilRow, PupilShelf } from "../generated/classroom";
-import { askDesk } from "./ask";
+import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Icon } from "../ui/icons";
 import { Action, Problem, useAttempt } from "./Frame";
@@ -22,12 +22,12 @@ function useDuration(): (seconds: number) => string {
 }
 
 /** What the pupil has saved and works on; each opens as a copy in a tab of the studio. */
-function Shelf({ pupil }: { pupil: PupilRow }) {
+function Library({ pupil }: { pupil: PupilRow }) {
   const t = useTexts();
   const language = useLanguage((state) => state.language);
   const { problem, attempt } = useAttempt();
-  const [shelf, setShelf] = useState<PupilShelf | null>(null);
-  const show = () => void attempt(async () => setShelf(await askDesk("shelf", { pupil: pupil.id })));
+  const [library, setLibrary] = useState<PupilShelf | null>(null);
+  const show = () => void attempt(async () => setLibrary(await askTeacher("shelf", { pupil: pupil.id })));
   const when = (saved_at: string) => <span className={css.quiet}>{new Date(saved_at).toLocaleString(language)}</span>;
   const link = (name: string, text: string) => (
     <a href={`/?${new URLSearchParams({ pupil: pupil.id, project: name }).toString()}`} target="look">
@@ -38,15 +38,15 @@ function Shelf({ pupil }: { pupil: PupilRow }) {
     <>
       <Action onPress={show}>{t("showProjects")}</Action>
       <Problem text={problem} />
-      {shelf && !shelf.draft_at && shelf.projects.length === 0 && <p className={css.quiet}>{t("noProjects")}</p>}
-      {shelf && (
-        <ul className={css.shelf}>
-          {shelf.draft_at && (
+      {library && !library.draft_at && library.projects.length === 0 && <p className={css.quiet}>{t("noProjects")}</p>}
+      {library && (
+        <ul className={css.library}>
+          {library.draft_at && (
             <li>
-              {link("", t("draft"))} {when(shelf.draft_at)}
+              {link("", t("draft"))} {when(library.draft_at)}
             </li>
           )}
-          {shelf.projects.map(({ name, saved_at }) => (
+          {library.projects.map(({ name, saved_at }) => (
             <li key={name}>
               {link(name, name)} {when(saved_at)}
             </li>
@@ -64,7 +64,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
   const [name, setName] = useState(pupil.name);
   const id = pupil.id;
   const remove = () => {
-    if (confirm(t("removeAsk", { name: pupil.name }))) void attempt(() => askDesk("remove", { pupil: id }));
+    if (confirm(t("removeAsk", { name: pupil.name }))) void attempt(() => askTeacher("remove", { pupil: id }));
   };
   return (
     <li className={css.pupil} data-away={!pupil.online || undefined}>
@@ -75,7 +75,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         {pupil.hand_s !== null && (
           <span className={css.hand}>
             <Icon name="hand" /> {t("handFor", { time: lasting(pupil.hand_s) })}
-            <Action onPress={() => void attempt(() => askDesk("lower-hand", { pupil: id }))} label={t("lowerHandOf", { name: pupil.name })}>
+            <Action onPress={() => void attempt(() => askTeacher("lower-hand", { pupil: id }))} label={t("lowerHandOf", { name: pupil.name })}>
               {t("lowerHand")}
             </Action>
           </span>
@@ -93,13 +93,13 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         <div className={css.moreBody}>
           <p>
             {t("numberOf", { name: pupil.name })} <b className={css.smallNumber}>{pupil.number}</b>
-            <Action onPress={() => void attempt(() => askDesk("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
+            <Action onPress={() => void attempt(() => askTeacher("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
           </p>
           <form
             className={css.row}
             onSubmit={(event) => {
               event.preventDefault();
-              void attempt(() => askDesk("rename", { pupil: id, name }));
+              void attempt(() => askTeacher("rename", { pupil: id, name }));
             }}
           >
             <input value={name} maxLength={20} aria-label={t("nickname")} onChange={(event) => setName(event.target.value)} />
@@ -107,7 +107,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
               {t("rename")}
             </Action>
           </form>
-          <Shelf pupil={pupil} />
+          <Library pupil={pupil} />
           <Problem text={problem} />
           <Action danger onPress={remove}>
             {t("remove")}

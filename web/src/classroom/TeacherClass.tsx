@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "react";
 import type { ClassAddresses, ClassView } from "../generated/classroom";
-import { askDesk } from "./ask";
+import { askTeacher } from "./ask";
 import { Action, Field, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
@@ -14,12 +14,12 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
   const { problem, attempt } = useAttempt();
   const [found, setFound] = useState<ClassAddresses | null>(null);
   useEffect(() => {
-    void attempt(async () => setFound(await askDesk("addresses")));
+    void attempt(async () => setFound(await askTeacher("addresses")));
     // Another code gives another QR code.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [view.code]);
-  const renew = () => confirm(t("newCodeAsk")) && void attempt(async () => setFound(await askDesk("new-code")));
-  const choose = (address: string) => void attempt(async () => setFound(await askDesk("choose-address", { address })));
+  const renew = () => confirm(t("newCodeAsk")) && void attempt(async () => setFound(await askTeacher("new-code")));
+  const choose = (address: string) => void attempt(async () => setFound(await askTeacher("choose-address", { address })));
   const choosable = canChange && (found?.addresses.length ?? 0) > 1;
   return (
     <section className={css.addresses} aria-label={t("howToJoin")}>
@@ -60,7 +60,7 @@ function Settings({ view }: { view: ClassView }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [title, setTitle] = useState(view.title);
-  const set = (settings: Parameters<typeof askDesk<"settings">>[1]) => void attempt(() => askDesk("settings", settings));
+  const set = (settings: Parameters<typeof askTeacher<"settings">>[1]) => void attempt(() => askTeacher("settings", settings));
   return (
     <section aria-label={t("classSettings")}>
       <h2>{t("classSettings")}</h2>
@@ -120,7 +120,7 @@ function TheEnd() {
         className={css.form}
         onSubmit={(event) => {
           event.preventDefault();
-          if (confirm(t("endAsk"))) void attempt(() => askDesk("end", { password })).then(setEnded);
+          if (confirm(t("endAsk"))) void attempt(() => askTeacher("end", { password })).then(setEnded);
         }}
       >
         <Field label="password" type="password" value={password} onChange={setPassword} most={200} autoComplete="current-password" />
