@@ -1,11 +1,10 @@
-import { lazy, Suspense, type CSSProperties, type ReactNode, useEffect, useRef, useState } from "react";
-import { flushSync } from "react-dom";
+import { lazy, Suspense, type CSSProperties, type ReactNode, useRef } from "react";
 import { Button, Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { Session } from "../mat/session";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
-import { Divider } from "../ui/areas";
+import { Divider, usePrinting } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
@@ -38,21 +37,6 @@ const PANELS: readonly Panel[] = [
   { id: "words", from: "words", show: () => <WordsPanel /> },
   { id: "python", from: "python", show: () => <PythonPanel /> },
 ];
-
-/** Whether the page is being printed: the words are then shown in any case. */
-function usePrinting(): boolean {
-  const [printing, setPrinting] = useState(false);
-  useEffect(() => {
-    const [before, after] = [true, false].map((on) => () => flushSync(() => setPrinting(on)));
-    window.addEventListener("beforeprint", before!);
-    window.addEventListener("afterprint", after!);
-    return () => {
-      window.removeEventListener("beforeprint", before!);
-      window.removeEventListener("afterprint", after!);
-    };
-  }, []);
-  return printing;
-}
 
 /** One drawer for what is looked up; it opens at the tab, and as high, as it was left. */
 export function Drawer({ session }: { session: Session }) {

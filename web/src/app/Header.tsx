@@ -40,14 +40,9 @@ function Logo() {
 
 function FileMenu() {
   const { t } = useTranslation();
-  const item = (key: "new" | "open" | "examples" | "library" | "save" | "saveFile" | "share" | "upload", run: () => void) => (
-    <MenuItem className={controls.menuItem} id={key} onAction={run}>
-      {t(`menu.${key}`)}
-    </MenuItem>
-  );
-  const exported = (key: "csv" | "svg" | "png" | "print", run: () => void) => (
-    <MenuItem className={controls.menuItem} id={key} onAction={run}>
-      {t(`export.${key}`)}
+  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
+    <MenuItem className={controls.menuItem} id={text} onAction={run}>
+      {t(text)}
     </MenuItem>
   );
   return (
@@ -58,23 +53,23 @@ function FileMenu() {
       </Button>
       <Popover className={controls.popover} placement="bottom start">
         <Menu className={controls.menu} aria-label={t("menu.project")}>
-          {item("new", () => void startNew())}
-          {item("open", () => void openFile())}
-          {item("examples", () => openDialog("examples"))}
+          {item("menu.new", () => void startNew())}
+          {item("menu.open", () => void openFile())}
+          {item("menu.examples", () => openDialog("examples"))}
           <Separator className={controls.menuLine} />
-          {item("save", () => void save())}
-          {item("library", () => openDialog("library"))}
-          {item("saveFile", () => void saveFile())}
-          {item("share", () => openDialog("share"))}
+          {item("menu.save", () => void save())}
+          {item("menu.library", () => openDialog("library"))}
+          {item("menu.saveFile", () => void saveFile())}
+          {item("menu.share", () => openDialog("share"))}
           <Separator className={controls.menuLine} />
-          {item("upload", () => openDialog("upload"))}
+          {item("menu.upload", () => openDialog("upload"))}
           <Separator className={controls.menuLine} />
           <MenuSection>
             <MenuTitle className={controls.menuTitle}>{t("export.title")}</MenuTitle>
-            {exported("csv", exportCsv)}
-            {exported("svg", () => void exportPicture("svg"))}
-            {exported("png", () => void exportPicture("png"))}
-            {exported("print", () => window.print())}
+            {item("export.csv", exportCsv)}
+            {item("export.svg", () => void exportPicture("svg"))}
+            {item("export.png", () => void exportPicture("png"))}
+            {item("export.print", () => window.print())}
           </MenuSection>
         </Menu>
       </Popover>

@@ -8,7 +8,7 @@ import { notify } from "../state/dialogs";
 import { endEdit, record, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { Divider } from "../ui/areas";
+import { Divider, watchSize } from "../ui/areas";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { noteEdit } from "../words/compiling";
@@ -65,14 +65,12 @@ function Editor({ editor }: { editor: EditorName }) {
       if (typed && Blockly.getMainWorkspace() === workspace) noteEdit(editor);
     };
     document.addEventListener("input", onInput);
-    const resized = new ResizeObserver(() => Blockly.svgResize(workspace));
-    resized.observe(host.current!);
-    const unsubscribe = useStudio.subscribe((now, before) => {
-      if (now.running !== before.running) markRunning(now.running);
-    });
+    const ends = [
+      watchSize(host.current!, () => Blockly.svgResize(workspace)),
+      useStudio.subscribe((now, before) => now.running !== before.running && markRunning(now.running)),
+    ];
     return () => {
-      unsubscribe();
-      resized.disconnect();
+      for (const end of ends) end();
       document.removeEventListener("input", onInput);
       disposeWorkspace(editor);
       markLoose(editor);

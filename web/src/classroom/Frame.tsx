@@ -1,6 +1,6 @@
 /** What all pages of a class share: the frame, the settings, and how a refused request is told. */
 
-import { type ReactNode, useEffect, useId, useState } from "react";
+import { type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
 import buttons from "../ui/buttons.module.css";
 import { SettingsSheet } from "../ui/SettingsSheet";
 import { type ClassError, isClassError } from "./ask";
@@ -107,6 +107,19 @@ export function Field({ label, value, onChange, hint, type = "text", most = 40, 
         </p>
       )}
     </div>
+  );
+}
+
+/** A form that the page answers itself; in one column, or in a row where `className` says so. */
+export function Form({ onSubmit, className = css.form, children }: { onSubmit: () => void; className?: string; children: ReactNode }) {
+  const submit = (event: SyntheticEvent) => {
+    event.preventDefault();
+    onSubmit();
+  };
+  return (
+    <form className={className} onSubmit={submit}>
+      {children}
+    </form>
   );
 }
 

@@ -1,29 +1,17 @@
 /** How a pupil comes into the class: the code, a nickname with a car, and the number for coming back. */
 
-import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
+import { useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
 import { RefusedError } from "../api/service";
 import { askClass, askToJoin } from "./ask";
 import { Avatar } from "./Avatar";
-import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
+import { Action, Field, Form, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
 import { useTexts } from "./texts";
 
 /** Into the studio, with the shared link that led here, if one did. */
 const enterStudio = () => location.assign(`/${location.hash}`);
-
-function Form({ onSubmit, children }: { onSubmit: () => void; children: ReactNode }) {
-  const submit = (event: SyntheticEvent) => {
-    event.preventDefault();
-    onSubmit();
-  };
-  return (
-    <form className={css.form} onSubmit={submit}>
-      {children}
-    </form>
-  );
-}
 
 function WelcomeBack({ me, onLeave }: { me: Self; onLeave: () => void }) {
   const t = useTexts();

@@ -12,6 +12,7 @@ import type { StoredProject } from "../generated/messages";
 import { startLanguages } from "../i18n";
 import { useSettings } from "../state/settings";
 import { loadFigures, useStudio } from "../state/studio";
+import { watchSize } from "../ui/areas";
 import { askTeacher } from "./ask";
 import { useLanguage } from "./texts";
 import css from "./class.module.css";
@@ -68,10 +69,9 @@ function Program({ editor, state }: { editor: EditorName; state: WorkspaceState 
       zoom: { minScale: 0.3, maxScale: LARGEST_SCALE },
     });
     workspace.current = made;
-    const resized = new ResizeObserver(() => fit(made));
-    resized.observe(host.current!);
+    const end = watchSize(host.current!, () => fit(made));
     return () => {
-      resized.disconnect();
+      end();
       made.dispose();
     };
   }, []);

@@ -6,19 +6,20 @@ import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
 import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, inksOf, Tiles } from "./drawing";
+import { watchSize } from "../ui/areas";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
 interface CanvasProps {
   world: WallWorld;
   label: string;
-  /** Called with a function that draws the cars; called with null at the end. */
-  onReady: (draw: ((cars: Cars) => void) | null) => void;
+  /** What its cars show comes by these, under the world's pupil. */
+  tiles: Tiles;
   nameOf?: (car: number) => string | undefined;
 }
 
 /** A world on a canvas, as large as there is room. */
-export function WorldCanvas({ world, label, onReady, nameOf }: CanvasProps) {
+export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const box = useRef<Box | null>(null);
   const last = useRef<Cars | undefined>(undefined);
@@ -40,15 +41,13 @@ export function WorldCanvas({ world, label, onReady, nameOf }: CanvasProps) {
       element.height = Math.round(element.clientHeight * devicePixelRatio);
       draw();
     };
-    const observer = new ResizeObserver(resize);
-    observer.observe(element);
-    return () => observer.disconnect();
+    return watchSize(element, resize);
   }, [draw]);
   useEffect(() => {
-    onReady(draw);
+    tiles.ready(world.pupil, draw);
     draw();
-    return () => onReady(null);
-  }, [draw, onReady]);
+    return () => tiles.ready(world.pupil, null);
+  }, [draw, tiles, world.pupil]);
   return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
 }
 
@@ -61,12 +60,10 @@ function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "work
 function Tile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
   const t = useTexts();
   const state = stateOf(pupil);
-  const { id } = pupil;
-  const ready = useCallback((draw: ((cars: Cars) => void) | null) => tiles.ready(id, draw), [tiles, id]);
   return (
     <li className={css.tile} data-state={state}>
-      <a href={`/wall?pupil=${encodeURIComponent(id)}`}>
-        <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} onReady={ready} />
+      <a href={`/wall?pupil=${encodeURIComponent(pupil.id)}`}>
+        <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} tiles={tiles} />
         <span className={css.tileName}>
           <Avatar name={pupil.avatar} />
           <b>{pupil.name}</b>
@@ -84,11 +81,10 @@ const SHARED = "";
 function MatTile({ world, mat, tiles }: { world: WallWorld; mat: MatView; tiles: Tiles }) {
   const t = useTexts();
   const inLanguage = useSentences();
-  const ready = useCallback((draw: ((cars: Cars) => void) | null) => tiles.ready(SHARED, draw), [tiles]);
   return (
     <li className={css.tile}>
       <a href="/mat">
-        <WorldCanvas world={world} label={t("matTitle")} onReady={ready} />
+        <WorldCanvas world={world} label={t("matTitle")} tiles={tiles} />
         <span className={css.tileName}>
           <b>{t("matTitle")}</b>
           <span>{inLanguage(mat.title)}</span>
@@ -109,11 +105,10 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
       if (element) setColumns(columnsFor(tiles, element.clientWidth, innerHeight - element.getBoundingClientRect().top - scrollY));
     };
     measure();
-    const observer = new ResizeObserver(measure);
-    if (list.current) observer.observe(list.current);
+    const end = list.current && watchSize(list.current, measure);
     window.addEventListener("resize", measure);
     return () => {
-      observer.disconnect();
+      end?.();
       window.removeEventListener("resize", measure);
     };
   }, [tiles, isThere]);

@@ -1,6 +1,6 @@
 /** The teacher's view: who is here and who needs help, and what the whole class is given or told. */
 
-import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
+import { type ReactNode, useEffect, useState } from "react";
 import type { ClassView, DeskAbout } from "../generated/classroom";
 import { askTeacher } from "./ask";
 import { ClassPart } from "./TeacherClass";
@@ -8,7 +8,7 @@ import { CarsPart, MatPart } from "./TeacherDriving";
 import { PupilsPart } from "./TeacherPupils";
 import { HandOutPart, ProgressPart } from "./TeacherWork";
 import { Icon } from "../ui/icons";
-import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
+import { Action, Field, Form, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
 import { useSentences, useTexts } from "./texts";
@@ -21,13 +21,12 @@ function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => v
   const { problem, attempt } = useAttempt();
   const [password, setPassword] = useState("");
   const isFirst = !about.has_password;
-  const submit = async (event: SyntheticEvent) => {
-    event.preventDefault();
+  const submit = async () => {
     const sent = () => (isFirst ? askTeacher("first-password", { key: secretInAddress, password }) : askTeacher("sign-in", { password }));
     if (await attempt(sent)) onSignedIn();
   };
   return (
-    <form className={css.form} onSubmit={(event) => void submit(event)}>
+    <Form onSubmit={() => void submit()}>
       <p>{t(isFirst ? (secretInAddress ? "firstPassword" : "firstPasswordElsewhere") : "passwordNeeded")}</p>
       {(!isFirst || secretInAddress) && (
         <>
@@ -46,7 +45,7 @@ function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => v
           </Action>
         </>
       )}
-    </form>
+    </Form>
   );
 }
 

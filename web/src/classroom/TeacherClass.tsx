@@ -3,7 +3,7 @@
 import { useEffect, useState } from "react";
 import type { ClassAddresses, ClassView } from "../generated/classroom";
 import { askTeacher } from "./ask";
-import { Action, Field, Problem, useAttempt } from "./Frame";
+import { Action, Field, Form, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
@@ -64,18 +64,12 @@ function Settings({ view }: { view: ClassView }) {
   return (
     <section aria-label={t("classSettings")}>
       <h2>{t("classSettings")}</h2>
-      <form
-        className={css.form}
-        onSubmit={(event) => {
-          event.preventDefault();
-          set({ title });
-        }}
-      >
+      <Form onSubmit={() => set({ title })}>
         <Field label="classTitle" value={title} onChange={setTitle} />
         <Action submit disabled={title === view.title}>
           {t("keep")}
         </Action>
-      </form>
+      </Form>
       <label className={css.line}>
         <input type="checkbox" checked={view.is_open} onChange={(event) => set({ is_open: event.target.checked })} />
         {t("isOpen")}
@@ -116,19 +110,13 @@ function TheEnd() {
     <section aria-label={t("endTitle")}>
       <h2>{t("endTitle")}</h2>
       <p>{t("endAbout")}</p>
-      <form
-        className={css.form}
-        onSubmit={(event) => {
-          event.preventDefault();
-          if (confirm(t("endAsk"))) void attempt(() => askTeacher("end", { password })).then(setEnded);
-        }}
-      >
+      <Form onSubmit={() => confirm(t("endAsk")) && void attempt(() => askTeacher("end", { password })).then(setEnded)}>
         <Field label="password" type="password" value={password} onChange={setPassword} most={200} autoComplete="current-password" />
         <Problem text={problem} />
         <Action submit danger disabled={!password}>
           {t("endTitle")}
         </Action>
-      </form>
+      </Form>
     </section>
   );
 }

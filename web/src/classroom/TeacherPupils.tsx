@@ -5,7 +5,7 @@ import type { ClassView, PupilRow, PupilShelf } from "../generated/classroom";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Icon } from "../ui/icons";
-import { Action, Problem, useAttempt } from "./Frame";
+import { Action, Form, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useLanguage, useTexts } from "./texts";
 
@@ -95,18 +95,12 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
             {t("numberOf", { name: pupil.name })} <b className={css.smallNumber}>{pupil.number}</b>
             <Action onPress={() => void attempt(() => askTeacher("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
           </p>
-          <form
-            className={css.row}
-            onSubmit={(event) => {
-              event.preventDefault();
-              void attempt(() => askTeacher("rename", { pupil: id, name }));
-            }}
-          >
+          <Form className={css.row} onSubmit={() => void attempt(() => askTeacher("rename", { pupil: id, name }))}>
             <input value={name} maxLength={20} aria-label={t("nickname")} onChange={(event) => setName(event.target.value)} />
             <Action submit disabled={!name.trim() || name === pupil.name}>
               {t("rename")}
             </Action>
-          </form>
+          </Form>
           <Library pupil={pupil} />
           <Problem text={problem} />
           <Action danger onPress={remove}>

@@ -6,7 +6,7 @@ import type { ClassView, DeskAbout, DeskAnswer, Wall, WallWorld } from "../gener
 import type { Goals, Sentence } from "../generated/messages";
 import { askTeacher, Stream } from "./ask";
 import { Avatar } from "./Avatar";
-import type { Cars } from "./drawing";
+import { Tiles } from "./drawing";
 import { HowToJoin } from "./TeacherClass";
 import { Action, Frame, titleOr } from "./Frame";
 import { AllStages, WorldCanvas } from "./Stages";
@@ -64,16 +64,16 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
   const [playing, setPlaying] = useState(false);
   const [open, setOpen] = useState(true);
   const [refused, setRefused] = useState<Sentence | null>(null);
-  // A world that stands still is sent once, maybe before it has a canvas.
-  const last = useRef<Cars | null>(null);
-  const drawing = useRef<((cars: Cars) => void) | null>(null);
+  const [tiles] = useState(() => new Tiles());
   const stream = useRef<Stream<Answer | Wall> | null>(null);
   useEffect(() => {
+    let shown: WallWorld | null = null;
     const opened = new Stream<Answer | Wall>(path, {
       onAnswer: (answer) => {
         if (answer.is === "wall") {
-          last.current = null;
-          setWorld(answer.worlds[0] ?? null);
+          shown = answer.worlds[0] ?? null;
+          tiles.forget();
+          setWorld(shown);
         }
         if (answer.is === "goals") setGoals(answer);
         if (answer.is === "state") setPlaying(answer.playing);
@@ -82,19 +82,14 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
       onBytes: (bytes) => {
         const picture = decodePicture(bytes);
         if (!picture) return;
-        last.current = picture;
-        drawing.current?.(picture);
+        if (shown) tiles.show(shown.pupil, picture);
         requestAnimationFrame(() => opened.send({ do: "shown", frame: picture.frame }));
       },
       onLink: setOpen,
     });
     stream.current = opened;
     return () => opened.close();
-  }, [path]);
-  const ready = useCallback((draw: ((cars: Cars) => void) | null) => {
-    drawing.current = draw;
-    if (last.current) draw?.(last.current);
-  }, []);
+  }, [path, tiles]);
   // A list that React makes anew with each message must not draw the world anew.
   const key = names?.join("\n") ?? "";
   const nameOf = useCallback((car: number) => key.split("\n")[world?.leads.indexOf(car) ?? -1], [key, world]);
@@ -103,7 +98,7 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
       {!open && <p className={css.notice}>{t("linkLost")}</p>}
       {refused && <p className={css.notice}>{inLanguage(refused)}</p>}
       {world ? (
-        <WorldCanvas world={world} label={label} nameOf={nameOf} onReady={ready} />
+        <WorldCanvas world={world} label={label} nameOf={nameOf} tiles={tiles} />
       ) : (
         <p className={css.notice}>{t("noWorldYet")}</p>
       )}

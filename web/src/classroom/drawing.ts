@@ -4,7 +4,7 @@ import { columnBytes, columnsOf, type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { inLanguage } from "../i18n";
 import { around, type Box, boxAround, boxOfMat, boxOfZone, grown } from "../mat/camera";
-import { beacon, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
+import { beacon, dot, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
 import { hexColour, LEDS, pageFont } from "../mat/colours";
 import { floorOf, type Mat } from "../mat/document";
 import { marksOf } from "../mat/floorMarks";
@@ -81,7 +81,7 @@ const MARGIN_M = 0.3;
 /** What to show: the whole mat where it has a size, else all cars, and what was shown before. */
 export function boxOf(world: WallWorld, cars: Cars | undefined, before: Box | null): Box {
   const seen = cars && boxAround(cars.x, cars.y);
-  return boxOfMat(world.mat as Mat) ?? around([before ?? { left: -1, bottom: -1, right: 1, top: 1 }, ...(seen ? [grown(seen, MARGIN_M)] : [])])!;
+  return boxOfMat(world.mat) ?? around([before ?? { left: -1, bottom: -1, right: 1, top: 1 }, ...(seen ? [grown(seen, MARGIN_M)] : [])])!;
 }
 
 export interface Inks {
@@ -295,14 +295,10 @@ function drawCar(
   context.drawImage(carPicture(leads ? inks.leader : inks.follower, leads), -side / 2, -side / 2, side, side);
   const lamp = LAMPS[led];
   if (lamp) {
-    context.fillStyle = hexColour(LEDS[led]!);
-    context.beginPath();
-    context.arc(lamp[0] * half, -lamp[1] * half, half * 0.28, 0, Math.PI * 2);
-    context.fill();
+    const colour = hexColour(LEDS[led]!);
+    dot(context, colour, lamp[0] * half, -lamp[1] * half, half * 0.28);
     context.globalAlpha = 0.35;
-    context.beginPath();
-    context.arc(lamp[0] * half, -lamp[1] * half, half * 0.8, 0, Math.PI * 2);
-    context.fill();
+    dot(context, colour, lamp[0] * half, -lamp[1] * half, half * 0.8);
   }
   context.restore();
 }

@@ -10,6 +10,21 @@ export function rounded(g: CanvasRenderingContext2D, fill: string, box: readonly
   g.fill();
 }
 
+/** A filled circle; its path stays, so that it can be stroked too. */
+export function dot(g: CanvasRenderingContext2D, fill: string, x: number, y: number, radius: number) {
+  g.fillStyle = fill;
+  g.beginPath();
+  g.arc(x, y, radius, 0, 2 * Math.PI);
+  g.fill();
+}
+
+/** Stroke the path of what was filled. */
+export function rim(g: CanvasRenderingContext2D, width: number) {
+  g.strokeStyle = DARK;
+  g.lineWidth = width;
+  g.stroke();
+}
+
 export const TREADS = 4;
 const TREAD = 0.5;
 
@@ -35,14 +50,8 @@ function eyes(g: CanvasRenderingContext2D, open: boolean) {
       g.fillStyle = "#fff";
       g.ellipse(0.38, y, 0.17, 0.19, 0, 0, 2 * Math.PI);
       g.fill();
-      g.beginPath();
-      g.fillStyle = "#7a1030";
-      g.arc(0.44, y, 0.09, 0, 2 * Math.PI);
-      g.fill();
-      g.beginPath();
-      g.fillStyle = "#ffb9c9";
-      g.arc(0.47, y - 0.03, 0.035, 0, 2 * Math.PI);
-      g.fill();
+      dot(g, "#7a1030", 0.44, y, 0.09);
+      dot(g, "#ffb9c9", 0.47, y - 0.03, 0.035);
     } else {
       g.strokeStyle = "#fff";
       g.lineWidth = 0.08;
@@ -55,13 +64,8 @@ function eyes(g: CanvasRenderingContext2D, open: boolean) {
 /** The four lamps as they are when off. */
 function lamps(g: CanvasRenderingContext2D) {
   for (const [x, y] of LAMPS) {
-    g.beginPath();
-    g.arc(x, y, 0.1, 0, 2 * Math.PI);
-    g.fillStyle = "#dfe5ee";
-    g.fill();
-    g.strokeStyle = DARK;
-    g.lineWidth = 0.05;
-    g.stroke();
+    dot(g, "#dfe5ee", x, y, 0.1);
+    rim(g, 0.05);
   }
 }
 
@@ -89,21 +93,10 @@ export function shadow(g: CanvasRenderingContext2D) {
 }
 
 export function beacon(g: CanvasRenderingContext2D) {
-  g.beginPath();
-  g.arc(0, 0, 0.9, 0, 2 * Math.PI);
-  g.fillStyle = "#fff";
-  g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.14;
-  g.stroke();
-  g.fillStyle = "#d62728";
-  g.beginPath();
-  g.arc(0, 0, 0.55, 0, 2 * Math.PI);
-  g.fill();
-  g.fillStyle = "rgba(255,255,255,0.7)";
-  g.beginPath();
-  g.arc(-0.18, -0.18, 0.16, 0, 2 * Math.PI);
-  g.fill();
+  dot(g, "#fff", 0, 0, 0.9);
+  rim(g, 0.14);
+  dot(g, "#d62728", 0, 0, 0.55);
+  dot(g, "rgba(255,255,255,0.7)", -0.18, -0.18, 0.16);
 }
 
 /** White, a little darker to the sides: the tint keeps a rounded look. */
@@ -121,17 +114,13 @@ function body(g: CanvasRenderingContext2D, corners: readonly number[]) {
   g.roundRect(-0.92, -0.64, 1.84, 1.28, [...corners]);
   g.fillStyle = bodyFill(g);
   g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.09;
-  g.stroke();
+  rim(g, 0.09);
 }
 
 export function outlined(g: CanvasRenderingContext2D, width: number) {
   g.fillStyle = "#fff";
   g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = width;
-  g.stroke();
+  rim(g, width);
 }
 
 export function follower(g: CanvasRenderingContext2D) {
@@ -152,9 +141,7 @@ export function leader(g: CanvasRenderingContext2D) {
   g.closePath();
   g.fillStyle = bodyFill(g);
   g.fill();
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.1;
-  g.stroke();
+  rim(g, 0.1);
   star(g, -0.36, 0, 0.5);
 }
 

@@ -1,6 +1,6 @@
 /** The cars of a mat: single ones and crowds. Single cars have the first numbers, then each crowd in turn. */
 
-import { type Car, type Crowd, listOf, type Mat, type Person, type Point, rounded, type Wall, withList, without } from "./document";
+import { type Car, type Crowd, FURNITURE, listOf, mapPoints, type Mat, type Point, rounded, withList, without } from "./document";
 
 export interface Placed {
   x: ArrayLike<number>;
@@ -118,15 +118,7 @@ export function grown(mat: Mat, factor: number): Mat {
 
 function shifted(mat: Mat, dx: number, dy: number): Mat {
   const by = ([x, y]: Point): Point => [rounded(x + dx), rounded(y + dy)];
-  let result: Mat = mat;
-  const walls = listOf(mat, "wall").map(({ from_m, to_m }): Wall => ({ from_m: by(from_m), to_m: by(to_m) }));
-  result = withList(result, "wall", walls);
-  result = withList(result, "disc", listOf(mat, "disc").map((disc) => ({ ...disc, centre_m: by(disc.centre_m) })));
-  result = withList(result, "polygon", listOf(mat, "polygon").map(({ corners_m }) => ({ corners_m: corners_m.map(by) })));
-  const people = listOf(mat, "person").map((person): Person => {
-    return { ...person, path: person.path.map(([t, x, y]) => [t, ...by([x, y])] as const) };
-  });
-  result = withList(result, "person", people);
+  let result = FURNITURE.reduce((changed, kind) => withList(changed, kind, listOf(mat, kind).map((piece) => mapPoints(kind, piece, by))), mat);
   if (mat.voice) {
     result = { ...result, voice: mat.voice.map((voice) => (voice.centre_m ? { ...voice, centre_m: by(voice.centre_m) } : voice)) };
   }

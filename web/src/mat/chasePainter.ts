@@ -3,7 +3,7 @@
 import { NO_LED } from "../api/world";
 import { carColour, hexColour, LEDS, pageFont, plateColour } from "./colours";
 import { paintOrder, type SeenCar } from "./chaseOrder";
-import { ChasePen, DARK } from "./chasePen";
+import { ChasePen } from "./chasePen";
 import { thingsSeen } from "./chaseThings";
 import type { Size } from "./camera";
 import type { Point } from "./document";
@@ -11,7 +11,7 @@ import { type Mark, marksOf } from "./floorMarks";
 import { skyOver } from "./floors";
 import { aheadOf, circleAt, type Eye } from "./perspective";
 import type { Sight } from "./scene";
-import { LAMPS } from "./carPaint";
+import { DARK, LAMPS } from "./carPaint";
 
 const FARTHEST_M = 14;
 const NUMBERED_PX = 46;

@@ -1,10 +1,9 @@
 /** Draws shapes of the world as they are seen from behind a car. Lengths are metres. */
 
 import type { Size } from "./camera";
+import { dot } from "./carPaint";
 import type { Point } from "./document";
 import { type Eye, type Lens, lensOf, scaleAt, seen } from "./perspective";
-
-export const DARK = "#1b2330";
 
 export class ChasePen {
   eye: Eye = { x: 0, y: 0, heading: 0, highM: 1 };
@@ -103,10 +102,7 @@ export class ChasePen {
 
   dot(x: number, y: number, radius: number, colour: string, rim: string | null): void {
     const { g } = this;
-    g.beginPath();
-    g.arc(x, y, radius, 0, 2 * Math.PI);
-    g.fillStyle = colour;
-    g.fill();
+    dot(g, colour, x, y, radius);
     if (!rim) return;
     g.strokeStyle = rim;
     g.lineWidth = Math.min(4, Math.max(1, radius * 0.2));

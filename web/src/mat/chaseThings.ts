@@ -1,7 +1,8 @@
 /** Walls, obstacles and people as they are seen from behind a car. They look like what their floor says. */
 
 import { isBetween, type Solid, solidAt } from "./chaseOrder";
-import { type ChasePen, DARK } from "./chasePen";
+import { DARK } from "./carPaint";
+import type { ChasePen } from "./chasePen";
 import { hexColour } from "./colours";
 import { type FloorName, type Mat, personAt, type Point } from "./document";
 import { carBefore, circleAt } from "./perspective";

@@ -123,7 +123,8 @@ export function handlesOf(kind: FurnitureKind, piece: Piece): Point[] {
   return [[centre_m[0] + radius_m, centre_m[1]]];
 }
 
-function mapPoints(kind: FurnitureKind, piece: Piece, change: (point: Point, place: number) => Point): Piece {
+/** The piece with each of its points changed; of a disc its centre. */
+export function mapPoints(kind: FurnitureKind, piece: Piece, change: (point: Point, place: number) => Point): Piece {
   if (kind === "wall") {
     const { from_m, to_m } = piece as Wall;
     return { from_m: change(from_m, 0), to_m: change(to_m, 1) };

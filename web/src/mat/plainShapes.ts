@@ -1,5 +1,7 @@
 /** Cars in high contrast: white shapes that take the colour of a word, and differ without it. */
 
+import { dot } from "./carPaint";
+
 /** Leaders. */
 export function arrow(g: CanvasRenderingContext2D) {
   g.beginPath();
@@ -16,10 +18,7 @@ export function arrow(g: CanvasRenderingContext2D) {
 
 /** Followers; the wedge in it shows their heading. */
 export function ring(g: CanvasRenderingContext2D) {
-  g.beginPath();
-  g.arc(0, 0, 0.72, 0, 2 * Math.PI);
-  g.fillStyle = "#fff";
-  g.fill();
+  dot(g, "#fff", 0, 0, 0.72);
   g.fillStyle = "#000";
   g.beginPath();
   g.moveTo(0.62, 0);

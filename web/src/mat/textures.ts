@@ -1,7 +1,7 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
-import { beacon, DARK, face, follower, leader, outlined, rounded, shadow, TREADS, wheel } from "./carPaint";
+import { beacon, DARK, dot, face, follower, leader, outlined, rim, rounded, shadow, TREADS, wheel } from "./carPaint";
 import { pageFont } from "./colours";
 import { arrow, ring } from "./plainShapes";
 
@@ -58,9 +58,8 @@ function led(g: CanvasRenderingContext2D) {
   glow.addColorStop(1, "rgba(255,255,255,0)");
   g.fillStyle = glow;
   g.fillRect(-1, -1, 2, 2);
-  g.beginPath();
-  g.arc(0, 0, 0.45, 0, 2 * Math.PI);
-  outlined(g, 0.12);
+  dot(g, "#fff", 0, 0, 0.45);
+  rim(g, 0.12);
 }
 
 function strokeTwice(g: CanvasRenderingContext2D, path: () => void) {
@@ -99,13 +98,9 @@ function person(g: CanvasRenderingContext2D) {
   g.beginPath();
   g.ellipse(0, 0, 0.42, 0.9, 0, 0, 2 * Math.PI);
   outlined(g, 0.08);
-  g.beginPath();
-  g.arc(0.06, 0, 0.4, 0, 2 * Math.PI);
-  outlined(g, 0.08);
-  g.fillStyle = DARK;
-  g.beginPath();
-  g.arc(0.34, 0, 0.1, 0, 2 * Math.PI);
-  g.fill();
+  dot(g, "#fff", 0.06, 0, 0.4);
+  rim(g, 0.08);
+  dot(g, DARK, 0.34, 0, 0.1);
 }
 
 /** A car's number on a plate on its roof; made when it is needed first. */

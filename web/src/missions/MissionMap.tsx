@@ -8,6 +8,7 @@ import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
+import { watchSize } from "../ui/areas";
 import { IconButton, Sheet } from "../ui/controls";
 import { editOwn, openDraft, openMissionFile, playOwn } from "./draft";
 import { stationAt, wayAlong } from "./road";
@@ -105,9 +106,8 @@ function Road({ missions, onStart }: { missions: readonly MissionEntry[]; onStar
   const host = useRef<HTMLOListElement>(null);
   const [columns, setColumns] = useState(4);
   useEffect(() => {
-    const observer = new ResizeObserver(([entry]) => setColumns(Math.max(2, Math.min(4, Math.floor(entry!.contentRect.width / STATION_PX)))));
-    observer.observe(host.current!);
-    return () => observer.disconnect();
+    const road = host.current!;
+    return watchSize(road, () => setColumns(Math.max(2, Math.min(4, Math.floor(road.clientWidth / STATION_PX)))));
   }, []);
   const rows = Math.ceil(missions.length / columns);
   const next = missions.find(({ earned }) => !earned.length);

@@ -8,7 +8,7 @@ import { inLanguage } from "../i18n";
 import { ask, confirm, notify } from "../state/dialogs";
 import { forgetEdits } from "../state/history";
 import { useSettings } from "../state/settings";
-import { EMPTY_MAT, type OwnProject, type Studio, useStudio } from "../state/studio";
+import { EMPTY_MAT, ownProject, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
 
 export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
@@ -115,10 +115,8 @@ let savedOwn: SavedParts | "nowhere" | null = null;
 /** Open a mission's project; the user's own is kept as it stands, until `comeBack`. */
 export function putAside(project: OpenedProject): void {
   collectEdits();
-  const { kept, name, leader, followers, parkedFollowers, profile, mat, python, rangeMm, unsaved, stored, base } = useStudio.getState();
-  const own: OwnProject = { name, leader, followers, parkedFollowers, profile, mat, python, rangeMm, unsaved, stored, base };
-  if (!kept) savedOwn = saved;
-  useStudio.setState({ kept: kept ?? own });
+  if (!useStudio.getState().kept) savedOwn = saved;
+  useStudio.setState((studio) => ({ kept: studio.kept ?? ownProject(studio) }));
   fillBy(project);
 }
 

@@ -15,6 +15,7 @@ import { applyFix } from "../blocks/fixes";
 import { inLanguage } from "../i18n";
 import type { TextPlace } from "../generated/messages";
 import { useStudio } from "../state/studio";
+import { watchSize } from "../ui/areas";
 import { completeAt } from "./completion";
 import { editText, usePython } from "./text";
 import css from "./python.module.css";
@@ -140,10 +141,8 @@ export default function CodeEditor() {
     };
     show();
     // A mistake that is told below takes room: the cursor, and the list at it, stay in view.
-    const resized = new ResizeObserver(() => view.hasFocus && view.dispatch({ effects: EditorView.scrollIntoView(view.state.selection.main.head) }));
-    resized.observe(host.current!);
     const ends = [
-      () => resized.disconnect(),
+      watchSize(host.current!, () => view.hasFocus && view.dispatch({ effects: EditorView.scrollIntoView(view.state.selection.main.head) })),
       usePython.subscribe(show),
       useStudio.subscribe((now, before) => {
         if (now.compiled !== before.compiled) showMarks(view);

@@ -57,18 +57,26 @@ function placesAt(state: EditorState, at: number): Place[] | null {
   }
 }
 
-/** Put a call at the cursor, which stands between its brackets then. */
-function applyCall(view: EditorView, { label }: Completion, from: number, to: number): void {
-  const brackets = view.state.sliceDoc(to, to + 1) === "(" ? "" : "()";
-  view.dispatch({ changes: { from, to, insert: label + brackets }, selection: { anchor: from + label.length + 1 }, userEvent: "input.complete" });
+/** Put a name at the cursor, which stands `behind` it then, and show what fits there. */
+function insert(view: EditorView, from: number, to: number, text: string, behind = text.length): void {
+  view.dispatch({ changes: { from, to, insert: text }, selection: { anchor: from + behind }, userEvent: "input.complete" });
   startCompletion(view);
 }
 
-/** Put a name of an argument at the cursor, and show its values. */
-function applyArgument(view: EditorView, { label }: Completion, from: number, to: number): void {
-  view.dispatch({ changes: { from, to, insert: label }, selection: { anchor: from + label.length }, userEvent: "input.complete" });
-  startCompletion(view);
+/** Put a call at the cursor, which stands between its brackets then. */
+function applyCall(view: EditorView, { label }: Completion, from: number, to: number): void {
+  const brackets = view.state.sliceDoc(to, to + 1) === "(" ? "" : "()";
+  insert(view, from, to, label + brackets, label.length + 1);
 }
+
+/** A name of an argument; its values show once it is chosen. */
+const nameOption = (name: string, detail: string, boost?: number): Completion => ({
+  label: `${name}=`,
+  type: "property",
+  detail,
+  apply: (view, { label }, from, to) => insert(view, from, to, label),
+  ...(boost && { boost }),
+});
 
 const callOption = (call: Call): Completion => ({
   label: call.name,
@@ -99,19 +107,8 @@ function argumentOptions(call: Call, outer: readonly Place[], { given, keyword, 
   }
   const open = isPart && call.accompanies ? [] : call.parameters.slice(commas - given.size);
   const next = given.size === 0 ? open[0] : undefined;
-  const named = open.filter(({ name }) => !given.has(name)).map((each): Completion => ({
-    label: `${each.name}=`,
-    type: "property",
-    detail: rangeOf(each),
-    apply: applyArgument,
-  }));
-  const switches = settings.filter((name) => !given.has(name)).map((name): Completion => ({
-    label: `${name}=`,
-    type: "property",
-    detail: i18next.t("python.setting"),
-    apply: applyArgument,
-    boost: -50,
-  }));
+  const named = open.filter(({ name }) => !given.has(name)).map((each) => nameOption(each.name, rangeOf(each)));
+  const switches = settings.filter((name) => !given.has(name)).map((name) => nameOption(name, i18next.t("python.setting"), -50));
   return [...(next ? valueOptions(call, next, profile) : []), ...named, ...switches];
 }
 

@@ -62,10 +62,11 @@ export interface Studio {
   loudProjector: boolean;
 }
 
-export type OwnProject = Pick<
-  Studio,
-  "name" | "leader" | "followers" | "parkedFollowers" | "profile" | "mat" | "python" | "rangeMm" | "unsaved" | "stored" | "base"
->;
+const OWN_PARTS = ["name", "leader", "followers", "parkedFollowers", "profile", "mat", "python", "rangeMm", "unsaved", "stored", "base"] as const;
+export type OwnProject = Pick<Studio, (typeof OWN_PARTS)[number]>;
+
+/** What is the user's own of what the page holds. */
+export const ownProject = (studio: Studio): OwnProject => Object.fromEntries(OWN_PARTS.map((part) => [part, studio[part]])) as unknown as OwnProject;
 
 export const EMPTY_MAT: Mat = {
   format: "motorcade-mat/1",

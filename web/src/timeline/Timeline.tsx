@@ -10,6 +10,7 @@ import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useWords } from "../state/studio";
+import { watchSize } from "../ui/areas";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
 
@@ -40,6 +41,10 @@ interface LanesProps {
   cars: number;
 }
 
+/** The cars whose lanes are in view. */
+const visibleIn = ({ first, count }: { first: number; count: number }, cars: number) =>
+  Array.from({ length: count }, (_, row) => first + row).filter((car) => car < cars);
+
 function Lanes({ session, words, spanMs, cars }: LanesProps) {
   const { t } = useTranslation();
   const scroller = useRef<HTMLDivElement>(null);
@@ -66,9 +71,8 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
       if (what === painted || width === 0) return;
       painted = what;
       const g = sharpContext(element, width, height);
-      const visible = Array.from({ length: rows.count }, (_, row) => rows.first + row).filter((car) => car < cars);
       const present = { window: shown.current, nowMs, shownMs: tMs, chosen: chosenCar() };
-      const view = { ...present, cars: visible, offsetPx: rows.offsetPx, colourOf, forgotten: t("timeline.forgotten") };
+      const view = { ...present, cars: visibleIn(rows, cars), offsetPx: rows.offsetPx, colourOf, forgotten: t("timeline.forgotten") };
       paint(g, width, height, view, session.events, look);
     };
     draw();
@@ -90,11 +94,10 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
       const count = Math.ceil(element.clientHeight / LANE_PX) + 1;
       setRows({ first, count, offsetPx: element.scrollTop - first * LANE_PX, heightPx: element.clientHeight });
     };
-    const observer = new ResizeObserver(measure);
-    observer.observe(element);
+    const end = watchSize(element, measure);
     element.addEventListener("scroll", measure, { passive: true });
     return () => {
-      observer.disconnect();
+      end();
       element.removeEventListener("scroll", measure);
     };
   }, [cars]);
@@ -117,13 +120,12 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
     choose({ car });
     session.watch();
   };
-  const names = Array.from({ length: rows.count }, (_, row) => rows.first + row).filter((car) => car < cars);
   return (
     <div className={css.lanes} ref={scroller} tabIndex={0} role="group" aria-label={t("timeline.lanes")}>
       <div className={css.view}>
         <div className={css.names} style={{ paddingTop: AXIS_PX }}>
           <div style={{ marginTop: -rows.offsetPx }}>
-            {names.map((car) => (
+            {visibleIn(rows, cars).map((car) => (
               <button
                 key={car}
                 type="button"

@@ -1,6 +1,7 @@
-/** What frames the areas of the page: a divider between two, and a boundary around one that may fail. */
+/** What frames the areas of the page: a divider between two, a boundary around one that may fail, and when they change. */
 
-import { Component, useRef, type KeyboardEvent, type PointerEvent, type ReactNode } from "react";
+import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode } from "react";
+import { flushSync } from "react-dom";
 import areas from "./areas.module.css";
 
 interface DividerProps {
@@ -75,6 +76,28 @@ export class ErrorBoundary extends Component<ErrorBoundaryProps, { failed: boole
   override render(): ReactNode {
     return this.state.failed ? this.props.fallback : this.props.children;
   }
+}
+
+/** Call back now and whenever the size of an element changes; returns a function that ends this. */
+export function watchSize(element: Element, changed: () => void): () => void {
+  const observer = new ResizeObserver(changed);
+  observer.observe(element);
+  return () => observer.disconnect();
+}
+
+/** Whether the page is being printed: all words are then shown in any case. */
+export function usePrinting(): boolean {
+  const [printing, setPrinting] = useState(false);
+  useEffect(() => {
+    const [before, after] = [true, false].map((on) => () => flushSync(() => setPrinting(on)));
+    window.addEventListener("beforeprint", before!);
+    window.addEventListener("afterprint", after!);
+    return () => {
+      window.removeEventListener("beforeprint", before!);
+      window.removeEventListener("afterprint", after!);
+    };
+  }, []);
+  return printing;
 }
 
 /** Load the page again: a browser doesn't fetch a failed part of a page a second time. Autosave keeps the work. */

@@ -1,4 +1,4 @@
-import { useCallback, useEffect, useState } from "react";
+import { type ReactNode, useCallback, useEffect, useState } from "react";
 import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
@@ -172,36 +172,32 @@ interface ResultProps {
 /** The outcome of a transfer. */
 function Result({ outcome, onOpen }: ResultProps) {
   const { t } = useTranslation();
-  if (typeof outcome === "string") return <ResultBox tone="error" title={t("upload.failed")} text={t(`upload.${outcome}`)} />;
+  if (typeof outcome === "string") return <ResultBox tone="error" title={t("upload.failed")}>{t(`upload.${outcome}`)}</ResultBox>;
   switch (outcome.outcome) {
     case "verified":
-      return <ResultBox tone="success" title={t("upload.verified")} text={outcome.answer} />;
+      return <ResultBox tone="success" title={t("upload.verified")}>{outcome.answer}</ResultBox>;
     case "not-verified":
-      return <ResultBox tone="warning" title={t("upload.notVerified")} text={t("upload.notVerifiedAbout")} />;
+      return <ResultBox tone="warning" title={t("upload.notVerified")}>{t("upload.notVerifiedAbout")}</ResultBox>;
     case "failed":
-      return <ResultBox tone="error" title={t("upload.failed")} text={inLanguage(outcome.error.sentence)} />;
+      return <ResultBox tone="error" title={t("upload.failed")}>{inLanguage(outcome.error.sentence)}</ResultBox>;
     case "image":
       return (
-        <div className={css.result} data-tone="success" role="status">
-          <Icon name="done" />
-          <div>
-            <b>{t("upload.read", { words: Math.floor((outcome.image.length * 3) / 16) })}</b>
-            <Button className={classes(buttons.button, buttons.small)} onPress={() => onOpen(outcome.image)}>
-              {t("upload.openAsBlocks")}
-            </Button>
-          </div>
-        </div>
+        <ResultBox tone="success" title={t("upload.read", { words: Math.floor((outcome.image.length * 3) / 16) })}>
+          <Button className={classes(buttons.button, buttons.small)} onPress={() => onOpen(outcome.image)}>
+            {t("upload.openAsBlocks")}
+          </Button>
+        </ResultBox>
       );
   }
 }
 
-function ResultBox({ tone, title, text }: { tone: "success" | "warning" | "error"; title: string; text: string }) {
+function ResultBox({ tone, title, children }: { tone: "success" | "warning" | "error"; title: string; children: ReactNode }) {
   return (
     <div className={css.result} data-tone={tone} role={tone === "error" ? "alert" : "status"}>
       <Icon name={tone === "success" ? "done" : tone} />
       <div>
         <b>{title}</b>
-        <p>{text}</p>
+        {typeof children === "string" ? <p>{children}</p> : children}
       </div>
     </div>
   );

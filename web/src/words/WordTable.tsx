@@ -1,5 +1,4 @@
 import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useMemo, useRef, useState } from "react";
-import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, Field, Profile } from "../api/types";
 import { showBlock, withInner } from "../blocks/workspaces";
@@ -7,6 +6,7 @@ import { FORMATS } from "../generated/steps";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
+import { usePrinting, watchSize } from "../ui/areas";
 import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
 import { storyOf } from "./story";
 import controls from "../ui/controls.module.css";
@@ -17,28 +17,22 @@ const SPARE = 6;
 
 /** Which rows are visible: to draw all 511 words of 15 fields would take a tenth of a second for each edit. */
 function useRows(scroller: RefObject<HTMLElement | null>, count: number) {
-  const [seen, setSeen] = useState({ top: 0, height: 600, all: false });
+  const [seen, setSeen] = useState({ top: 0, height: 600 });
+  const all = usePrinting();
 
   useEffect(() => {
     const element = scroller.current!;
-    const look = () => setSeen((before) => ({ ...before, top: element.scrollTop, height: element.clientHeight }));
-    const print = (all: boolean) => () => flushSync(() => setSeen((before) => ({ ...before, all })));
-    const [before, after] = [print(true), print(false)];
-    const resized = new ResizeObserver(look);
-    resized.observe(element);
+    const look = () => setSeen({ top: element.scrollTop, height: element.clientHeight });
+    const end = watchSize(element, look);
     element.addEventListener("scroll", look, { passive: true });
-    window.addEventListener("beforeprint", before);
-    window.addEventListener("afterprint", after);
     return () => {
-      resized.disconnect();
+      end();
       element.removeEventListener("scroll", look);
-      window.removeEventListener("beforeprint", before);
-      window.removeEventListener("afterprint", after);
     };
   }, [scroller]);
 
-  const first = seen.all ? 0 : Math.max(0, Math.min(count - 1, Math.floor(seen.top / ROW_PX) - SPARE));
-  const last = seen.all ? count : Math.min(count, Math.ceil((seen.top + seen.height) / ROW_PX) + SPARE);
+  const first = all ? 0 : Math.max(0, Math.min(count - 1, Math.floor(seen.top / ROW_PX) - SPARE));
+  const last = all ? count : Math.min(count, Math.ceil((seen.top + seen.height) / ROW_PX) + SPARE);
   const bringIntoView = (row: number) => {
     const { scrollTop = 0, clientHeight = 0 } = scroller.current ?? {};
     const top = row * ROW_PX;
