@@ -17,6 +17,7 @@ from scripts.goal_kinds import goal_kinds
 from scripts.message_types import class_types, message_types, remote_types
 from scripts.step_files import step_types, with_step_names, with_steps_table
 from scripts.wiring_pages import wiring_files
+from scripts.world_types import world_types
 
 from motorcade.config.check import published
 from motorcade.mats.schema import mat_schema
@@ -56,6 +57,7 @@ GENERATED = {
     "web/src/generated/messages.ts": message_types,
     "web/src/generated/remote.ts": remote_types,
     "web/src/generated/steps.ts": step_types,
+    "web/src/generated/world.ts": world_types,
     **wiring_files(),
     **arduino_files(),
     **_exports(),

@@ -1,8 +1,11 @@
 /** A world of cars in play: the messages to it, its answers, and its pictures. */
 
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
+import { CAR_BYTES, EVENT_COLUMNS, HEADER_BYTES, type KINDS, type LOSS_REASONS } from "../generated/world";
 import { LastingStream } from "./connection";
 import { service, type Stream, type StreamListeners } from "./service";
+
+export { EVENT_COLUMNS, Flag, KINDS, LATELY_S, LOSS_REASONS, MOST_EVENTS, NO_INDEX, NO_LED } from "../generated/world";
 
 export interface Pose {
   x_m: number;
@@ -36,25 +39,15 @@ export interface Picture {
   events: Uint32Array;
 }
 
-export const NO_INDEX = 65535;
-export const NO_LED = 4;
-export const LATELY_S = 5;
-/** Where more events happened since the picture before, a picture has the newest of them. */
-export const MOST_EVENTS = 4000;
-export const Flag = { runs: 1, sends: 2, lost: 4, heard: 8, stuck: 16 } as const;
-export const EVENT_COLUMNS = 5;
 /** `kind` holds the kind in its lowest byte and the reason in the one above. */
 export const EventColumn = { tMs: 0, car: 1, kind: 2, word: 3, other: 4 } as const;
-export const KINDS = ["state", "start", "over", "frame", "heard", "lost"] as const;
-export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision", "check"] as const;
 export type EventKind = (typeof KINDS)[number];
 export type LossReason = (typeof LOSS_REASONS)[number];
 
-const HEADER_BYTES = 24;
 const PICTURE = 1;
 
 /** How many bytes the columns of so many cars take, up to a multiple of four. */
-export const columnBytes = (cars: number): number => Math.ceil((17 * cars) / 4) * 4;
+export const columnBytes = (cars: number): number => Math.ceil((CAR_BYTES * cars) / 4) * 4;
 
 /** The columns of so many cars, which begin at a place of the bytes. */
 export function columnsOf(bytes: ArrayBuffer, begin: number, cars: number) {

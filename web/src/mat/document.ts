@@ -1,62 +1,9 @@
 /** Edits of a mat document: each returns a new document and leaves the old one unchanged. */
 
-import type { MatDocument } from "../api/types";
+import type { Disc, FloorName, Mat, Person, Point, Polygon, Wall } from "../generated/world";
 
-export type Point = readonly [number, number];
-
-export interface Wall {
-  from_m: Point;
-  to_m: Point;
-}
-export interface Disc {
-  centre_m: Point;
-  radius_m: number;
-}
-export interface Polygon {
-  corners_m: readonly Point[];
-}
-export interface Person {
-  path: readonly (readonly [number, number, number])[];
-  repeats?: boolean;
-}
-export interface Voice {
-  at_s: number;
-  word: "stop" | "go";
-  /** The centre of the area in which cars hear it; without it, all cars do. */
-  centre_m?: Point;
-  radius_m?: number;
-}
-export interface Car {
-  at_m: Point;
-  heading_deg?: number;
-  role?: "leader" | "follower";
-}
-export interface Crowd {
-  cars: number;
-  leaders?: number;
-  corner_m?: Point;
-  size_m?: Point;
-  spacing_m?: number;
-  [more: string]: unknown;
-}
-/** What the floor and the things on it look like: for the eye alone. */
-export const FLOOR_NAMES = ["table", "classroom", "city", "night", "moon", "plain"] as const;
-export type FloorName = (typeof FLOOR_NAMES)[number];
-
-export interface Mat extends MatDocument {
-  tick_ms?: number;
-  size_m?: Point;
-  edge?: "wall" | "open";
-  floor?: FloorName;
-  wall?: readonly Wall[];
-  disc?: readonly Disc[];
-  polygon?: readonly Polygon[];
-  person?: readonly Person[];
-  voice?: readonly Voice[];
-  car?: readonly Car[];
-  crowd?: readonly Crowd[];
-  physics?: Readonly<Record<string, number | boolean>>;
-}
+export { FLOOR_NAMES } from "../generated/world";
+export type { Car, Crowd, Disc, FloorName, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
 
 interface Pieces {
   wall: Wall;
@@ -216,7 +163,7 @@ export function personAt({ path, repeats }: Person, tMs: number): Point {
 
 /** The share of frames that flipped bits destroy on the way to one receiver; a frame has 32 bits. */
 export function lossOf(mat: Mat): number {
-  return 1 - (1 - Number(mat.physics?.bit_error_rate ?? 0)) ** 32;
+  return 1 - (1 - (mat.physics?.bit_error_rate ?? 0)) ** 32;
 }
 
 export function withLoss(mat: Mat, share: number): Mat {

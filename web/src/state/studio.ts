@@ -4,7 +4,7 @@ import { useDeferredValue } from "react";
 import { create } from "zustand";
 import type { Capabilities, Compiled, CompiledWord, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
 import { request, type ServiceState } from "../api/service";
-import type { Mat } from "../mat/document";
+import type { Mat } from "../generated/world";
 import { useSettings } from "./settings";
 
 export interface Selection {

@@ -1,0 +1,96 @@
+"""Write what a world is made of as TypeScript: the text of world.ts in web/src/generated/."""
+
+import json
+from typing import Any
+
+from motorcade.car.brain import NO_LED
+from motorcade.config.check import Schema
+from motorcade.engine import showing
+from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.mats.schema import FLOORS, mat_schema
+from motorcade.service import history
+
+_HEAD = """/** Mats and pictures of worlds. Written by scripts/generate.py; don't edit. */
+
+import type { MatDocument } from "./messages";
+
+export type Point = readonly [number, number];
+"""
+_FLAGS = {
+    "runs": showing.RUNS,
+    "sends": showing.SENDS,
+    "lost": showing.LOST,
+    "heard": showing.HEARD,
+    "stuck": showing.STUCK,
+}
+
+
+def world_types() -> str:
+    """Return the text of world.ts."""
+    properties = mat_schema()["properties"]
+    lists = {key: value["items"] for key, value in properties.items() if _holds_tables(value)}
+    fields = {
+        key: f"readonly {key.capitalize()}[]" if key in lists else "FloorName" if key == "floor" else _type(value)
+        for key, value in properties.items()
+        if key not in ("format", "name")
+    }
+    mat = [f"  {key}?: {kind};" for key, kind in fields.items()]
+    return "\n".join(
+        [
+            _HEAD,
+            *(_interface(key.capitalize(), schema) for key, schema in lists.items()),
+            _constant("FLOOR_NAMES", FLOORS, "What a floor and the things on it may look like."),
+            "export type FloorName = (typeof FLOOR_NAMES)[number];\n",
+            "/** A motorcade-mat/1 document with all its keys. */\nexport interface Mat extends MatDocument {",
+            *mat,
+            "}\n",
+            _constant("NO_INDEX", showing.NO_INDEX, "The index of a car that holds none of the image's words."),
+            _constant("NO_LED", NO_LED, "The LED of a car that lights none."),
+            _constant("LATELY_S", history.LATELY_MS // 1000, "The time whose lost frames a picture counts."),
+            _constant("MOST_EVENTS", history.MOST_EVENTS, "A picture has the newest events, at most so many."),
+            _constant("HEADER_BYTES", history.HEADER_BYTES, "Where the columns of a picture begin."),
+            _constant("CAR_BYTES", showing.CAR_BYTES, "The bytes of a car in a picture."),
+            _constant("EVENT_COLUMNS", showing.EVENT_NUMBERS, "The numbers of an event in a picture."),
+            _constant("Flag", _FLAGS, "A car's flags in a picture."),
+            _constant("KINDS", KINDS, "The kinds of events, by number."),
+            _constant("LOSS_REASONS", LOSS_REASONS, "Why a frame was lost, by number."),
+        ]
+    )
+
+
+def _constant(name: str, value: object, about: str) -> str:
+    kind = "" if isinstance(value, int) else " as const"
+    return f"/** {about} */\nexport const {name} = {json.dumps(value)}{kind};\n"
+
+
+def _holds_tables(schema: Schema) -> bool:
+    return bool(schema.get("type") == "array" and schema["items"].get("type") == "object")
+
+
+def _interface(name: str, schema: Schema) -> str:
+    return f"export interface {name} {_fields(schema)}\n"
+
+
+def _fields(schema: Schema) -> str:
+    lines = []
+    for key, value in schema["properties"].items():
+        if title := value.get("title"):
+            lines.append(f"  /** {title[0].upper()}{title[1:]}. */")
+        lines.append(f"  {key}{'' if key in schema['required'] else '?'}: {_type(value)};")
+    return "\n".join(["{", *lines, "}"])
+
+
+def _type(schema: Schema) -> str:
+    """Return the TypeScript type of what a schema allows."""
+    if "enum" in schema:
+        return " | ".join(json.dumps(each) for each in schema["enum"])
+    if schema["type"] == "array":
+        count = schema["minItems"] if schema["minItems"] == schema.get("maxItems") else None
+        if count is None:
+            item = _type(schema["items"])
+            return f"readonly ({item})[]" if " " in item else f"readonly {item}[]"
+        return "Point" if count == 2 else f"readonly [{', '.join(['number'] * count)}]"
+    if schema["type"] == "object":
+        return "{ " + " ".join(f"{key}?: {_type(value)};" for key, value in schema["properties"].items()) + " }"
+    kinds: Any = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
+    return " | ".join({"integer": "number"}.get(kind, kind) for kind in kinds)

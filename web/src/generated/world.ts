@@ -1,0 +1,121 @@
+/** Mats and pictures of worlds. Written by scripts/generate.py; don't edit. */
+
+import type { MatDocument } from "./messages";
+
+export type Point = readonly [number, number];
+
+export interface Wall {
+  /** Where the wall begins. */
+  from_m: Point;
+  /** Where the wall ends. */
+  to_m: Point;
+}
+
+export interface Disc {
+  /** The centre of a round obstacle. */
+  centre_m: Point;
+  /** The radius of a round obstacle. */
+  radius_m: number;
+}
+
+export interface Polygon {
+  /** The corners of a solid obstacle, in order. */
+  corners_m: readonly Point[];
+}
+
+export interface Person {
+  /** When the person is where; they walk straight from point to point. */
+  path: readonly (readonly [number, number, number])[];
+  /** Whether the path begins again at its end. */
+  repeats?: boolean;
+}
+
+export interface Voice {
+  /** When it is said. */
+  at_s: number;
+  /** What is said. */
+  word: "stop" | "go";
+  /** The centre of the area in which it is heard. */
+  centre_m?: Point;
+  /** How far from centre_m it is heard. */
+  radius_m?: number;
+}
+
+export interface Car {
+  /** Where the car starts. */
+  at_m: Point;
+  /** Where the car faces. */
+  heading_deg?: number;
+  /** Whether the car leads. */
+  role?: "leader" | "follower";
+}
+
+export interface Crowd {
+  /** The number of cars. */
+  cars: number;
+  /** How many of them lead, evenly spread. */
+  leaders?: number;
+  /** The lower left corner of their area. */
+  corner_m?: Point;
+  /** The width and height of their area. */
+  size_m?: Point;
+  /** The least distance between two cars' centres. */
+  spacing_m?: number;
+  /** Whether they stand in rows or at random. */
+  placement?: "grid" | "random";
+  /** Where the cars face. */
+  heading_deg?: number | string;
+  /** The seed of the crowd's random numbers. */
+  seed?: number;
+}
+
+/** What a floor and the things on it may look like. */
+export const FLOOR_NAMES = ["table", "classroom", "city", "night", "moon", "plain"] as const;
+
+export type FloorName = (typeof FLOOR_NAMES)[number];
+
+/** A motorcade-mat/1 document with all its keys. */
+export interface Mat extends MatDocument {
+  tick_ms?: number;
+  size_m?: Point;
+  edge?: "open" | "wall";
+  floor?: FloorName;
+  wall?: readonly Wall[];
+  disc?: readonly Disc[];
+  polygon?: readonly Polygon[];
+  person?: readonly Person[];
+  voice?: readonly Voice[];
+  car?: readonly Car[];
+  crowd?: readonly Crowd[];
+  physics?: { collisions?: boolean; line_of_sight?: boolean; capture_ratio?: number; beam_half_angle_deg?: number; bit_error_rate?: number; wheel_noise?: number; };
+}
+
+/** The index of a car that holds none of the image's words. */
+export const NO_INDEX = 65535;
+
+/** The LED of a car that lights none. */
+export const NO_LED = 4;
+
+/** The time whose lost frames a picture counts. */
+export const LATELY_S = 5;
+
+/** A picture has the newest events, at most so many. */
+export const MOST_EVENTS = 4000;
+
+/** Where the columns of a picture begin. */
+export const HEADER_BYTES = 24;
+
+/** The bytes of a car in a picture. */
+export const CAR_BYTES = 17;
+
+/** The numbers of an event in a picture. */
+export const EVENT_COLUMNS = 5;
+
+/** A car's flags in a picture. */
+export const Flag = {"runs": 1, "sends": 2, "lost": 4, "heard": 8, "stuck": 16} as const;
+
+/** The kinds of events, by number. */
+export const KINDS = ["state", "start", "over", "frame", "heard", "lost"] as const;
+
+/** Why a frame was lost, by number. */
+export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision", "check"] as const;
