@@ -50,7 +50,6 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
     <section
       className={css.strip}
       data-folded={folded || undefined}
-      data-bits={mission.edits === "bits" || undefined}
       aria-label={t("missions.mission", { name: inLanguage(mission.name) })}
     >
       <header className={css.head}>
@@ -80,12 +79,12 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
       {told && <p>{inLanguage(mission.story)}</p>}
+      {mission.edits === "bits" && <BitEditor />}
       <ul className={css.goals} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
           <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={mission.seed} session={session} />
         ))}
       </ul>
-      {mission.edits === "bits" && <BitEditor />}
       <div role="status" className={css.outcome}>
         {result && <Outcome mission={mission} stars={stars} />}
         {mission.hints.slice(0, hints).map((hint, k) => (
