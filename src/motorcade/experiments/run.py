@@ -15,10 +15,10 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from contextlib import AbstractContextManager, closing, contextmanager
 from itertools import islice
 from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +36,7 @@ CONNECT_S = 10
 # How long to wait for a first worker, and for another one when all have left.
 _WORKERS_S = 30
 _TASKS_PER_SLOT = 2  # tasks sent for each that can run at once, so that no worker waits
+_PARENT_CHECK_S = 0.5
 _MANIFEST = "sweep.json"
 _LOCK = "lock"
 _CONTENTS = b"motorcade.sweep"
@@ -211,8 +212,7 @@ def on_this_computer(jobs: int) -> Workers:
         # Spawned processes start clean on every system.
         context = multiprocessing.get_context("spawn")
         processes = min(jobs or os.cpu_count() or 1, len(tasks))
-        # What workers wait for: it ends when this process closes it, or ends itself.
-        ends, ours = context.Pipe(duplex=False)
+        ends = context.Event()
         pool = ProcessPoolExecutor(processes, context, _begin_worker, (ends,))
         left, sent = iter(tasks), dict[Future[bytes], int]()
         try:
@@ -227,23 +227,23 @@ def on_this_computer(jobs: int) -> Workers:
         except BrokenProcessPool:
             raise MotorcadeError("sweep-worker-ended") from None
         finally:
-            ours.close()
+            ends.set()
             pool.shutdown(cancel_futures=True)
-            ends.close()
 
     return run
 
 
-def _begin_worker(ends: "Connection[None, None]") -> None:
-    """Leave Ctrl-C to the parent, and end when ``ends`` does, in the middle of a task too."""
+def _begin_worker(ends: Event) -> None:
+    """Leave Ctrl-C to the parent; end when it ends, or when it sets ``ends``, in the middle of a task too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    def end_with_parent() -> None:
-        with suppress(EOFError, OSError):
-            ends.recv()
+    def watch() -> None:
+        parent = multiprocessing.parent_process()
+        while not ends.wait(_PARENT_CHECK_S) and parent is not None and parent.is_alive():
+            pass
         os._exit(1)
 
-    threading.Thread(target=end_with_parent, daemon=True).start()
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager
