@@ -29,7 +29,7 @@ ARROWS = {
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
-    "classroom": ("service",),
+    "classroom": ("cameras", "config", "drive", "server", "service", "sockets", "timing", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),
@@ -47,7 +47,7 @@ ARROWS = {
     "program": ("config", "words"),
     "runs": ("config", "engine", "mats", "words"),
     "server": (
-        *("boards", "cameras", "car", "classroom", "config", "drive", "engine", "mats"),
+        *("boards", "cameras", "car", "config", "drive", "engine", "mats"),
         *("runs", "service", "sockets", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.
@@ -60,6 +60,20 @@ ARROWS = {
 }
 # A real car carries no simulator: these files of boards alone may import one.
 SIMULATED = ("boards.simulated", "boards.simulated_drive")
+
+# What a class does, without a server: these files import only what runs in a page's worker too.
+CLASS_CORE = (
+    "attempts",
+    "classroom",
+    "desk_messages",
+    "messages",
+    "names",
+    "passwords",
+    "presence",
+    "queues",
+    "record",
+    "views",
+)
 
 
 def name_of(file):
@@ -113,6 +127,12 @@ def test_real_cars_import_no_engine():
             reached.add(name)
             waiting += files_imported_by(name)
     assert [name for name in sorted(reached) if name.startswith("engine")] == []
+
+
+def test_the_core_of_a_class_knows_no_server():
+    core = [f"classroom.{name}" for name in CLASS_CORE]
+    allowed = tuple(f"{each}." for each in (*core, "service", *COMMON))
+    assert [(name, each) for name in core for each in imported_by(name) if not f"{each}.".startswith(allowed)] == []
 
 
 def test_every_arrow_is_used():

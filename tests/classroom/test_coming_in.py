@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from motorcade.classroom.attempts import Attempts
 from motorcade.classroom.classroom import MOST_OF_AN_ADDRESS, MOST_PUPILS, MOST_WRONG_CODES
 from motorcade.classroom.desk_messages import ClassSettings
-from motorcade.classroom.names import CODE_CHARACTERS, MOST_OF_A_NAME, checked_name, likeness, typed_code
+from motorcade.classroom.names import CODE_CHARACTERS, likeness, typed_code
 from motorcade.classroom.passwords import LEAST_OF_A_PASSWORD
 from motorcade.errors import MotorcadeError
 from motorcade.locales import catalogue, languages
+from motorcade.service.user_names import MOST_OF_A_NAME, checked_user_name
 from support.classrooms import BUS, a_class, refused, row, with_pupils
 
 
@@ -182,12 +183,12 @@ def test_a_name_with_markup_or_control_characters_is_refused(name):
 @given(st.text(max_size=200))
 def test_any_name_is_refused_or_plain(text):
     try:
-        name = checked_name(text)
+        name = checked_user_name(text)
     except MotorcadeError:
         return
     assert len(name) <= MOST_OF_A_NAME
     assert not set(name) & set('<>&"`{}[]/\\\n\r\t')
-    assert checked_name(name) == name
+    assert checked_user_name(name) == name
     assert likeness(likeness(name)) == likeness(name)
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 from starlette.testclient import TestClient
 
-from motorcade.server.classroom.app import make_class_app
-from motorcade.server.classroom.folder import ClassFolder
-from motorcade.server.classroom.network import Network
-from motorcade.server.classroom.running_class import ClassServerSettings
+from motorcade.classroom.app import make_class_app
+from motorcade.classroom.folder import ClassFolder
+from motorcade.classroom.network import Network
+from motorcade.classroom.running_class import ClassServerSettings
 from support.world_page import Page
 
 HERE = "http://192.168.1.5:7710"

@@ -1,1 +1,1 @@
-"""A class in one room: who is here, who may do what, and in which order. Without I/O: time and chance are arguments."""
+"""A class in one room: who is here and who may do what, and the server of its pages."""

@@ -12,7 +12,6 @@ from motorcade.classroom.messages import AVATARS, News, Self
 from motorcade.classroom.names import (
     RandomBelow,
     check_free,
-    checked_name,
     likeness,
     new_code,
     new_number,
@@ -24,6 +23,7 @@ from motorcade.classroom.queues import Cable, car_turns, leave_all
 from motorcade.classroom.record import ClassRecord, Pupil, SignIn, restore_record
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
+from motorcade.service.user_names import checked_user_name
 
 MOST_PUPILS = 120
 MOST_PAGES_OF_ONE = 8
@@ -108,7 +108,7 @@ class Classroom:
             raise MotorcadeError("class-full", most=MOST_PUPILS)
         if avatar not in AVATARS:
             raise MotorcadeError("no-such-avatar")
-        name = checked_name(typed_name)
+        name = checked_user_name(typed_name)
         check_free(name, [each.name for each in self.record.pupils])
         self.record.joined += 1
         number = new_number(self._random_below, [each.number for each in self.record.pupils])
@@ -202,7 +202,7 @@ class Classroom:
     def set(self, settings: ClassSettings) -> None:
         """Change settings. Raises MotorcadeError."""
         if settings.title is not None:
-            self.record.title = checked_name(settings.title)
+            self.record.title = checked_user_name(settings.title)
         for name in ("is_open", "stuck_minutes", "turn_s"):
             if (value := getattr(settings, name)) is not None:
                 setattr(self.record, name, value)
@@ -220,7 +220,7 @@ class Classroom:
 
     def rename(self, pupil_id: str, typed_name: str) -> None:
         """Give a pupil another name. Raises MotorcadeError."""
-        pupil, name = self.pupil(pupil_id), checked_name(typed_name)
+        pupil, name = self.pupil(pupil_id), checked_user_name(typed_name)
         check_free(name, [each.name for each in self.record.pupils if each is not pupil])
         pupil.name = name
         self._save()

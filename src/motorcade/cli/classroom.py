@@ -33,11 +33,11 @@ def _class(
 ) -> None:
     with needs_extra("class", "class"):
         import motorcade.engine.webassembly  # noqa: F401  # before a page asks for a world
-        from motorcade.server.classroom.app import make_class_app
-        from motorcade.server.classroom.certificates import class_keys
-        from motorcade.server.classroom.folder import ClassFolder
-        from motorcade.server.classroom.network import LOCAL_NAME, Network, join_url, qr_for_terminal, room_hosts
-        from motorcade.server.classroom.running_class import ClassServerSettings
+        from motorcade.classroom.app import make_class_app
+        from motorcade.classroom.certificates import class_keys
+        from motorcade.classroom.folder import ClassFolder
+        from motorcade.classroom.network import LOCAL_NAME, Network, join_url, qr_for_terminal, room_hosts
+        from motorcade.classroom.running_class import ClassServerSettings
         from motorcade.server.http import check_page
         from motorcade.server.running import names_of, serve_alone, url_of
     check_page()

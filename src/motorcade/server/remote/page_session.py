@@ -6,7 +6,6 @@ from typing import Any
 
 from starlette.websockets import WebSocket
 
-from motorcade.classroom.names import checked_name
 from motorcade.drive.stamps import Freshness
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
@@ -14,6 +13,7 @@ from motorcade.server.remote import messages
 from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
 from motorcade.server.remote.messages import RemoteMessage
 from motorcade.server.request_filter import ServerSettings
+from motorcade.service.user_names import checked_user_name
 from motorcade.timing import to_ticks
 
 _TELEMETRY_EVERY_S = 0.1
@@ -52,7 +52,7 @@ class PageSession:
         try:
             refusal: MotorcadeError | None = None
             try:
-                self._name = named_page(checked_name(self._user), self._address)
+                self._name = named_page(checked_user_name(self._user), self._address)
             except MotorcadeError as problem:
                 refusal = problem
             try:

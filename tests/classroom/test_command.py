@@ -9,7 +9,7 @@ from random import Random
 import httpx2 as httpx
 import pytest
 
-from motorcade.server.classroom.folder import ClassFolder
+from motorcade.classroom.folder import ClassFolder
 from support.class_page import PASSWORD, PROJECT
 from support.class_process import COMMAND, started
 from support.soak import SOAK

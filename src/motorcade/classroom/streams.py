@@ -8,10 +8,10 @@ from starlette.websockets import WebSocket
 from motorcade.classroom.desk_messages import ClassView
 from motorcade.classroom.messages import Goodbye, PupilView
 from motorcade.classroom.record import Pupil
+from motorcade.classroom.running_class import RunningClass
+from motorcade.classroom.shared_mat import SharedMat
 from motorcade.classroom.views import class_view, pupil_view
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.running_class import RunningClass
-from motorcade.server.classroom.shared_mat import SharedMat
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.service.messages import Nothing, sentences
 

@@ -15,11 +15,11 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from motorcade.classroom.classroom import MOST_PUPILS, SIGNED_IN_S, Classroom
+from motorcade.classroom.folder import RECORD, ClassFolder
+from motorcade.classroom.network import Network
 from motorcade.classroom.passwords import digest
 from motorcade.classroom.record import Pupil, from_bytes, to_bytes
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.folder import RECORD, ClassFolder
-from motorcade.server.classroom.network import Network
 from motorcade.server.studio.app import Settings
 from motorcade.server.studio.sessions import SessionLimits
 from motorcade.sockets import network_of

@@ -16,18 +16,18 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 
 from motorcade.classroom.desk_messages import DESK_REQUESTS
+from motorcade.classroom.desk_requests import DeskRequests
+from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.messages import PUPIL_REQUESTS, Exchange
+from motorcade.classroom.pupil_requests import PupilRequests, method_for
+from motorcade.classroom.running_class import TEACHER, ClassServerSettings, RunningClass
+from motorcade.classroom.shared_mat import SharedMat
+from motorcade.classroom.streams import Streams
+from motorcade.classroom.visitors import ClassVisitors, TurnFleet
+from motorcade.classroom.wall import Walls
+from motorcade.classroom.work import write_work
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
-from motorcade.server.classroom.desk_requests import DeskRequests
-from motorcade.server.classroom.folder import ClassFolder
-from motorcade.server.classroom.pupil_requests import PupilRequests, method_for
-from motorcade.server.classroom.running_class import TEACHER, ClassServerSettings, RunningClass
-from motorcade.server.classroom.shared_mat import SharedMat
-from motorcade.server.classroom.streams import Streams
-from motorcade.server.classroom.visitors import ClassVisitors, TurnFleet
-from motorcade.server.classroom.wall import Walls
-from motorcade.server.classroom.work import write_work
 from motorcade.server.http import exception_handlers, json_response, page_not_built, page_routes
 from motorcade.server.remote.remote_cars import RemoteCars
 from motorcade.server.request_filter import RequestFilter

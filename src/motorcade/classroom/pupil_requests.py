@@ -8,14 +8,14 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from motorcade.classroom import messages
+from motorcade.classroom.folder import DRAFT
 from motorcade.classroom.messages import AVATARS, Classmate, Self
 from motorcade.classroom.passwords import digest
 from motorcade.classroom.record import Pupil
+from motorcade.classroom.running_class import RunningClass
+from motorcade.classroom.shared_mat import SharedMat
 from motorcade.classroom.views import classmates
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.folder import DRAFT
-from motorcade.server.classroom.running_class import RunningClass
-from motorcade.server.classroom.shared_mat import SharedMat
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.missions import Mission, open_mission
 from motorcade.timing import RateLimit, to_ticks

@@ -9,10 +9,10 @@ from pathlib import PurePosixPath, PureWindowsPath
 from typing import BinaryIO, NamedTuple
 from urllib.parse import quote
 
+from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.messages import Draft
 from motorcade.classroom.record import Pupil
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.server.classroom.folder import ClassFolder
 from motorcade.service.documents import project_text
 from motorcade.service.messages import LibraryEntry, decode
 from motorcade.service.missions import list_missions

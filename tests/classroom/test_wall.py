@@ -9,8 +9,8 @@ import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.classroom.desk_messages import Wall
+from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures, first_cars
 from motorcade.missions.document import built_in_mission
-from motorcade.server.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures, first_cars
 from motorcade.server.studio.simulation import unpack_moment
 from motorcade.service.missions import mission_goals
 from motorcade.service.world_messages import Hello

@@ -12,9 +12,9 @@ from starlette.websockets import WebSocket
 
 from motorcade.classroom.desk_messages import DrawnWall, Wall, WallWorld
 from motorcade.classroom.messages import Goodbye
+from motorcade.classroom.running_class import RunningClass
+from motorcade.classroom.shared_mat import SharedMat, described
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.running_class import RunningClass
-from motorcade.server.classroom.shared_mat import SharedMat, described
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds

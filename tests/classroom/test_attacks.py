@@ -10,12 +10,12 @@ import pytest
 from starlette.testclient import WebSocketDenialResponse
 from starlette.websockets import WebSocketDisconnect
 
+from motorcade.classroom.app import make_class_app
 from motorcade.classroom.desk_messages import DESK_REQUESTS
+from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.messages import PUPIL_REQUESTS
-from motorcade.server.classroom.app import make_class_app
-from motorcade.server.classroom.folder import ClassFolder
-from motorcade.server.classroom.running_class import SESSIONS, ClassServerSettings
-from motorcade.server.classroom.visitors import ClassVisitors
+from motorcade.classroom.running_class import SESSIONS, ClassServerSettings
+from motorcade.classroom.visitors import ClassVisitors
 from motorcade.server.studio import workers
 from motorcade.service.documents import example
 from motorcade.service.requests import respond

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from motorcade.classroom.running_class import TEACHER
+from motorcade.classroom.visitors import EmergencyStop, TurnFleet
 from motorcade.drive.connection import CarError
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.running_class import TEACHER
-from motorcade.server.classroom.visitors import EmergencyStop, TurnFleet
 from motorcade.server.remote.fleet import Fleet, PageControl
 from motorcade.server.remote.messages import ListedCar
 from motorcade.server.remote.remote_cars import RemoteCar

@@ -11,10 +11,10 @@ from random import Random
 
 import pytest
 
+from motorcade.classroom import folder
 from motorcade.classroom.classroom import Classroom
+from motorcade.classroom.folder import ClassFolder
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom import folder
-from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
 from support.class_page import PASSWORD, PROJECT, class_room

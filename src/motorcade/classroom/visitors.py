@@ -10,9 +10,9 @@ from starlette.requests import HTTPConnection
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.classroom.presence import Presence
+from motorcade.classroom.running_class import TEACHER, RunningClass
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.running_class import TEACHER, RunningClass
 from motorcade.server.remote.fleet import Action, Fleet, PageControl
 from motorcade.server.remote.messages import CarTelemetry, ListedCar
 from motorcade.server.studio.app import capabilities

@@ -11,13 +11,13 @@ from starlette.responses import Response
 from motorcade.classroom import desk_messages as messages
 from motorcade.classroom.classroom import SIGNED_IN_S
 from motorcade.classroom.messages import Self, TurnWish
+from motorcade.classroom.network import join_url, qr_svg
 from motorcade.classroom.passwords import check_password, digest, is_password, to_stored
+from motorcade.classroom.pupil_requests import stored_draft
+from motorcade.classroom.running_class import TEACHER, RunningClass
+from motorcade.classroom.shared_mat import SharedMat
+from motorcade.classroom.visitors import EmergencyStop
 from motorcade.errors import MotorcadeError
-from motorcade.server.classroom.network import join_url, qr_svg
-from motorcade.server.classroom.pupil_requests import stored_draft
-from motorcade.server.classroom.running_class import TEACHER, RunningClass
-from motorcade.server.classroom.shared_mat import SharedMat
-from motorcade.server.classroom.visitors import EmergencyStop
 from motorcade.server.remote.fleet import Fleet
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.documents import open_text, project_text

@@ -8,9 +8,9 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from motorcade.server.classroom import network
-from motorcade.server.classroom.certificates import class_keys
-from motorcade.server.classroom.network import Network, join_url, likely_first, qr_for_terminal, qr_svg, room_hosts
+from motorcade.classroom import network
+from motorcade.classroom.certificates import class_keys
+from motorcade.classroom.network import Network, join_url, likely_first, qr_for_terminal, qr_svg, room_hosts
 from support.class_page import class_room
 
 
