@@ -17,7 +17,7 @@ from rich.table import Table
 from studio_page import DRAWN, FULL, INTERACTIVE, crowd
 from swarm import result
 
-from motorcade.site import site_files, write_site
+from motorcade.browser.site import site_files, write_site
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))

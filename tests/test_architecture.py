@@ -25,7 +25,7 @@ ARROWS = {
     "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
     "__main__": ("cli",),
     "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
-    # It runs in a web page, where there is neither NumPy nor a web framework.
+    # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
@@ -52,7 +52,6 @@ ARROWS = {
     ),
     # It also runs where there is neither a web framework nor NumPy.
     "service": ("car", "config", "engine", "mats", "missions", "program", "upload", "words"),
-    "site": ("browser", "config", "server", "service"),
     "sockets": (),
     "timing": ("words",),
     "upload": ("timing", "words"),

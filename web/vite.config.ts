@@ -117,8 +117,6 @@ export default defineConfig({
     outDir: "../src/motorcade/server/page",
     emptyOutDir: true,
     chunkSizeWarningLimit: 900,
-    // By it `motorcade site` finds the files that the site needs.
-    manifest: true,
     rolldownOptions: {
       input: PAGES,
       output: { entryFileNames: (chunk) => (chunk.name === "sw" ? "sw.js" : "assets/[name]-[hash].js") },

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, sync_playwright
 from scripts import chromium
 from scripts.studio_process import StudioProcess, build_page, running_studio
 
-from motorcade.site import site_files, write_site
+from motorcade.browser.site import site_files, write_site
 from support.shells import shells_of
 from support.site_server import SiteServer, serving
 from support.studio_page import StudioPage

@@ -12,8 +12,8 @@ from filelock import FileLock
 from scripts import debian
 from scripts.studio_process import StudioProcess
 
+from motorcade.browser.site import site_files, write_site
 from motorcade.locales import catalogue
-from motorcade.site import site_files, write_site
 from support import class_process
 from support.engines import ENGINES, EnginePage
 from support.site_server import serving

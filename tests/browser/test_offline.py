@@ -6,9 +6,9 @@ import shutil
 import pytest
 from playwright.sync_api import Page, expect
 
+from motorcade.browser.python_zip import python_zip
+from motorcade.browser.site import PAGE, site_files, write_site
 from motorcade.locales import catalogue
-from motorcade.site import PAGE, site_files, write_site
-from motorcade.site.python_zip import python_zip
 from support.site_server import PATH, SiteServer, serving
 
 PAGE_TEXTS = catalogue("en")["page"]
@@ -37,7 +37,7 @@ def builds(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> list[d
     # The same archive, with a comment at its end.
     python = python_zip()
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("motorcade.site.python_zip", lambda: python[:-2] + b"\x05\x00other")
+        patched.setattr("motorcade.browser.site.python_zip", lambda: python[:-2] + b"\x05\x00other")
         following = site_files(page)
     return [site_files(), following]
 

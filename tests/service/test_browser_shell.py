@@ -5,7 +5,7 @@ import json
 import pytest
 
 from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser.shell import CAPABILITIES, Parts, Shell
+from motorcade.browser.shell import CAPABILITIES, Shell
 from motorcade.browser.storage import BrowserStorage
 from motorcade.server.studio.simulation import build_world
 from support.pictures import Picture
@@ -33,7 +33,7 @@ def shell(clock):
     def make_world(message):
         return build_world(message, DrivenCars(), CAPABILITIES.most_cars)
 
-    return Shell(Parts(BrowserStorage(), make_world, clock))
+    return Shell(BrowserStorage(), make_world, clock)
 
 
 def ask(shell, name, message=None):
@@ -70,7 +70,7 @@ def test_a_wrong_request_is_refused_with_a_sentence_in_each_language(shell, name
 
 
 def test_an_error_of_motorcade_itself_is_told_as_internal(shell, capsys):
-    broken = Shell(Parts(None, lambda message: 1 / 0, lambda: 0.0))  # type: ignore[arg-type,return-value]
+    broken = Shell(None, lambda message: 1 / 0, lambda: 0.0)  # type: ignore[arg-type,return-value]
     assert ask(broken, "projects/list")["error"]["code"] == "browser-fault"
     broken.open(1, "world", KEY)
     assert [each["code"] for each in said(broken.receive(1, json.dumps(SET)))] == ["browser-fault"]

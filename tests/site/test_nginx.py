@@ -12,7 +12,7 @@ from urllib.request import Request, urlopen
 import pytest
 from scripts import debian
 
-from motorcade.site import write_site
+from motorcade.browser.site import write_site
 from support.doc_pages import ROOT, blocks_of
 
 TYPES = {

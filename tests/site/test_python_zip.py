@@ -8,12 +8,14 @@ import zipfile
 
 import pytest
 
-from motorcade.site.python_zip import PACKAGE, python_zip, reached_modules
+from motorcade.browser.python_zip import SHELL, python_zip, reached_modules
 
 # A package in which the shell reaches a module by each kind of import, and three that it doesn't reach.
 SOURCES = {
     "__init__.py": "",
     "browser/__init__.py": "",
+    "browser/preload.py": "",
+    "browser/site.py": "from motorcade import unreached",
     "browser/shell.py": "from motorcade.near import thing\nimport motorcade.deep.plain\n",
     "near.py": "def f():\n    from motorcade.deep import late\n",
     "deep/__init__.py": "",
@@ -27,7 +29,7 @@ SOURCES = {
     "deep/__pycache__/kernel.nbc": "",
     "elsewhere/texts/en.json": "{}",
 }
-NOT_REACHED = {"for_types.py", "unreached.py", "elsewhere/__init__.py"}
+NOT_REACHED = {"browser/site.py", "for_types.py", "unreached.py", "elsewhere/__init__.py"}
 
 
 @pytest.fixture
@@ -53,17 +55,14 @@ def test_it_is_enough_for_the_shell(tmp_path):
     """The shell's modules are imported from it alone, where nothing that only a server needs can be imported."""
     with zipfile.ZipFile(io.BytesIO(python_zip())) as archive:
         archive.extractall(tmp_path)
-    modules = [
-        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts) for path in (PACKAGE / "browser").rglob("*.py")
-    ]
     program = f"""
 import sys
 for name in ("numpy", "numba", "starlette", "psutil", "wasmtime", "serial"):
     sys.modules[name] = None
 import importlib, motorcade
 assert motorcade.__file__.startswith({str(tmp_path)!r}), motorcade.__file__
-for name in {sorted(modules)!r}:
-    importlib.import_module(name.removesuffix(".__init__"))
+for name in {SHELL!r}:
+    importlib.import_module("motorcade." + name.removesuffix(".py").replace("/", "."))
 """
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, encoding="utf-8")

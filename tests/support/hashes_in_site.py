@@ -18,7 +18,7 @@ from support.world_hash import page_hash, state_hash
 REQUEST = "test/digest"
 _HERE = Path(__file__)
 _SENT = ("__init__.py", "hashes_in_site.py", "brain_steps.py", "world_hash.py")
-_BOOT = "motorcade/browser/boot.py"
+_BOOT = "motorcade/browser/shell.py"
 _ADDED = """
 
 from support.hashes_in_site import Digests, answering  # noqa: E402

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-from motorcade.site import POLICY
+from motorcade.browser.site import POLICY
 
 PATH = "/motorcade/"
 # Where browsers send their reports, workers' too.

@@ -5,24 +5,23 @@
 is to be sent to the page, in order: texts are JSON, bytes are pictures or for a serial port.
 """
 
-import os
+import time
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import msgspec
 
+from motorcade.browser.kernels import OpenInstance, make_world, play
 from motorcade.browser.storage import BrowserStorage
-from motorcade.browser.virtual_car import VIRTUAL_PORT, VirtualUpload
+from motorcade.browser.uploads import VIRTUAL_PORT, UploadStream
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
-from motorcade.service.messages import Capabilities, Port, decode
+from motorcade.service.messages import Capabilities, decode
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.upload_session import UploadSession, failed
-from motorcade.service.world_messages import SetWorld, UploadOrder, WorldMessage
+from motorcade.service.world_messages import SetWorld, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
 
 CAPABILITIES = Capabilities(
@@ -35,23 +34,6 @@ CAPABILITIES = Capabilities(
 )
 
 Sent = list[str | bytes]
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """What a shell is made of.
-
-    Attributes:
-        storage: where projects are stored, and what the virtual car holds.
-        make_world: builds a page's world. Raises MotorcadeError.
-        play: simulates missions.
-        clock: seconds since any moment.
-    """
-
-    storage: BrowserStorage
-    make_world: Callable[[SetWorld], StudioWorld]
-    clock: Callable[[], float]
-    play: Play | None = None
 
 
 class JavaScriptBytes(Protocol):
@@ -77,13 +59,36 @@ class Stream(Protocol):
         """The message that tells the page an error."""
 
 
-class Shell:
-    """Answers one page."""
+def start(open_instance: OpenInstance) -> "Shell":
+    """Return the shell of this worker, in which each world has an instance of engine.wasm of its own."""
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self.storage = parts.storage
-        self._context = Context(CAPABILITIES, parts.storage, _ports, play=parts.play)
+    def make(message: SetWorld) -> StudioWorld:
+        return make_world(message, open_instance, CAPABILITIES.most_cars)
+
+    return Shell(BrowserStorage(), make, time.perf_counter, play(open_instance))
+
+
+class Shell:
+    """Answer one page.
+
+    Args:
+        storage: where projects are stored, and what the virtual car holds.
+        make_world: builds a page's world. Raises MotorcadeError.
+        clock: seconds since any moment.
+        play: simulates missions.
+    """
+
+    def __init__(
+        self,
+        storage: BrowserStorage,
+        make_world: Callable[[SetWorld], StudioWorld],
+        clock: Callable[[], float],
+        play: Play | None = None,
+    ) -> None:
+        self.storage = storage
+        self._make_world = make_world
+        self._clock = clock
+        self._context = Context(CAPABILITIES, storage, lambda: [VIRTUAL_PORT], play=play)
         self._streams: dict[int, Stream] = {}
         self._worlds: dict[str, WorldSession] = {}
 
@@ -99,11 +104,11 @@ class Shell:
         """Open the stream ``name``, world, upload or serial; the page calls it ``number``."""
         if name != "world":
             car = self.storage if name == "upload" else None
-            self._streams[number] = _UploadStream(self._parts.clock, car)
+            self._streams[number] = UploadStream(self._clock, car)
             return []
-        world = self._worlds.get(session) or WorldSession(session, self._parts.make_world)
+        world = self._worlds.get(session) or WorldSession(session, self._make_world)
         self._worlds[session] = world
-        self._streams[number] = _WorldStream(world, self._parts.clock)
+        self._streams[number] = _WorldStream(world, self._clock)
         return _packed(world.connect())
 
     def receive(self, number: int, data: "str | bytes | JavaScriptBytes") -> Sent:
@@ -143,7 +148,8 @@ class _WorldStream:
         self._clock = clock
 
     def receive(self, data: str | bytes) -> list[Any]:
-        return list(self._session.receive(_decoded(data, WorldMessage)))
+        kind: Any = WorldMessage
+        return list(self._session.receive(decode(data, kind)))
 
     def advance(self) -> list[Any]:
         now_s = self._clock()
@@ -158,69 +164,12 @@ class _WorldStream:
         return refused(problem)
 
 
-class _UploadStream:
-    """A transfer: the order first, then the bytes of a port that the page has opened.
-
-    Args:
-        clock: seconds since any moment.
-        car: what the virtual car holds, where the transfer is with it; None for a port of the page.
-    """
-
-    def __init__(self, clock: Callable[[], float], car: BrowserStorage | None) -> None:
-        self._clock = clock
-        self._car = car
-        self._session: UploadSession | VirtualUpload | None = None
-        self._is_over = False
-
-    def receive(self, data: str | bytes) -> list[Any]:
-        if self._is_over:
-            return []
-        if self._session is None:
-            self._session = self._begun(_decoded(data, UploadOrder))
-        else:
-            # A text isn't for the port: the page is faulty.
-            self._session.receive(data if isinstance(data, bytes) else None)
-        return self.advance()
-
-    def _begun(self, order: UploadOrder) -> UploadSession | VirtualUpload:
-        number = os.urandom(1)[0]
-        if self._car is None:
-            return UploadSession(order, number)
-        if order.port != VIRTUAL_PORT.port:
-            raise MotorcadeError("no-such-port", port=order.port)
-        return VirtualUpload(order, number, self._car)
-
-    def advance(self) -> list[Any]:
-        if self._session is None:
-            return []
-        answers = self._session.advance(self._clock())
-        self._is_over = self._session.is_over
-        return list(answers)
-
-    def wait_s(self) -> float | None:
-        return None if self._session is None or self._is_over else self._session.wait_s
-
-    def refuse(self, problem: MotorcadeError) -> Any:
-        self._is_over = True
-        return failed(problem)
-
-
-def _ports() -> list[Port]:
-    return [VIRTUAL_PORT]
-
-
 def _known(problem: Exception) -> MotorcadeError:
     """The error that the page is told; the console tells of one that isn't a MotorcadeError."""
     if isinstance(problem, MotorcadeError):
         return problem
     traceback.print_exception(problem)
     return MotorcadeError("browser-fault")
-
-
-def _decoded(data: str | bytes, kind: Any) -> Any:
-    if not isinstance(data, str):
-        raise MotorcadeError("bad-message", reason="it is no text")
-    return decode(data, kind)
 
 
 def _packed(answers: list[Any]) -> Sent:

@@ -239,7 +239,7 @@ def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
 @studio_app.command("site")
 def _site(output: Output, language: Language = "", as_json: Json = False) -> None:
     with needs_extra("site", "studio"):
-        from motorcade.site import site_files, write_site
+        from motorcade.browser.site import site_files, write_site
 
     files = site_files()
     write_site(output, files)

@@ -89,8 +89,8 @@ async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<S
     python.runPython("import motorcade.browser.preload");
     void storeSnapshot(places.python, python.makeMemorySnapshot());
   }
-  const boot = python.pyimport("motorcade.browser.boot") as { start: (openInstance: () => EngineInstance) => Shell };
-  return boot.start(() => engine.instance());
+  const shell = python.pyimport("motorcade.browser.shell") as { start: (openInstance: () => EngineInstance) => Shell };
+  return shell.start(() => engine.instance());
 }
 
 function write(archives: [path: string, data: Uint8Array][][], files: FileSystem, folder: string): void {

@@ -9,26 +9,23 @@ from typing import Any
 
 import msgspec
 
-from motorcade import server
+from motorcade.browser.python_zip import PACKAGE, python_zip
 from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
 from motorcade.service import documents, programs
-from motorcade.site.python_zip import PACKAGE, python_zip
 
 # The build of the page writes them here.
-PAGE = Path(server.__file__).with_name("page")
+PAGE = PACKAGE / "server" / "page"
 # The list of a site's files, by which `motorcade site` knows a folder that it may write again.
 LIST = "site.json"
 _FORMAT = "motorcade-site/1"
 _ENTRY = "site.html"
 _INDEX = "index.html"
 _WORKER = "sw.js"
-_WORKER_SOURCE = "src/site/sw.ts"
 _ICON_SIZES = (192, 512)
-# Vite's list of what each page imports, and what the build puts in the place of the list of files in sw.js.
-_VITE = ".vite/manifest.json"
+# What the build puts in the place of the list of files in sw.js.
 _FILES_MARK = b"self.__WB_MANIFEST"
 # Answers that the page has before Python runs.
 _FIRST_ANSWERS = {
@@ -55,7 +52,9 @@ def site_files(page: Path = PAGE) -> dict[str, bytes]:
     """
     if not (page / _ENTRY).is_file():
         raise MotorcadeError("page-missing", folder=page)
-    files = {name: (page / name).read_bytes() for name in _page_files(page)}
+    # Each page but the site's own is for a server.
+    built = (path for path in page.rglob("*") if path.is_file() and path.suffix != ".html")
+    files = {path.relative_to(page).as_posix(): path.read_bytes() for path in built}
     worker = files.pop(_WORKER)
     python = {"python.zip": python_zip(), "engine.wasm": (PACKAGE / "engine" / "engine.wasm").read_bytes()}
     for name, answer in _FIRST_ANSWERS.items():
@@ -130,30 +129,6 @@ def _list_of(files: dict[str, bytes]) -> bytes:
     """Return the list of files with their hashes, as JSON."""
     hashes = {name: hashlib.sha256(data).hexdigest() for name, data in sorted(files.items())}
     return json.dumps({"format": _FORMAT, "files": hashes}, indent=1).encode() + b"\n"
-
-
-def _page_files(page: Path) -> set[str]:
-    """Return the names of the built files that the site needs: all but those which only the server's pages import."""
-    built: dict[str, Any] = json.loads((page / _VITE).read_bytes())
-    pages = {name: _imported(built, name) for name, each in built.items() if each.get("isEntry")}
-    others = set().union(*(files for name, files in pages.items() if name not in (_ENTRY, _WORKER_SOURCE)))
-    own = pages[_ENTRY] | pages[_WORKER_SOURCE]
-    names = {path.relative_to(page).as_posix() for path in page.rglob("*") if path.is_file()}
-    return {name for name in names - (others - own) if not name.endswith(".html") and name != _VITE}
-
-
-def _imported(built: dict[str, Any], first: str) -> set[str]:
-    """Return the files that Vite's part ``first`` and all that it imports consist of."""
-    reached, waiting = set(), [first]
-    while waiting:
-        if (name := waiting.pop()) not in reached:
-            reached.add(name)
-            waiting += [*built[name].get("imports", ()), *built[name].get("dynamicImports", ())]
-    return {
-        file
-        for name in reached
-        for file in (built[name]["file"], *built[name].get("css", ()), *built[name].get("assets", ()))
-    }
 
 
 def _index(page: str, folder: str) -> bytes:
