@@ -1,11 +1,13 @@
 """Write what a world is made of as TypeScript: the text of world.ts in web/src/generated/."""
 
 import json
+import struct
+from itertools import accumulate
 from typing import Any
 
 from motorcade.car.brain import NO_LED
 from motorcade.config.check import Schema
-from motorcade.engine import showing
+from motorcade.engine import moment
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.mats.schema import FLOORS, mat_schema
 from motorcade.service import history
@@ -16,13 +18,8 @@ import type { MatDocument } from "./messages";
 
 export type Point = readonly [number, number];
 """
-_FLAGS = {
-    "runs": showing.RUNS,
-    "sends": showing.SENDS,
-    "lost": showing.LOST,
-    "heard": showing.HEARD,
-    "stuck": showing.STUCK,
-}
+_ARRAYS = {"float32": "Float32Array", "uint16": "Uint16Array", "uint8": "Uint8Array"}
+_EVENT = {"tMs": 0, "car": 1, "kind": 2, "word": 3, "other": 4}
 
 
 def world_types() -> str:
@@ -44,18 +41,57 @@ def world_types() -> str:
             "/** A motorcade-mat/1 document with all its keys. */\nexport interface Mat extends MatDocument {",
             *mat,
             "}\n",
-            _constant("NO_INDEX", showing.NO_INDEX, "The index of a car that holds none of the image's words."),
+            _columns(),
+            _constant("NO_INDEX", moment.NO_INDEX, "The index of a car that holds none of the image's words."),
             _constant("NO_LED", NO_LED, "The LED of a car that lights none."),
             _constant("LATELY_S", history.LATELY_MS // 1000, "The time whose lost frames a picture counts."),
             _constant("MOST_EVENTS", history.MOST_EVENTS, "A picture has the newest events, at most so many."),
+            _constant("HEADER", _header(), "Where the fields of a picture's header are."),
             _constant("HEADER_BYTES", history.HEADER_BYTES, "Where the columns of a picture begin."),
-            _constant("CAR_BYTES", showing.CAR_BYTES, "The bytes of a car in a picture."),
-            _constant("EVENT_COLUMNS", showing.EVENT_NUMBERS, "The numbers of an event in a picture."),
-            _constant("Flag", _FLAGS, "A car's flags in a picture."),
+            _constant("EVENT_COLUMNS", moment.EVENT_BYTES // 4, "The numbers of an event in a picture."),
+            _constant(
+                "EventColumn", _EVENT, "`kind` has the kind in its lowest byte, and the reason in the one above."
+            ),
+            _constant("Flag", moment.FLAGS, "A car's flags in a picture."),
             _constant("KINDS", KINDS, "The kinds of events, by number."),
             _constant("LOSS_REASONS", LOSS_REASONS, "Why a frame was lost, by number."),
         ]
     )
+
+
+def _columns() -> str:
+    """Return what the cars' columns in a picture are, and how they are found in its bytes."""
+    names = {name: name.removesuffix("_m") for name in moment.PICTURED}
+    arrays = {name: _ARRAYS[dtype] for name, dtype in moment.PICTURED.items()}
+    fields = [f"  {names[name]}: {array};{_limits(moment.COLUMNS.get(name))}" for name, array in arrays.items()]
+    read = [
+        f"  {names[name]}: new {arrays[name]}(bytes, begin + {at} * cars, cars)," for name, at, _ in moment.places(1)
+    ]
+    return "\n".join(
+        [
+            "/** What all cars show at a moment; the arrays lie in the received bytes. */\nexport interface Columns {",
+            *fields,
+            "}\n\n/** How many bytes the columns of so many cars take, up to a multiple of four. */",
+            f"export const columnBytes = (cars: number): number => Math.ceil(({moment.CAR_BYTES} * cars) / 4) * 4;\n",
+            "/** The columns of so many cars, which begin at a place of the bytes. */",
+            "export const columnsOf = (bytes: ArrayBuffer, begin: number, cars: number): Columns => ({",
+            *read,
+            "});\n",
+        ]
+    )
+
+
+def _limits(column: moment.Column | None) -> str:
+    if column is None:
+        return ""
+    limits = "" if column.least is None else f"{column.least:.3g} to {column.most:.3g}"
+    return f"  // {' '.join(part for part in (column.unit, limits) if part)}" if column.unit or limits else ""
+
+
+def _header() -> dict[str, int]:
+    """Return where each field of a picture's header begins."""
+    widths = [struct.calcsize(kind) for kind in history.HEADER.values()]
+    return dict(zip(history.HEADER, accumulate(widths, initial=0), strict=False))
 
 
 def _constant(name: str, value: object, about: str) -> str:

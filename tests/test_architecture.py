@@ -29,7 +29,7 @@ ARROWS = {
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
-    "classroom": ("cameras", "config", "drive", "server", "service", "sockets", "timing", "words"),
+    "classroom": ("cameras", "config", "drive", "engine", "server", "service", "sockets", "timing", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),

@@ -9,9 +9,9 @@ import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.classroom.desk_messages import Wall
-from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures, first_cars
+from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures
+from motorcade.engine.moment import first_cars, moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
-from motorcade.server.studio.simulation import unpack_moment
 from motorcade.service.missions import mission_goals
 from motorcade.service.world_messages import Hello
 from support.class_page import PASSWORD, class_room
@@ -45,8 +45,8 @@ def on_the_wall(data, worlds):
     while at < len(data):
         place, cars, t_ms = struct.unpack_from("<HHI", data, at)
         assert cars <= worlds[place]["cars"]
-        found[place] = (t_ms, unpack_moment(data[at + 8 :], cars))
-        at += 8 + (17 * cars + 3) // 4 * 4
+        found[place] = (t_ms, list(unpack_moment(data[at + 8 :], cars).values()))
+        at += 8 + moment_bytes(cars)
     assert at == len(data)
     return number, found
 
@@ -137,7 +137,7 @@ def test_the_list_is_sent_at_most_once_a_second():
 def test_of_a_crowd_the_first_cars_are_shown(cars, shown):
     columns = [list(range(k, cars + k)) for k in range(7)]
     found = unpack_moment(first_cars(pack_moment(*columns), cars, shown), shown)
-    assert [column.tolist() for column in found] == [column[:shown] for column in columns]
+    assert [column.tolist() for column in found.values()] == [column[:shown] for column in columns]
 
 
 def test_the_teacher_looks_on_at_one_pupils_world(room, now):

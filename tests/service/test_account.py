@@ -18,7 +18,7 @@ from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.brain import HOLDS, NO_LED, RUNNING, WORD
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME, HEARD, KINDS, LOSS_REASONS, LOST, OVER
-from motorcade.engine.showing import NO_INDEX
+from motorcade.engine.moment import NO_INDEX
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.server.studio.simulation import ServerWorld

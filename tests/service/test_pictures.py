@@ -1,15 +1,10 @@
 """A picture, byte by byte, and the moments and events that are stored for pictures of the past."""
 
-import struct
-
-import numpy as np
-
 from motorcade.engine.events import LOSS_REASONS
-from motorcade.engine.showing import EVENT_BYTES, HEARD, NO_INDEX, RUNS, SENDS
+from motorcade.engine.moment import EVENT_ROW, HEARD, NO_INDEX, RUNS, SENDS, unpack_events, unpack_moment
 from motorcade.locales import catalogue, languages
-from motorcade.server.studio.simulation import EVENT_ROW, unpack_moment
 from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History, pack_picture
-from support.pictures import pack_moment
+from support.pictures import Picture, pack_moment
 
 
 def test_the_page_has_a_text_for_each_reason_of_loss():
@@ -27,7 +22,7 @@ COLUMNS = [
     [RUNS | SENDS, HEARD],
 ]
 MOMENT = pack_moment(*COLUMNS)
-EVENTS = np.array([(1499, 1, 5, 5, 0, 0xA3000001, 7)], EVENT_ROW)
+EVENTS = EVENT_ROW.pack(1499, 1, 5, 5, 0xA3000001, 7)
 GOLDEN = """
 01 03 0000  08070605  dc050000  02000000  01000000  a picture, of the past and the first; its number, t_ms, cars, events
 09000000                                            frames lost lately
@@ -45,29 +40,25 @@ db050000 01000000 05 05 0000 010000a3 07000000      lost by collision at 1.499 s
 
 def test_the_bytes_of_a_picture() -> None:
     rows = [line.split("  a pict")[0][:52] for line in GOLDEN.strip().splitlines()]
-    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, 9, MOMENT, EVENTS.tobytes())
+    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, 9, MOMENT, EVENTS)
     assert packed.hex(" ", 4) == bytes.fromhex("".join(rows)).hex(" ", 4)
 
 
 def test_a_moment_is_unpacked_unchanged() -> None:
-    assert [column.tolist() for column in unpack_moment(MOMENT, 2)] == COLUMNS
+    assert [column.tolist() for column in unpack_moment(MOMENT, 2).values()] == COLUMNS
 
 
 def test_a_picture_has_the_newest_events_where_there_are_too_many() -> None:
-    events = np.zeros(MOST_EVENTS + 10, EVENT_ROW)
-    events["t_ms"] = np.arange(len(events))
-    packed = pack_picture(0, 0, 0, 2, 0, MOMENT, events.tobytes())
-    rows = np.frombuffer(packed[-MOST_EVENTS * EVENT_BYTES :], "<u4").reshape(-1, 5)
-    assert rows[[0, -1], 0].tolist() == [10, MOST_EVENTS + 9]
-    assert int.from_bytes(packed[16:20], "little") == MOST_EVENTS
+    packed = pack_picture(0, 0, 0, 2, 0, MOMENT, rows_at(*range(MOST_EVENTS + 10)))
+    assert [event.t_ms for event in Picture(packed).events] == list(range(10, MOST_EVENTS + 10))
 
 
 def rows_at(*times_ms: int) -> bytes:
-    return b"".join(struct.pack("<IIIII", t_ms, 0, 0, 0, 0) for t_ms in times_ms)
+    return b"".join(EVENT_ROW.pack(t_ms, 0, 0, 0, 0, 0) for t_ms in times_ms)
 
 
 def times_of(events: bytes) -> list[int]:
-    return [row[0] for row in struct.iter_unpack("<IIIII", events)]
+    return [event.t_ms for event in unpack_events(events)]
 
 
 def test_stored_events_are_found_by_time_across_batches() -> None:

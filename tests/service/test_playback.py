@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left, open_table, right, wait
-from motorcade.engine.showing import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
+from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from motorcade.server.studio.simulation import ServerWorld
@@ -101,11 +101,11 @@ def test_a_late_picture_has_all_events_since_the_one_before() -> None:
     quick, slow = playback(), playback()
     quick.play(1)
     slow.play(1)
-    events = [event for picture in play(quick, 3) for event in picture.events.tolist()]
+    events = [event for picture in play(quick, 3) for event in picture.events]
     for number in range(91):
         slow.advance(number * PICTURE_S)
     last = Picture(slow.picture(1))
-    assert last.events.tolist() == events
+    assert last.events == events
     assert last.happened("heard")
     assert last.moment.flags[1] & HEARD
 
@@ -176,7 +176,7 @@ def test_a_picture_of_the_past_equals_the_picture_of_then() -> None:
     assert (past.t_ms, past.flags & PAST) == (2000, PAST)
     for mine, its in zip(vars(past.moment).values(), vars(seen[2000].moment).values(), strict=True):
         assert np.array_equal(mine, its)
-    assert past.events.tolist() == [each for each in seen[2000].events.tolist() if each[0] > 1900]
+    assert past.events == [each for each in seen[2000].events if each[0] > 1900]
     on.seek(None)
     assert Picture(on.picture(1)).t_ms == 3000
 
@@ -195,11 +195,11 @@ def test_the_past_is_bounded_and_the_state_has_its_beginning() -> None:
 def test_a_new_page_gets_all_events() -> None:
     on = playback()
     on.play(1)
-    events = [event for picture in play(on, 2) for event in picture.events.tolist()]
+    events = [event for picture in play(on, 2) for event in picture.events]
     on.show_all()
     anew = Picture(on.picture(0))
     assert anew.flags & FIRST
-    assert anew.events.tolist() == events
+    assert anew.events == events
     assert not Picture(on.picture(1)).flags & FIRST
 
 

@@ -3,7 +3,7 @@
 from array import array
 
 from motorcade.engine.events import START
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import COLUMNS, Moment
 from motorcade.locales import languages
 from motorcade.missions.document import mission_of
 from motorcade.missions.watch import EVERY_MS, MissionWatch
@@ -35,7 +35,9 @@ def moment(t_ms, x=(0.5, 1.0, 1.5), y=(1.0, 1.0, 1.0), heading=(0.0, 0.0, 0.0), 
     nothing = (0, 0, 0)
     counts = {"touching_ms": shown["touching_ms"]}
     columns = (array("f", each) for each in (x, y, heading))
-    return Moment(t_ms, *columns, nothing, nothing, bytes(shown["wheels"]), bytes(shown["led"]), nothing, counts)
+    positions = dict(zip(("x_m", "y_m", "heading"), columns, strict=True))
+    others = {name: bytes(shown.get(name, nothing)) for name in COLUMNS if name not in positions}
+    return Moment(t_ms, counts=counts, **positions, **others)
 
 
 def watched(goals, moments, events=(), seconds=1.0, program=BARE, walled=False):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import COLUMNS, Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, formation
 from motorcade.program.compiler import compile_program
@@ -58,16 +58,12 @@ def crowd(cars, moments):
     for moment in range(moments):
         held = away_m <= moment / moments * away_m.max()
         shown = Moment(
-            moment * 100,
-            (xs + moment * 0.02).astype(np.float32),
-            ys.astype(np.float32),
-            np.zeros_like(xs, np.float32),
-            np.where(held, word, 0).astype(np.uint32),
-            held,
-            np.zeros(len(xs), np.uint8),
-            np.full(len(xs), 4, np.uint8),
-            leads,
-            {"frames": moment, "heard": int(held.sum()) * moment},
+            t_ms=moment * 100,
+            counts={"frames": moment, "heard": int(held.sum()) * moment},
+            **{name: np.zeros(len(xs), each.packed) for name, each in COLUMNS.items()},
         )
+        shown = shown._replace(x_m=(xs + moment * 0.02).astype(np.float32), y_m=ys.astype(np.float32), runs=held)
+        word_now = np.where(held, word, 0).astype(np.uint32)
+        shown = shown._replace(word=word_now, led=np.full(len(xs), 4, np.uint8), sends=leads)
         recording.write(shown)
     return recording

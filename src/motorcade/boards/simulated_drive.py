@@ -15,8 +15,8 @@ from motorcade.boards.computer import BatteryFile
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
+from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
-from motorcade.engine.state import Moment
 from motorcade.engine.world import World
 from motorcade.runs.recording import Description
 

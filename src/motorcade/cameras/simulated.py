@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Moment
 from motorcade.runs.palette import LEDS
 from motorcade.runs.recording import Description
 

@@ -14,11 +14,12 @@ from motorcade.classroom.desk_messages import DrawnWall, Wall, WallWorld
 from motorcade.classroom.messages import Goodbye
 from motorcade.classroom.running_class import RunningClass
 from motorcade.classroom.shared_mat import SharedMat, described
+from motorcade.engine.moment import first_cars, moment_bytes
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds
-from motorcade.service.history import HEADER_BYTES
+from motorcade.service.history import HEADER_BYTES, header_of
 from motorcade.service.messages import MatDocument
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import (
@@ -37,10 +38,6 @@ PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 0.2, 1.0, 0.1
 MOST_CARS_SHOWN = 60
 _MOST_UNDER_WAY = 2
 _NUMBER, _PLACE = struct.Struct("<I"), struct.Struct("<HHI")
-# The bytes of a car in each column of a moment (`motorcade.service.history`), and where a picture has its number, its
-# time.
-_WIDTHS = (4, 4, 4, 2, 1, 1, 1)
-_NUMBER_AT, _TIME_AT = 4, 8
 
 
 class ShownWorld(NamedTuple):
@@ -60,8 +57,8 @@ class ShownWorld(NamedTuple):
         picture = self.session.sent.get(bytes)
         if self.playback.playing or not isinstance(picture, bytes):
             return self.playback.newest()
-        size = _moment_size(self.playback.world.cars)
-        return _NUMBER.unpack_from(picture, _TIME_AT)[0], picture[HEADER_BYTES : HEADER_BYTES + size]
+        header = header_of(picture)
+        return header.t_ms, picture[HEADER_BYTES:][: moment_bytes(header.cars)]
 
     def described(self) -> WallWorld:
         """What the wall has to know before pictures."""
@@ -117,23 +114,6 @@ class WallPictures:
         return _NUMBER.pack(self._number) + b"".join(parts) if parts else b""
 
 
-def first_cars(moment: bytes, cars: int, shown: int) -> bytes:
-    """The columns of the first cars of a moment."""
-    if shown == cars:
-        return moment
-    columns, at = [], 0
-    for width in _WIDTHS:
-        columns.append(moment[at : at + width * shown])
-        at += width * cars
-    packed = b"".join(columns)
-    return packed + bytes(-len(packed) % 4)
-
-
-def _moment_size(cars: int) -> int:
-    size = sum(_WIDTHS) * cars
-    return size + -size % 4
-
-
 class _Onlooker:
     """One page that looks on at a pupil's world: what it is sent. Pictures are numbered anew.
 
@@ -165,7 +145,8 @@ class _Onlooker:
                 if self._numbered - self.drawn >= _MOST_UNDER_WAY:
                     continue
                 self._numbered += 1
-                answers.append(answer[:_NUMBER_AT] + _NUMBER.pack(self._numbered) + answer[_TIME_AT:])
+                header = header_of(answer)._replace(number=self._numbered)
+                answers.append(bytes(header) + answer[HEADER_BYTES:])
             else:
                 answers.append(answer)
             self._sent[kind] = answer

@@ -6,11 +6,9 @@ from typing import NamedTuple
 from motorcade.engine import showing
 from motorcade.engine.channel import REACHES, Reach
 from motorcade.engine.events import LOSS_REASONS
-from motorcade.engine.showing import MOST_NEAREST, TALLY_ROWS, Picture, Tally
+from motorcade.engine.moment import PICTURED, allocate_columns, moment_bytes, places
+from motorcade.engine.showing import MOST_NEAREST, TALLY_ROWS, Page, Tally
 from motorcade.engine.simulation import Simulation
-
-_COLUMNS = {"x_m": "float32", "y_m": "float32", "heading": "float32", "index": "uint16"}
-_BYTES = {"float32": 4, "uint16": 2, "uint8": 1}
 
 
 class Near(NamedTuple):
@@ -46,16 +44,12 @@ class Pictures:
             memory.zeros("Tally.cars", (TALLY_ROWS, world.cars), "uint32"),
             memory.zeros("Tally.marks", (3, world.cars), "uint8"),
         )
-        size = -(-showing.CAR_BYTES * world.cars // 4) * 4
-        self._packed = memory.zeros("picture", (size,), "uint8")
-        columns, at = [], 0
-        # Wide columns come first, so that each begins at a multiple of its width.
-        for name in Picture._fields:
-            dtype = _COLUMNS.get(name, "uint8")
-            end = at + world.cars * _BYTES[dtype]
-            columns.append(self._packed[at:end].view(dtype))
-            at = end
-        self._picture = Picture._make(columns)
+        self._packed = memory.zeros("picture", (moment_bytes(world.cars),), "uint8")
+        packed = {name: self._packed[begin:end].view(PICTURED[name]) for name, begin, end in places(world.cars)}
+        # The kernel writes those columns of the moment that the picture has too where the picture has them.
+        self._columns, wide = allocate_columns(world.backend, "picture", world.cars, packed)
+        narrow = self._packed[: 4 * wide.shape[0]].view("float32")
+        self._page = Page(wide, narrow, packed["index"], packed["flags"])
 
     def take_events(self) -> bytes:
         """Return the events since the last call, as rows of a picture (`motorcade.service.history`), by time."""
@@ -73,12 +67,12 @@ class Pictures:
     def index_of(self, car: int) -> int:
         """Return the index, among the image's words, of what a car executes or holds; NO_INDEX for none."""
         self._pack(showing.ASKED)
-        return int.from_bytes(self._world.backend.read(self._picture.index[car : car + 1]), "little")
+        return int.from_bytes(self._world.backend.read(self._page.index[car : car + 1]), "little")
 
     def _pack(self, purpose: int) -> None:
         world = self._world
-        arguments = purpose, world.tick, world.arrays(), world.read_moment(), self._tally, self._picture
-        world.backend.call("pack_picture", *arguments)
+        world.read_moment(into=self._columns)
+        world.backend.call("pack_picture", purpose, world.tick, world.arrays(), self._columns, self._tally, self._page)
 
     def counted(self, car: int) -> CarTally:
         """Return what has happened to a car."""

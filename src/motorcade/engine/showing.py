@@ -10,21 +10,11 @@ from motorcade.car.brain import HOLDS, RUNNING, SLOT, STATE, WORD, lit_led
 from motorcade.engine import bicycle, channel, clearance, events
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FULL_TURN
+from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS, SENDS, STUCK, Columns
 from motorcade.engine.state import Arrays, Bytes, Cars, Driven, Floats, Ints, Rules, Singles, Words
 from motorcade.words.ticks import TICKS_MASK, reached
 
-# A car's flags in a picture: its word runs; its frame is on the air; it lost, or received, a frame since the moment
-# before; it is to drive forward, and what it touches lets it go no further.
-RUNS = 1
-SENDS = 2
-LOST = 4
-HEARD = 8
-STUCK = 16
-# The index of a car that executes or holds none of the image's words.
-NO_INDEX = 0xFFFF
-# The bytes of a car in a picture, of an event there, and the numbers of an event there.
-CAR_BYTES = 17
-EVENT_BYTES = 20
+# The numbers of an event in a picture.
 EVENT_NUMBERS = EVENT_BYTES // 4
 
 # Rows of Tally.cars. Lost frames are counted at LOST_FRAMES plus their index into LOSS_REASONS.
@@ -50,19 +40,6 @@ DISTANCE_MM = 1
 REACH = 2
 
 
-class Shown(NamedTuple):
-    """What the cars of one world show, in the order of their numbers; as `motorcade.engine.state.Moment`."""
-
-    x_m: Floats
-    y_m: Floats
-    heading: Floats
-    word: Words
-    runs: Bytes
-    wheels: Bytes
-    led: Bytes
-    sends: Bytes
-
-
 class Tally(NamedTuple):
     """What happened to each car, in the order of their numbers, as `note_events` counts it."""
 
@@ -70,22 +47,19 @@ class Tally(NamedTuple):
     marks: Bytes  # (3, cars): LOST and HEARD since the columns were packed for PICTURED, STORED and ASKED
 
 
-class Picture(NamedTuple):
-    """The columns of a moment in a picture; see `motorcade.service.history`."""
+class Page(NamedTuple):
+    """The columns of a picture that a moment doesn't have; its other bytes are columns of the moment."""
 
-    x_m: Singles
-    y_m: Singles
-    heading: Singles
+    wide: Floats  # (3 * cars,): of the moment, one column after the other
+    narrow: Singles  # the same in the picture
     index: Any  # uint16
-    wheels: Bytes
-    led: Bytes
     flags: Bytes
 
 
 """Make the kernel ``read_moment``."""
 
 
-def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules, shown: Shown) -> None:
+def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules, shown: Columns) -> None:
     """Write what the cars of a world show before a tick."""
     count = shown.x_m.shape[0]
     now = tick * rules.tick_ms & TICKS_MASK
@@ -112,8 +86,8 @@ def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules,
 """Make the kernel ``pack_picture``."""
 
 
-def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Shown, tally: Tally, picture: Picture) -> None:
-    """Write the columns of a picture of the only world before a tick, after ``read_moment``.
+def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Columns, tally: Tally, page: Page) -> None:
+    """Write the rest of a picture of the only world before a tick, after ``read_moment``.
 
     The marks of the purpose are taken with it.
 
@@ -136,16 +110,13 @@ def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Shown, tally: T
             index = _last_sent(int(cars.memory[WORD, i]), slot, image, states, words, rules)
         else:
             index = NO_INDEX
-        picture.x_m[k] = shown.x_m[k]
-        picture.y_m[k] = shown.y_m[k]
-        picture.heading[k] = shown.heading[k]
-        picture.index[k] = index
-        picture.wheels[k] = shown.wheels[k]
-        picture.led[k] = shown.led[k]
+        page.index[k] = index
         drives = 0 < int(shown.wheels[k]) < 1 << 2
         stuck = STUCK if drives and clearance.is_stuck(i, tick, arrays) else 0
-        picture.flags[k] = shown.runs[k] * RUNS | shown.sends[k] * SENDS | stuck | tally.marks[purpose, k]
+        page.flags[k] = shown.runs[k] * RUNS | shown.sends[k] * SENDS | stuck | tally.marks[purpose, k]
         tally.marks[purpose, k] = 0
+    for k in range(page.narrow.shape[0]):
+        page.narrow[k] = page.wide[k]
 
 
 @in_kernel

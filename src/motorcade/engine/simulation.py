@@ -8,7 +8,6 @@ import struct
 from array import array
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import NO_VOICE
@@ -18,8 +17,8 @@ from motorcade.engine import bicycle, events, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
 from motorcade.engine.kernels import ALL
-from motorcade.engine.showing import Shown
-from motorcade.engine.state import DRIVEN, Arrays, Moment
+from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
+from motorcade.engine.state import DRIVEN, Arrays
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
@@ -40,7 +39,6 @@ _COUNTED = {
 }
 # Kernels that were cut off are called again with more room, so the room is enough for most calls.
 _MOST_MS_WITH_EVENTS = 200
-_SHOWN = {"x_m": "float64", "y_m": "float64", "heading": "float64", "word": "uint32"}
 
 
 class Simulation:
@@ -94,7 +92,7 @@ class Simulation:
         self.state = layout.cars_of(self.worlds, self.cars, memory)
         self._cells = layout.cells_of(self.worlds, self.cars, memory)
         self._standing = layout.standing_of(mat, len(self.images))
-        self._shown: Shown | None = None
+        self._shown: Columns | None = None
         self._furnish(mat, self.profile)
         self._begin(seeds)
 
@@ -244,23 +242,18 @@ class Simulation:
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
-        memory = self.backend
-        columns = {name: memory.read(column) for name, column in self.read_moment(world)._asdict().items()}
-        views: dict[str, Any] = {name: memoryview(column) for name, column in columns.items()}
-        for name, code in (("x_m", "d"), ("y_m", "d"), ("heading", "d"), ("word", "I")):
-            views[name] = views[name].cast(code)
-        return Moment(t_ms=self.now_ms, counts=self.totals(world), **views)
+        shown = self.read_moment(world)
+        columns = {name: view_column(name, self.backend.read(getattr(shown, name))) for name in COLUMNS}
+        return Moment(t_ms=self.now_ms, counts=self.totals(world), **columns)
 
-    def read_moment(self, world: int = 0) -> Shown:
-        """What the cars of a world show now, as arrays that the next call overwrites."""
-        if self._shown is None:
-            memory = self.backend
-            self._shown = Shown._make(
-                memory.zeros(f"Shown.{name}", (self.cars,), _SHOWN.get(name, "uint8")) for name in Shown._fields
-            )
-        arguments = world, self._tick, self.state, self._driven, self._rules, self._shown
-        self.backend.call("read_moment", *arguments)
-        return self._shown
+    def read_moment(self, world: int = 0, into: Columns | None = None) -> Columns:
+        """Write what the cars of a world show now into arrays; default: arrays that the next call overwrites."""
+        if into is None:
+            if self._shown is None:
+                self._shown, _ = allocate_columns(self.backend, "moment", self.cars)
+            into = self._shown
+        self.backend.call("read_moment", world, self._tick, self.state, self._driven, self._rules, into)
+        return into
 
     def take_rows(self, world: int = 0) -> BackendArray:
         """Return the events of a world since the last call, by time and car.

@@ -3,13 +3,11 @@
 Lengths are µm, times ms, headings binary angles (2^32 is a full turn). Within a world the cars stand in the order of
 the cells that they are in, so that neighbours are near in memory; ``number`` says which car is at an index.
 
-This module needs no NumPy, because a world is also prepared where there is none. Only `Moment` computes with it.
+This module needs no NumPy, because a world is also prepared where there is none.
 """
 
 from array import array
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.engine.events import Counters
@@ -40,9 +38,6 @@ DRIVEN = 3 * 4
 Driven = Ints
 # Strips of a large world; more than threads, so that threads need not wait for a strip with many cars.
 MOST_PARTS = 32
-
-
-_NO_COUNTS: Mapping[str, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,65 +178,3 @@ class Now(NamedTuple):
     said: int  # the voice command that every car hears: NO_VOICE, VOICE_STOP or VOICE_GO of the brain
     first_voice: int  # the mat's voices that are spoken in this tick: from first_voice to last_voice - 1
     last_voice: int
-
-
-class Moment(NamedTuple):
-    """What the cars of a world show at one moment, in the order of their numbers.
-
-    Engine, recordings, pictures and cameras all use this one type.
-
-    Attributes:
-        t_ms: the simulated time.
-        x_m, y_m, heading: metres and radians from -pi to pi; float64 from a world, float32 in recordings.
-        Columns are arrays of NumPy, or memory views where there is no NumPy.
-        word: uint32, the word that each car executes or holds; 0 for none.
-        runs: whether that word's length is not yet over.
-        wheels: direction * 4 + speed level (directions forward, left, right); direction 3 where somebody drives the
-            car.
-        led: the LED that is on, 4 for none.
-        sends: whether the car's frame is on the air.
-        counts: what was counted since the run began, by name, as in `World.counts`; empty where they are not needed.
-    """
-
-    t_ms: int
-    x_m: Metres
-    y_m: Metres
-    heading: Metres
-    word: Words
-    runs: Flags
-    wheels: Bytes
-    led: Bytes
-    sends: Flags
-    counts: Mapping[str, int] = _NO_COUNTS
-
-    def in_single_precision(self) -> "Moment":
-        """The same moment with positions and headings as float32, as recordings and pictures hold them."""
-        x_m, y_m, heading = (_in_single_precision(each) for each in (self.x_m, self.y_m, self.heading))
-        return self._replace(x_m=x_m, y_m=y_m, heading=heading)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The moment for JSON: lists in the order of car numbers, lengths and angles to a millionth."""
-        import numpy as np
-
-        x_m, y_m, heading = (np.round(each.astype(float), 6).tolist() for each in (self.x_m, self.y_m, self.heading))
-        return {
-            "t_ms": self.t_ms,
-            "number": list(range(len(self.x_m))),
-            "x_m": x_m,
-            "y_m": y_m,
-            "heading_rad": heading,
-            "word": self.word.tolist(),
-            "runs": self.runs.tolist(),
-            "wheels": self.wheels.tolist(),
-            "led": self.led.tolist(),
-            "sends": self.sends.tolist(),
-            "counts": dict(self.counts),
-        }
-
-
-def _in_single_precision(column: Any) -> Any:
-    if isinstance(column, memoryview):
-        return memoryview(array("f", column.tolist()))
-    import numpy as np
-
-    return np.asarray(column, np.float32)

@@ -1,7 +1,6 @@
 """The public interface of the engine on a computer: a world of cars, or many worlds side by side, with NumPy."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import psutil
@@ -13,15 +12,15 @@ from motorcade.engine import layout
 from motorcade.engine.backend import Name
 from motorcade.engine.backends import open_backend, processors
 from motorcade.engine.events import EVENT
+from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.engine.native import NativeKernels
 from motorcade.engine.simulation import Simulation
-from motorcade.engine.state import MOST_PARTS, Moment
+from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
-_EVENT_COLUMNS = ("t_ms", "car", "kind", "why", "word", "other")
 
 
 class World(Simulation):
@@ -88,13 +87,8 @@ class World(Simulation):
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are arrays of NumPy."""
-        now = super().snapshot(world)
-        columns: dict[str, Any] = {
-            name: np.array(value) for name, value in now._asdict().items() if isinstance(value, memoryview)
-        }
-        for flag in ("runs", "sends"):
-            columns[flag] = columns[flag].view(bool)
-        return now._replace(**columns)
+        arrays = super().snapshot(world).map(lambda name, column: np.array(column))
+        return arrays.map(lambda name, column: column.view(bool) if COLUMNS[name].packed == "bool" else column)
 
     def take_events(self) -> NDArray[np.void]:
         """The events since the last call, as an array of EVENT, sorted by time, world and car.
@@ -116,7 +110,7 @@ class World(Simulation):
         rows = self.take_rows(world)
         taken = np.zeros(len(rows), EVENT)
         taken["world"] = world
-        for name in _EVENT_COLUMNS:
+        for name in Event._fields:
             taken[name] = rows[:, getattr(event_rows, name.upper())]
         return taken
 

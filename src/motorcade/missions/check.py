@@ -5,8 +5,8 @@ from functools import reduce
 from typing import Any, NamedTuple
 
 from motorcade.engine.events import COLUMNS
+from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
-from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
 from motorcade.missions.document import Mission
 from motorcade.missions.goals import GoalState

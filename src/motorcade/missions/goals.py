@@ -10,24 +10,13 @@ from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 from motorcade.car.brain import NO_LED
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.locales import languages, page_text
 from motorcade.missions.document import Goal, Mission, Wording, Zone
 
 # What the watch of a goal says: not yet met, met at present but not for good, met for good, lost for good.
 Progress = Literal["open", "holds", "met", "lost"]
-
-
-class Event(NamedTuple):
-    """One event, as `motorcade.engine.events.EVENT` has it, of one world."""
-
-    t_ms: int
-    car: int
-    kind: int
-    why: int
-    word: int
-    other: int
 
 
 class GoalState(NamedTuple):

@@ -4,12 +4,11 @@ import math
 from collections.abc import Sequence
 
 from motorcade.car.brain import STILL
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
 from motorcade.missions.document import Goal, Mission, Wording, Zone
 from motorcade.missions.goals import (
-    Event,
     GoalState,
     GoalWatch,
     car_phrase,

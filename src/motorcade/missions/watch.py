@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from typing import Any
 
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Event, Moment
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions import goals, safety_goals, word_goals
 from motorcade.missions.document import Goal, Mission, Wording
-from motorcade.missions.goals import Event, GoalState, GoalWatch
+from motorcade.missions.goals import GoalState, GoalWatch
 from motorcade.words.image import Image, parse_image_bytes
 
 # A run is watched every so many ms, beginning at 0.
@@ -50,7 +50,7 @@ class MissionWatch:
         return self._now_ms >= self._mission.duration_ms
 
     def see(self, moment: Moment, events: Iterable[tuple[int, ...]] = ()) -> None:
-        """Take the next moment, and the events since the one before it (`motorcade.missions.goals.Event`).
+        """Take the next moment, and the events since the one before it (`motorcade.engine.moment.Event`).
 
         Moments after the end, and a moment that is not later than the one before, change nothing.
         """

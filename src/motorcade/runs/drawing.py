@@ -13,7 +13,7 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Moment
 from motorcade.errors import Phrase
 from motorcade.locales import FIRST, catalogue
 from motorcade.runs.palette import LEDS, rgb

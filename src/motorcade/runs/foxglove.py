@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Moment
 from motorcade.runs.palette import LEADER, LEDS, WordColours, rgb
 from motorcade.runs.recording import Description
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from zstandard import ZstdError
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import COLUMNS, Column, Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
 from motorcade.runs.recording import EVENT_FIELDS, Description, events_as_dicts, part_of
@@ -32,23 +32,22 @@ _MOST_EVENTS = 10_000
 _METADATA = "motorcade"
 
 
-def _columns(title: str, **kinds: str) -> dict[str, Any]:
-    arrays = {name: {"type": "array", "items": {"type": kind}} for name, kind in kinds.items()}
-    return {"title": title, "type": "object", "properties": {"t_ms": {"type": "integer"}, **arrays}}
+def _schema_of(column: Column) -> dict[str, Any]:
+    kind = {"float32": "number", "bool": "boolean"}.get(column.packed, "integer")
+    limits = {} if kind == "boolean" else {"minimum": column.least, "maximum": column.most}
+    items = {"type": kind, **{name: value for name, value in limits.items() if value is not None}}
+    return {"type": "array", "items": items}
 
 
-CARS = _columns(
-    "motorcade.Cars",
-    number="integer",
-    x_m="number",
-    y_m="number",
-    heading_rad="number",
-    word="integer",
-    runs="boolean",
-    wheels="integer",
-    led="integer",
-    sends="boolean",
-)
+CARS = {
+    "title": "motorcade.Cars",
+    "type": "object",
+    "properties": {
+        "t_ms": {"type": "integer"},
+        "number": {"type": "array", "items": {"type": "integer"}},
+        **{each.recorded or name: _schema_of(each) for name, each in COLUMNS.items()},
+    },
+}
 _EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in EVENT_FIELDS}
 EVENTS = {
     "title": "motorcade.Events",
@@ -74,7 +73,7 @@ class McapSink:
         self._channels = {
             "/mat": self._channel("/mat", SCENE_UPDATE_NAME, SCENE_UPDATE),
             "/scene": self._channel("/scene", SCENE_UPDATE_NAME, SCENE_UPDATE),
-            "/cars": self._channel("/cars", CARS["title"], CARS),
+            "/cars": self._channel("/cars", "motorcade.Cars", CARS),
             "/events": self._channel("/events", "motorcade.Events", EVENTS),
         }
         self._add("/mat", 0, mat_message(about))
@@ -154,18 +153,8 @@ class McapRecording:
             if topic == "/counts":
                 counts = message
                 continue
-            yield Moment(
-                t_ms,
-                np.array(message["x_m"], np.float32),
-                np.array(message["y_m"], np.float32),
-                np.array(message["heading_rad"], np.float32),
-                np.array(message["word"], np.uint32),
-                np.array(message["runs"], np.bool_),
-                np.array(message["wheels"], np.uint8),
-                np.array(message["led"], np.uint8),
-                np.array(message["sends"], np.bool_),
-                counts,
-            )
+            columns = {name: np.array(message[each.recorded or name], each.packed) for name, each in COLUMNS.items()}
+            yield Moment(t_ms, **columns, counts=counts)
 
     def events(self) -> Iterator[NDArray[np.void]]:
         for _, message in self._messages("/events"):

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import PLAIN, Box, Cars, bounding_box, draw_mat, picture_text, recording_box, show_box
 from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, profile_from_dict
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Event, Moment
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Starts
 from motorcade.mats.document import document_of, mat_of
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from motorcade.engine.simulation import Simulation
 
 FORMAT = "motorcade-recording/1"
-EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
+EVENT_FIELDS = Event._fields
 DATA_ENDING = ".mcap"
 FILM_ENDING = ".gif"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")

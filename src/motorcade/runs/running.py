@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.backend import Name as Kernels
 from motorcade.engine.events import EVENT, START
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, draw

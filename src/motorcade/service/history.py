@@ -1,20 +1,23 @@
 """The past of a world, as bytes, and the format of the pictures that a page draws of it.
 
-All numbers are little-endian. A picture is a header (its kind, flags, number, t_ms, how many cars, events, and frames
-that were lost in the last LATELY_MS), the columns of a moment (17 bytes a car, filled up to a multiple
-of four: x_m, y_m, heading as float32, index of the word as uint16, wheels, led and flags as uint8), and rows of 20
-bytes for the events since the last picture: t_ms, car, kind and reason, word, other. `motorcade.engine.showing` has the
-flags of a car, and its kernels pack moments and events.
+All numbers are little-endian. A picture is its HEADER (``lost``: how many frames were lost in the last LATELY_MS), the
+columns of a moment (`motorcade.engine.moment.PICTURED`, filled up to a multiple of four bytes), and rows of events
+since the last picture (`motorcade.engine.moment.EVENT_ROW`). The engine's kernels pack moments and events.
 """
 
+import csv
+import io
 import struct
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Annotated, NamedTuple, get_type_hints
 
-from motorcade.engine.events import LOST
-from motorcade.engine.showing import CAR_BYTES, EVENT_BYTES
+from motorcade.engine.events import KINDS, LOSS_REASONS, LOST
+from motorcade.engine.moment import EVENT_BYTES, EVENT_ROW, Event, unpack_events
+from motorcade.errors import MotorcadeError
+from motorcade.service.messages import EventRows, Text
+from motorcade.words.infrared import tag_of, word_of
 
 PICTURE = 1
 # A picture's flags.
@@ -28,47 +31,43 @@ LATELY_MS = 5000
 MOST_MOMENT_BYTES = 24 << 20
 MOST_EVENT_BYTES = 12 << 20
 PAST_BYTES = (MOST_MOMENT_BYTES, MOST_EVENT_BYTES)
+_TABLE_COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
-# As in a picture: time, car, kind, reason, word, and other.
-_EVENT = struct.Struct("<IIBBxxII")
-_TIME = struct.Struct("<I")
-_KIND = struct.Struct("<8xB11x")
-_HEADER = struct.Struct("<BBHIIIII")
-# Where the moment of a picture begins.
+
+
+class Header(NamedTuple):
+    """The header of a picture: its fields with the types that `struct` has for them."""
+
+    kind: Annotated[int, "B"]
+    flags: Annotated[int, "B"]
+    reserved: Annotated[int, "H"]
+    number: Annotated[int, "I"]
+    t_ms: Annotated[int, "I"]
+    cars: Annotated[int, "I"]
+    events: Annotated[int, "I"]
+    lost: Annotated[int, "I"]
+
+    def __bytes__(self) -> bytes:
+        return _HEADER.pack(*self)
+
+
+HEADER = {name: hint.__metadata__[0] for name, hint in get_type_hints(Header, include_extras=True).items()}
+_HEADER = struct.Struct("<" + "".join(HEADER.values()))
 HEADER_BYTES = _HEADER.size
+"""Where the columns of a picture begin."""
+
+
+def header_of(picture: bytes) -> Header:
+    """Read the header of a picture."""
+    return Header._make(_HEADER.unpack_from(picture))
 
 
 def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, moment: bytes, events: bytes) -> bytes:
     """Return a picture of ``moment`` and the newest MOST_EVENTS rows of ``events``; ``lost`` frames in LATELY_MS."""
     events = events[-MOST_EVENTS * EVENT_BYTES :]
-    count = len(events) // EVENT_BYTES
-    return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, count, lost) + moment + events
-
-
-def index_and_flags(moment: bytes, cars: int, car: int) -> tuple[int, int]:
-    """Return two columns of a moment for a car: the index of its word, and its flags."""
-    index = int.from_bytes(moment[12 * cars + 2 * car :][:2], "little")
-    return index, moment[(CAR_BYTES - 1) * cars + car]
-
-
-class StoredEvent(NamedTuple):
-    """An event of a car; kind and reason are indices of `motorcade.engine.events`."""
-
-    t_ms: int
-    car: int
-    kind: int
-    why: int
-    word: int
-    other: int
-
-
-class StoredMoment(NamedTuple):
-    """A moment of the past, and all stored events of one car, also those of later."""
-
-    t_ms: int
-    moment: bytes
-    events: list[StoredEvent]
+    header = Header(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, len(events) // EVENT_BYTES, lost)
+    return bytes(header) + moment + events
 
 
 class History:
@@ -133,8 +132,7 @@ class History:
             return 0
         stored_ms, lost = self._losses[at]
         between = self.events_between(stored_ms - 1, t_ms - 1) if t_ms > stored_ms else b""
-        kinds: Iterator[tuple[int]] = _KIND.iter_unpack(between)
-        return lost + sum(kind == LOST for (kind,) in kinds)
+        return lost + sum(event.kind == LOST for event in unpack_events(between))
 
     def newest_events(self, most: int) -> bytes:
         """The last ``most`` rows."""
@@ -147,9 +145,9 @@ class History:
                 break
         return b"".join(batches)[-most * EVENT_BYTES :]
 
-    def events_of(self, car: int) -> list[StoredEvent]:
+    def events_of(self, car: int) -> list[Event]:
         """The events of a car, by time."""
-        return [StoredEvent._make(row) for batch in self._events for row in _EVENT.iter_unpack(batch) if row[1] == car]
+        return [Event._make(row) for batch in self._events for row in EVENT_ROW.iter_unpack(batch) if row[1] == car]
 
     def events(self) -> list[bytes]:
         """All rows, in batches."""
@@ -159,4 +157,28 @@ class History:
 def _row_after(batch: bytes, t_ms: int) -> int:
     """The index of the first row that is later than ``t_ms``."""
     rows = range(len(batch) // EVENT_BYTES)
-    return bisect_right(rows, t_ms, key=lambda row: _TIME.unpack_from(batch, row * EVENT_BYTES)[0])
+    return bisect_right(rows, t_ms, key=lambda row: EVENT_ROW.unpack_from(batch, row * EVENT_BYTES)[0])
+
+
+def table_text(events: bytes, has_head: bool = False) -> str:
+    """Return rows of events (`motorcade.engine.moment.EVENT_ROW`) as CSV; with the columns' names where `has_head`."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    if has_head:
+        writer.writerow(_TABLE_COLUMNS)
+    for t_ms, car, kind, why, word, other in unpack_events(events):
+        name, tag = KINDS[kind], 0
+        if name == "start":
+            tag = other
+        elif name in ("frame", "heard") and tag_of(word):
+            word, tag = word_of(word), tag_of(word)
+        writer.writerow((t_ms, car, name, LOSS_REASONS[why], f"0x{word:08X}", other, tag))
+    return text.getvalue()
+
+
+def event_table(sent: EventRows) -> Text:
+    """Return the page's events as CSV. Raises MotorcadeError where they aren't whole rows of events."""
+    try:
+        return Text(table_text(sent.rows, has_head=True))
+    except (struct.error, IndexError):
+        raise MotorcadeError("bad-message", reason="these are no rows of events") from None

@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Iterator
 
-from motorcade.engine.showing import EVENT_BYTES
+from motorcade.engine.moment import EVENT_BYTES
 from motorcade.service.history import (
     EVERY_MS,
     FIRST,
@@ -12,7 +12,6 @@ from motorcade.service.history import (
     MOST_EVENTS,
     PAST,
     History,
-    StoredMoment,
     pack_picture,
 )
 from motorcade.service.messages import MatDocument
@@ -238,8 +237,8 @@ class Playback:
             return None
         if self._shown_ms is None:
             return self.world.details(self._watched)
-        then = StoredMoment(*self._history.moment_at(self._shown_ms), self._history.events_of(self._watched))
-        return self.world.details_then(self._watched, then)
+        t_ms, moment = self._history.moment_at(self._shown_ms)
+        return self.world.details_then(self._watched, t_ms, moment, self._history.events_of(self._watched))
 
     def events(self) -> list[bytes]:
         """All stored rows of events, in batches."""

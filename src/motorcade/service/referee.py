@@ -1,21 +1,17 @@
 """Watch a mission's goals while a page plays its world, and tell how it stands with them at any stored time."""
 
-import struct
 from bisect import bisect_right
 
 from motorcade.engine.events import START
-from motorcade.engine.showing import EVENT_BYTES
-from motorcade.engine.state import Moment
+from motorcade.engine.moment import to_moment, unpack_events
 from motorcade.missions.document import Mission
-from motorcade.missions.goals import Event, GoalState
+from motorcade.missions.goals import GoalState
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.service import history
 from motorcade.service.messages import sentences
 from motorcade.service.world_messages import GoalNow, Goals
 
 assert EVERY_MS == history.EVERY_MS
-_EVENT = struct.Struct("<IIBBHII")
-assert _EVENT.size == EVENT_BYTES
 
 
 class Referee:
@@ -47,9 +43,9 @@ class Referee:
         """Take a stored moment and the rows of events since the one before, as `motorcade.service.history` has them."""
         if self.is_over:
             return
-        rows = _EVENT.iter_unpack(events)
-        begun = [Event(*row[:4], *row[5:]) for row in rows if row[2] == START]
-        self._watch.see(unpacked(t_ms, moment, len(self.mission.mat.starts), touching_ms), begun)
+        begun = [event for event in unpack_events(events) if event.kind == START]
+        shown = to_moment(t_ms, moment, len(self.mission.mat.starts), {"touching_ms": touching_ms})
+        self._watch.see(shown, begun)
         states = self._watch.states()
         if not self._states or states != self._states[-1]:
             self._times.append(t_ms)
@@ -64,12 +60,3 @@ class Referee:
             is_over=self.is_over and is_last,
             goals=[GoalNow(*each[:4], sentences(each.why), list(each.cars)) for each in states],
         )
-
-
-def unpacked(t_ms: int, moment: bytes, cars: int, touching_ms: int) -> Moment:
-    """Return the columns of a stored moment that goals need, as tuples."""
-    x_m, y_m, heading = (struct.unpack_from(f"<{cars}f", moment, 4 * cars * column) for column in range(3))
-    # Behind three columns of four bytes and one of two come wheels, LEDs and flags, a byte each.
-    wheels, led = (moment[14 * cars + cars * column :][:cars] for column in range(2))
-    nothing: tuple[int, ...] = ()
-    return Moment._make((t_ms, x_m, y_m, heading, nothing, nothing, wheels, led, nothing, {"touching_ms": touching_ms}))

@@ -11,7 +11,7 @@ from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import cures, exchange, messages, missions
 from motorcade.service.documents import example, examples, open_file, open_text, project_text
-from motorcade.service.event_table import event_table
+from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_shelf
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures

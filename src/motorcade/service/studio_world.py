@@ -12,14 +12,13 @@ from motorcade.car.brain import HOLDS, RUNNING, SLOT, STARTED_MS, WORD
 from motorcade.config.profile import Profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
+from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment, view_column
 from motorcade.engine.pictures import Near, Pictures
-from motorcade.engine.showing import NO_INDEX, RUNS
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
 from motorcade.missions.document import Mission
-from motorcade.service.history import StoredMoment, index_and_flags
 from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import MatDocument, sentences
 from motorcade.service.missions import chosen_mission
@@ -138,15 +137,18 @@ class StudioWorld:
         reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), cure, value)
         return CarDetails(car=car, **self._word_of(car), **counted, why=reason)
 
-    def details_then(self, car: int, then: StoredMoment) -> CarDetails:
-        """Return the details of a car at a moment of the past; ``why`` is of the present."""
+    def details_then(self, car: int, t_ms: int, moment: bytes, events: Sequence[Event]) -> CarDetails:
+        """Return the details of a car at a stored moment; ``why`` is of the present.
+
+        ``events`` are all that are stored of the car, also later ones.
+        """
         now = self.details(car)
-        before = [event for event in then.events if event.t_ms < then.t_ms]
-        after = Counter((event.kind, event.why) for event in then.events if event.t_ms >= then.t_ms)
+        before = [event for event in events if event.t_ms < t_ms]
+        after = Counter((event.kind, event.why) for event in events if event.t_ms >= t_ms)
         begun = next((event for event in reversed(before) if event.kind in (STATE, START)), None)
         heard = next((event for event in reversed(before) if event.kind == HEARD), None)
-        index, flags = index_and_flags(then.moment, self.cars, car)
-        runs = bool(flags & RUNS)
+        columns = unpack_moment(moment, self.cars)
+        index, runs = columns["index"][car], bool(columns["flags"][car] & RUNS)
         word = begun.word if begun else None
         # With several images the index may be of another one than the first.
         if index != NO_INDEX and len(self._world.images) == 1:
@@ -156,7 +158,7 @@ class StudioWorld:
             **_shown_word(word if runs or not now.leads else None),
             index=index,
             runs=runs,
-            since_ms=elapsed_ms(then.t_ms, begun.t_ms) if begun else None,
+            since_ms=elapsed_ms(t_ms, begun.t_ms) if begun else None,
             frames=now.frames - after[SENT, 0],
             heard=now.heard - after[HEARD, 0],
             lost={why: now.lost[why] - after[LOST, k] for k, why in enumerate(LOSS_REASONS) if why},
@@ -201,7 +203,7 @@ class StudioWorld:
         (wheels,) = memory.read(shown.wheels[car : car + 1])
         if not wheels & 3 or wheels >> 2:
             return None
-        x_m, y_m, heading = (memoryview(memory.read(each)).cast("d") for each in (shown.x_m, shown.y_m, shown.heading))
+        x_m, y_m, heading = (view_column(name, memory.read(getattr(shown, name))) for name in ("x_m", "y_m", "heading"))
         return in_the_way(self._world.mat, car, x_m, y_m, heading[car], self.profile.body.diameter_mm / 2000)
 
     def _word_of(self, car: int) -> dict[str, Any]:

@@ -1,11 +1,11 @@
 /** A world of cars in play: the messages to it, its answers, and its pictures. */
 
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
-import { CAR_BYTES, EVENT_COLUMNS, HEADER_BYTES, type KINDS, type LOSS_REASONS } from "../generated/world";
+import { columnBytes, type Columns, columnsOf, EVENT_COLUMNS, HEADER, HEADER_BYTES, type KINDS, type LOSS_REASONS } from "../generated/world";
 import { LastingStream } from "./connection";
 import { service, type Stream, type StreamListeners } from "./service";
 
-export { EVENT_COLUMNS, Flag, KINDS, LATELY_S, LOSS_REASONS, MOST_EVENTS, NO_INDEX, NO_LED } from "../generated/world";
+export { EVENT_COLUMNS, EventColumn, Flag, KINDS, LATELY_S, LOSS_REASONS, MOST_EVENTS, NO_INDEX, NO_LED } from "../generated/world";
 
 export interface Pose {
   x_m: number;
@@ -17,8 +17,8 @@ export type Command = WorldMessage;
 export type Answer = WorldAnswer;
 export type { CarDetails, Goals, Hello, State as WorldState, Refused as WorldProblem } from "../generated/messages";
 
-/** What all cars show at a moment; the arrays lie in the received bytes. */
-export interface Picture {
+/** What all cars show at a moment, and what happened since the picture before. */
+export interface Picture extends Columns {
   frame: number;
   tMs: number;
   /** Whether it is a stored moment instead of the present. */
@@ -28,58 +28,32 @@ export interface Picture {
   cars: number;
   /** How many frames were lost in the LATELY_S before. */
   lost: number;
-  x: Float32Array;
-  y: Float32Array;
-  heading: Float32Array;
-  index: Uint16Array;
-  wheels: Uint8Array;
-  led: Uint8Array;
-  flags: Uint8Array;
   /** Rows of EVENT_COLUMNS numbers; `EventColumn` says which. */
   events: Uint32Array;
 }
 
-/** `kind` holds the kind in its lowest byte and the reason in the one above. */
-export const EventColumn = { tMs: 0, car: 1, kind: 2, word: 3, other: 4 } as const;
 export type EventKind = (typeof KINDS)[number];
 export type LossReason = (typeof LOSS_REASONS)[number];
 
 const PICTURE = 1;
 
-/** How many bytes the columns of so many cars take, up to a multiple of four. */
-export const columnBytes = (cars: number): number => Math.ceil((CAR_BYTES * cars) / 4) * 4;
-
-/** The columns of so many cars, which begin at a place of the bytes. */
-export function columnsOf(bytes: ArrayBuffer, begin: number, cars: number) {
-  const at = (bytesACar: number) => begin + bytesACar * cars;
-  return {
-    x: new Float32Array(bytes, at(0), cars),
-    y: new Float32Array(bytes, at(4), cars),
-    heading: new Float32Array(bytes, at(8), cars),
-    index: new Uint16Array(bytes, at(12), cars),
-    wheels: new Uint8Array(bytes, at(14), cars),
-    led: new Uint8Array(bytes, at(15), cars),
-    flags: new Uint8Array(bytes, at(16), cars),
-  };
-}
-
 /** Null for bytes that are no picture: of another kind, or cut off. */
 export function decodePicture(bytes: ArrayBuffer): Picture | null {
   if (bytes.byteLength < HEADER_BYTES) return null;
   const head = new DataView(bytes);
-  const n = head.getUint32(12, true);
-  const events = head.getUint32(16, true);
-  const eventsAt = HEADER_BYTES + columnBytes(n);
-  if (head.getUint8(0) !== PICTURE || bytes.byteLength !== eventsAt + events * EVENT_COLUMNS * 4) return null;
-  const flags = head.getUint8(1);
+  const number = (at: number) => head.getUint32(at, true);
+  const [cars, events] = [number(HEADER.cars), number(HEADER.events)];
+  const eventsAt = HEADER_BYTES + columnBytes(cars);
+  if (head.getUint8(HEADER.kind) !== PICTURE || bytes.byteLength !== eventsAt + events * EVENT_COLUMNS * 4) return null;
+  const flags = head.getUint8(HEADER.flags);
   return {
-    frame: head.getUint32(4, true),
-    tMs: head.getUint32(8, true),
+    frame: number(HEADER.number),
+    tMs: number(HEADER.t_ms),
     past: (flags & 1) !== 0,
     fresh: (flags & 2) !== 0,
-    cars: n,
-    lost: head.getUint32(20, true),
-    ...columnsOf(bytes, HEADER_BYTES, n),
+    cars,
+    lost: number(HEADER.lost),
+    ...columnsOf(bytes, HEADER_BYTES, cars),
     events: new Uint32Array(bytes, eventsAt, events * EVENT_COLUMNS),
   };
 }

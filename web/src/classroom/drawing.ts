@@ -1,7 +1,8 @@
 /** Small worlds: what a picture of the wall holds, and a world drawn on a canvas, seen from above. */
 
-import { columnBytes, columnsOf, type Picture, Flag } from "../api/world";
+import { type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
+import { columnBytes, columnsOf } from "../generated/world";
 import { inLanguage } from "../i18n";
 import { around, type Box, boxAround, boxOfMat, boxOfZone, grown } from "../mat/camera";
 import { beacon, dot, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";

@@ -90,6 +90,31 @@ export interface Mat extends MatDocument {
   physics?: { collisions?: boolean; line_of_sight?: boolean; capture_ratio?: number; beam_half_angle_deg?: number; bit_error_rate?: number; wheel_noise?: number; };
 }
 
+/** What all cars show at a moment; the arrays lie in the received bytes. */
+export interface Columns {
+  x: Float32Array;  // m
+  y: Float32Array;  // m
+  heading: Float32Array;  // rad -3.14 to 3.14
+  index: Uint16Array;
+  wheels: Uint8Array;  // 0 to 15
+  led: Uint8Array;  // 0 to 4
+  flags: Uint8Array;
+}
+
+/** How many bytes the columns of so many cars take, up to a multiple of four. */
+export const columnBytes = (cars: number): number => Math.ceil((17 * cars) / 4) * 4;
+
+/** The columns of so many cars, which begin at a place of the bytes. */
+export const columnsOf = (bytes: ArrayBuffer, begin: number, cars: number): Columns => ({
+  x: new Float32Array(bytes, begin + 0 * cars, cars),
+  y: new Float32Array(bytes, begin + 4 * cars, cars),
+  heading: new Float32Array(bytes, begin + 8 * cars, cars),
+  index: new Uint16Array(bytes, begin + 12 * cars, cars),
+  wheels: new Uint8Array(bytes, begin + 14 * cars, cars),
+  led: new Uint8Array(bytes, begin + 15 * cars, cars),
+  flags: new Uint8Array(bytes, begin + 16 * cars, cars),
+});
+
 /** The index of a car that holds none of the image's words. */
 export const NO_INDEX = 65535;
 
@@ -102,14 +127,17 @@ export const LATELY_S = 5;
 /** A picture has the newest events, at most so many. */
 export const MOST_EVENTS = 4000;
 
+/** Where the fields of a picture's header are. */
+export const HEADER = {"kind": 0, "flags": 1, "reserved": 2, "number": 4, "t_ms": 8, "cars": 12, "events": 16, "lost": 20} as const;
+
 /** Where the columns of a picture begin. */
 export const HEADER_BYTES = 24;
 
-/** The bytes of a car in a picture. */
-export const CAR_BYTES = 17;
-
 /** The numbers of an event in a picture. */
 export const EVENT_COLUMNS = 5;
+
+/** `kind` has the kind in its lowest byte, and the reason in the one above. */
+export const EventColumn = {"tMs": 0, "car": 1, "kind": 2, "word": 3, "other": 4} as const;
 
 /** A car's flags in a picture. */
 export const Flag = {"runs": 1, "sends": 2, "lost": 4, "heard": 8, "stuck": 16} as const;

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 from weakref import WeakKeyDictionary
 
-import numpy as np
 from anyio import BrokenWorkerProcess, to_process
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
@@ -32,10 +31,10 @@ from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
-from motorcade.server.studio.simulation import EVENT_ROW, ServerWorld
+from motorcade.server.studio.simulation import ServerWorld
 from motorcade.server.studio.workers import Workers
-from motorcade.service.event_table import table_text
 from motorcade.service.exchange import export_answer
+from motorcade.service.history import table_text
 from motorcade.service.messages import Capabilities
 
 _EXPORT = "projects/export"
@@ -203,10 +202,8 @@ def _download_route(visitors: Visitors, worlds: PageWorlds) -> Route:
 
 def timeline(batches: Iterable[bytes]) -> Iterator[str]:
     """Yield rows of events as CSV: the header, then a text for each batch."""
-    yield table_text((), has_head=True)
-    for batch in batches:
-        rows = np.frombuffer(batch, EVENT_ROW).tolist()
-        yield table_text((t_ms, car, kind, why, word, other) for t_ms, car, kind, why, _, word, other in rows)
+    yield table_text(b"", has_head=True)
+    yield from map(table_text, batches)
 
 
 def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:

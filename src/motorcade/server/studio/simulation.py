@@ -1,17 +1,14 @@
 """A page's world in the server, with what needs NumPy there: the views of cameras, and the moments of films."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
-from motorcade.engine.showing import CAR_BYTES, EVENT_BYTES, NO_INDEX, RUNS, SENDS
+from motorcade.engine.moment import NO_INDEX, RUNS, SENDS, Moment, to_moment, unpack_moment
 from motorcade.engine.simulation import Simulation
-from motorcade.engine.state import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat
 from motorcade.runs.recording import Description
@@ -20,31 +17,6 @@ from motorcade.service.referee import Referee
 from motorcade.service.studio_world import StudioWorld, prepare_world
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import bytes_to_words
-
-EVENT_ROW = np.dtype(
-    [
-        ("t_ms", "<u4"),
-        ("car", "<u4"),
-        ("kind", "u1"),
-        ("why", "u1"),
-        ("reserved", "<u2"),
-        ("word", "<u4"),
-        ("other", "<u4"),
-    ]
-)
-assert EVENT_ROW.itemsize == EVENT_BYTES
-_COLUMNS = ("<f4", "<f4", "<f4", "<u2", "u1", "u1", "u1")
-assert sum(np.dtype(kind).itemsize for kind in _COLUMNS) == CAR_BYTES
-
-
-def unpack_moment(data: bytes, cars: int) -> list[NDArray[Any]]:
-    """Return the columns of a moment (`motorcade.service.history`)."""
-    columns: list[NDArray[Any]] = []
-    at = 0
-    for kind in _COLUMNS:
-        columns.append(np.frombuffer(data, kind, cars, at))
-        at += columns[-1].nbytes
-    return columns
 
 
 class ServerWorld(StudioWorld):
@@ -70,12 +42,12 @@ class ServerWorld(StudioWorld):
     def frames(self, moments: Iterator[tuple[int, bytes]]) -> Iterator[Moment]:
         """Stored moments for a film."""
         for t_ms, data in moments:
-            x_m, y_m, heading, index, wheels, led, flags = unpack_moment(data, self.cars)
-            is_known = index != NO_INDEX
-            word = np.where(is_known, self._words[np.where(is_known, index, 0)], 0).astype(np.uint32)
-            runs, sends = (flags & flag > 0 for flag in (RUNS, SENDS))
+            columns = unpack_moment(data, self.cars)
+            index, flags = np.asarray(columns["index"]), np.asarray(columns["flags"])
+            word = np.where(index == NO_INDEX, 0, self._words[np.where(index == NO_INDEX, 0, index)])
+            shown = to_moment(t_ms, data, self.cars)._replace(word=word, runs=flags & RUNS > 0, sends=flags & SENDS > 0)
             # An empty dict, not the default: a mappingproxy can't be sent to the process that draws.
-            yield Moment(t_ms, x_m, y_m, heading, word, runs, wheels, led, sends, {})
+            yield shown.map(lambda name, column: np.array(column))._replace(counts={})
 
 
 def build_world(
