@@ -17,7 +17,7 @@ from motorcade.mats import read_mat
 from motorcade.missions.document import missions
 from motorcade.program.blocks import program_of
 from motorcade.program.compiler import compile_program
-from motorcade.server.studio.simulation import build_world
+from motorcade.server.studio.driving import build_world
 from motorcade.service.documents import EXAMPLES as GALLERY
 from motorcade.service.documents import example
 from motorcade.service.world_messages import SetWorld

@@ -3,7 +3,6 @@
 import base64
 import json
 import struct
-from types import SimpleNamespace
 
 import pytest
 
@@ -91,7 +90,7 @@ def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
 class StillWorld:
     """A world of one car, as the wall meets it; it is in play, and its newest moment is set by the test."""
 
-    cars, playing, referee = 1, True, None
+    cars, playing, referee, sent = 1, True, None, {}
 
     def __init__(self):
         self.world = self
@@ -110,7 +109,7 @@ class StillWorld:
 
 def test_a_slow_projector_gets_no_film():
     still = StillWorld()
-    wall = WallPictures(lambda: [ShownWorld("01", SimpleNamespace(sent={}), still, MAT)])
+    wall = WallPictures(lambda: [ShownWorld("01", still, still, MAT)])
     sent = []
     for step in range(6):
         still.at(step)
@@ -127,7 +126,7 @@ def test_the_list_is_sent_at_most_once_a_second():
     still = StillWorld()
     mats = [dict(MAT) for _ in range(10)]
     now = iter(mats)
-    wall = WallPictures(lambda: [ShownWorld("01", SimpleNamespace(sent={}), still, next(now))])
+    wall = WallPictures(lambda: [ShownWorld("01", still, still, next(now))])
     lists = [type(answer) for step in range(10) for answer in wall.answers(step / 5)]
     assert lists.count(Wall) == 2
     assert lists.count(bytes) == 2, "no picture refers to a list that the page doesn't have"

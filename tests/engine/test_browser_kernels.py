@@ -17,7 +17,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats import read_mat
 from motorcade.missions.document import missions
 from motorcade.program.compiler import compile_program
-from motorcade.server.studio.simulation import build_world
+from motorcade.server.studio.driving import build_world
 from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.soak import SOAK

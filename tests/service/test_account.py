@@ -21,7 +21,7 @@ from motorcade.engine.events import FRAME, HEARD, KINDS, LOSS_REASONS, LOST, OVE
 from motorcade.engine.moment import NO_INDEX
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Mat, Pose, Starts
-from motorcade.server.studio.simulation import ServerWorld
+from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import Move, Reset, Seek, Speak, Step, Watch
 from motorcade.service.world_session import WorldSession
 from motorcade.words.image import bytes_to_words
@@ -253,7 +253,7 @@ def begun(case: Case, session: WorldSession, page: PageAccount, driven: DrivenCa
     """Show a world in its beginning."""
     world = World(case.mat, case.images, case.profile, seeds=case.seed, events=True, threads=1)
     on_page = WorldOnPage(session, page)
-    on_page.take(session.begin(ServerWorld(world, driven=driven)))
+    on_page.take(session.begin(StudioWorld(world, steering=driven)))
     page.do(range_mm=case.profile.infrared.range_mm)
     return on_page
 

@@ -7,7 +7,7 @@ import pytest
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.browser.shell import CAPABILITIES, Shell
 from motorcade.browser.storage import BrowserStorage
-from motorcade.server.studio.simulation import build_world
+from motorcade.server.studio.driving import build_world
 from support.pictures import Picture
 from support.world_page import MAT, SET
 

@@ -7,7 +7,7 @@ import pytest
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio.simulation import build_world
+from motorcade.server.studio.driving import build_world
 from motorcade.service.messages import MissionChoice
 from motorcade.service.world_messages import SetWorld, Step
 from motorcade.service.world_session import WorldSession

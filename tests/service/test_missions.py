@@ -12,8 +12,8 @@ from motorcade.locales import languages
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission, missions
 from motorcade.program.blocks import blocks_of
+from motorcade.server.studio.driving import build_world
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.simulation import build_world
 from motorcade.service.messages import Capabilities, MissionChoice
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond

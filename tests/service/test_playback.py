@@ -9,9 +9,10 @@ from motorcade import Followers, Mat, Pose, Program, World, compile_program, for
 from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
-from motorcade.server.studio.simulation import ServerWorld
-from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History
-from motorcade.service.playback import PICTURE_S, Playback
+from motorcade.service.history import FIRST, MOST_EVENTS, PAST, PAST_BYTES
+from motorcade.service.studio_world import StudioWorld
+from motorcade.service.world_messages import Furnish, Move, Reset, Step, Watch
+from motorcade.service.world_session import PICTURE_S, WorldSession
 from support.pictures import Picture
 
 STATES = 2
@@ -25,16 +26,18 @@ EMPTY_MAT = {"format": "motorcade-mat/1", "name": "empty"}
 NEAR = [Pose(0, 0), Pose(0.5, 0)]
 
 
-def playback(poses=NEAR, image=IMAGE, history=None, **more) -> Playback:
+def playback(poses=NEAR, image=IMAGE, past_bytes=PAST_BYTES, **more) -> WorldSession:
     world = World(replace(open_table(poses, tick_ms=5), **more), [image], events=True, threads=1)
-    return Playback(ServerWorld(world), history)
+    session = WorldSession("", lambda message: None, past_bytes)
+    session.begin(StudioWorld(world))
+    return session
 
 
-def play(on: Playback, seconds: float, begin_s: float = 0.0, a_picture_s: float = PICTURE_S) -> list[Picture]:
+def play(on: WorldSession, seconds: float, begin_s: float = 0.0, a_picture_s: float = PICTURE_S) -> list[Picture]:
     """The pictures of a time in which the page calls punctually."""
     pictures = []
     for number in range(round(seconds / a_picture_s) + 1):
-        on.advance(begin_s + number * a_picture_s)
+        on.simulate(begin_s + number * a_picture_s)
         pictures.append(Picture(on.picture(number)))
     return pictures
 
@@ -69,7 +72,7 @@ def test_a_slow_computer_simulates_less_in_each_call_and_shows_its_rate() -> Non
     now_s, lasted_s = 0.0, []
     for _ in range(200):
         before_ms = on.world.now_ms
-        on.advance(now_s)
+        on.simulate(now_s)
         lasted_s.append((on.world.now_ms - before_ms) * 3 / 1000)
         on.adapt_to(lasted_s[-1])
         now_s += max(PICTURE_S, lasted_s[-1])
@@ -82,7 +85,7 @@ def test_time_catches_up_after_late_calls() -> None:
     on = playback()
     on.play(1)
     for number in range(50):
-        on.advance(number * 0.2)
+        on.simulate(number * 0.2)
         on.adapt_to(0.002)
     assert on.world.now_ms == pytest.approx(49 * 200, abs=10)
 
@@ -103,7 +106,7 @@ def test_a_late_picture_has_all_events_since_the_one_before() -> None:
     slow.play(1)
     events = [event for picture in play(quick, 3) for event in picture.events]
     for number in range(91):
-        slow.advance(number * PICTURE_S)
+        slow.simulate(number * PICTURE_S)
     last = Picture(slow.picture(1))
     assert last.events == events
     assert last.happened("heard")
@@ -115,7 +118,7 @@ def test_a_step_is_so_many_ticks_and_then_a_pause() -> None:
     on.play(1)
     play(on, 1)
     before = on.world.now_ms
-    on.step(3)
+    on.receive(Step(3))
     assert on.world.now_ms == before + 15
     play(on, 1, 50)
     assert on.world.now_ms == before + 15
@@ -124,19 +127,19 @@ def test_a_step_is_so_many_ticks_and_then_a_pause() -> None:
 def test_changed_is_set_by_what_changes_the_picture_and_cleared_by_the_picture() -> None:
     on = playback()
     Picture(on.picture(0))
-    assert not on.changed
+    assert not on.has_news
     for act in (
-        lambda: on.step(1),
-        lambda: on.move(1, 1, 1, 0),
+        lambda: on.receive(Step(1)),
+        lambda: on.receive(Move(1, 1, 1, 0)),
         lambda: on.seek(0),
         lambda: on.seek(None),
-        lambda: on.furnish(EMPTY_MAT, 900),
-        lambda: on.reset(1),
+        lambda: on.receive(Furnish(EMPTY_MAT, 900)),
+        lambda: on.receive(Reset(1)),
     ):
         act()
-        assert on.changed
+        assert on.has_news
         on.picture(1)
-        assert not on.changed
+        assert not on.has_news
 
 
 def test_every_car_has_the_index_of_its_word_and_equal_words_count_in_the_order_of_sending() -> None:
@@ -154,11 +157,11 @@ def test_every_car_has_the_index_of_its_word_and_equal_words_count_in_the_order_
 def test_a_car_that_receives_only_collisions_has_the_flag_lost() -> None:
     starts = Starts.of([Pose(-0.3, 0), Pose(0.3, 0), Pose(0, 0.2)], [True, True, False])
     on = playback(starts=starts)
-    on.step(100)
+    on.receive(Step(100))
     shown = Picture(on.picture(0)).moment
     assert (shown.flags & LOST > 0).tolist() == [False, False, True]
     assert (Picture(on.picture(1)).moment.flags & LOST).tolist() == [0, 0, 0]
-    on.watch(2)
+    on.receive(Watch(2))
     assert on.car().lost["collision"] > 0
 
 
@@ -166,7 +169,7 @@ def test_a_picture_of_the_past_equals_the_picture_of_then() -> None:
     on = playback()
     seen = {}
     for _ in range(30):
-        on.step(20)
+        on.receive(Step(20))
         picture = Picture(on.picture(0))
         seen[picture.t_ms] = picture
     on.play(1)
@@ -182,7 +185,7 @@ def test_a_picture_of_the_past_equals_the_picture_of_then() -> None:
 
 
 def test_the_past_is_bounded_and_the_state_has_its_beginning() -> None:
-    on = playback(history=History(most_moment_bytes=2000, most_event_bytes=2000))
+    on = playback(past_bytes=(2000, 2000))
     on.play(16)
     play(on, 4)
     earliest = on.state().earliest_ms
@@ -196,7 +199,7 @@ def test_a_new_page_gets_all_events() -> None:
     on = playback()
     on.play(1)
     events = [event for picture in play(on, 2) for event in picture.events]
-    on.show_all()
+    on.connect()
     anew = Picture(on.picture(0))
     assert anew.flags & FIRST
     assert anew.events == events
@@ -207,7 +210,7 @@ def test_a_picture_has_the_newest_events_and_the_history_all() -> None:
     on = playback([Pose(0, 0), *(Pose(0.3 + place % 6 * 0.1, place // 6 * 0.1) for place in range(30))])
     on.play(16)
     for number in range(90):
-        on.advance(number * PICTURE_S)
+        on.simulate(number * PICTURE_S)
     assert len(Picture(on.picture(0)).events) == MOST_EVENTS
     assert sum(map(len, on.events())) > 2 * MOST_EVENTS * EVENT_BYTES
 
@@ -216,9 +219,9 @@ def test_reset_begins_again_and_the_same_seed_gives_the_same_run() -> None:
     on = playback(physics=replace(Mat("", Starts.of([], [])).physics, wheel_noise=0.2))
     ends = []
     for seed in (1, 2, 1):
-        on.reset(seed)
+        on.receive(Reset(seed))
         assert (on.world.now_ms, on.playing, on.state().counts["frames"]) == (0, False, 0)
-        on.step(400)
+        on.receive(Step(400))
         ends.append(Picture(on.picture(0)).moment.x_m.tolist())
     assert ends[0] == ends[2] != ends[1]
 
@@ -226,9 +229,9 @@ def test_reset_begins_again_and_the_same_seed_gives_the_same_run() -> None:
 def test_the_details_of_a_watched_car() -> None:
     on = playback()
     assert on.car() is None
-    on.watch(1)
+    on.receive(Watch(1))
     assert on.car().word is None
-    on.step(60)
+    on.receive(Step(60))
     details = on.car()
     assert details.values["led_which"] == 1
     assert details.values["accept_ir"] == 1
@@ -236,32 +239,22 @@ def test_the_details_of_a_watched_car() -> None:
     assert (details.last_frame.word, details.last_frame.car) == (details.word, 0)
     assert details.heard == on.state().counts["heard"] > 0
     assert 0 < details.since_ms < 300
-    on.watch(0)
+    on.receive(Watch(0))
     assert on.car().word == IMAGE[4:8].hex()
     assert on.car().frames == on.state().counts["frames"] > 0
-    on.watch(None)
+    on.receive(Watch(None))
     assert on.car() is None
     with pytest.raises(MotorcadeError, match="0 to 1"):
-        on.watch(2)
+        on.receive(Watch(2))
 
 
 def test_furniture_and_moves_reach_the_world() -> None:
     on = playback(image=compile_program(Program([right(3, speed=2)], [wait(1)])).image)
-    on.furnish(EMPTY_MAT | {"wall": [{"from_m": [0.25, -1], "to_m": [0.25, 1]}]}, 1000)
-    on.step(100)
+    on.receive(Furnish(EMPTY_MAT | {"wall": [{"from_m": [0.25, -1], "to_m": [0.25, 1]}]}, 1000))
+    on.receive(Step(100))
     assert Picture(on.picture(0)).happened("heard") == []
-    on.move(1, 0, 0.4, 90)
-    on.step(100)
+    on.receive(Move(1, 0, 0.4, 90))
+    on.receive(Step(100))
     shown = Picture(on.picture(0))
     assert shown.happened("heard")
     assert (shown.moment.y_m[1], shown.moment.heading[1]) == pytest.approx((0.4, np.pi / 2))
-
-
-def test_stored_moments_become_the_frames_of_a_film() -> None:
-    on = playback()
-    on.step(400)
-    frames = list(on.world.frames(on.moments(1)))
-    assert [frame.t_ms for frame in frames] == list(range(1000, 2001, 100))
-    assert frames[-1].word[0] == int.from_bytes(IMAGE[4:8])
-    assert frames[-1].runs.tolist() == [True, True]
-    assert on.world.description().every_ms == 100

@@ -18,11 +18,11 @@ from motorcade.config.profile import built_in_profile
 from motorcade.locales import languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.program.blocks import blocks_of
-from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import Blocks, Capabilities
 from motorcade.service.programs import compile_blocks
 from motorcade.service.requests import Context, respond
-from motorcade.service.studio_world import StudioWorld, prepare_world
+from motorcade.service.studio_world import open_world
+from motorcade.service.why import Obstacle, in_the_way
 from motorcade.service.world_messages import SetWorld
 
 SECONDS = 9
@@ -58,12 +58,11 @@ def project(poses, *, leads=1, leader=None, followers=LIGHTS, forward=False, lis
 def played(given, run_ms=SECONDS * 1000):
     """The project's world after some time."""
     image = compile_blocks(Blocks(given.leader, given.followers)).image
-    world, _ = prepare_world(
+    studio = open_world(
         SetWorld(given.mat, image, range_mm=given.range_mm),
         100,
         lambda mat, images, profile, seed: World(mat, images, profile, seeds=seed, events=True, threads=1),
     )
-    studio = StudioWorld(world)
     studio.run(run_ms)
     return studio
 

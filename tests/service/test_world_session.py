@@ -5,8 +5,7 @@ import pytest
 from motorcade import Followers, Program, compile_program, forward, led, left
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio.simulation import build_world
-from motorcade.service.playback import PICTURE_S
+from motorcade.server.studio.driving import build_world
 from motorcade.service.world_messages import (
     CarDetails,
     Hello,
@@ -20,7 +19,7 @@ from motorcade.service.world_messages import (
     Step,
     Watch,
 )
-from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, STATE_S, WorldSession
+from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, PICTURE_S, STATE_S, WorldSession
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
 

@@ -17,7 +17,7 @@ from motorcade.engine.state import Buffer
 from motorcade.mats import Mat
 from motorcade.missions.check import Play, Sight, watched
 from motorcade.missions.document import Mission
-from motorcade.service.studio_world import StudioWorld, prepare_world
+from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import SetWorld
 
 _ITEM_BYTES = {"int64": 8, "float64": 8, "uint32": 4, "int32": 4, "float32": 4, "uint16": 2, "uint8": 1}
@@ -214,7 +214,7 @@ def make_world(message: SetWorld, open_instance: OpenInstance, most_cars: int) -
     def make(mat: Mat, images: Sequence[bytes], profile: Profile, seed: int) -> Simulation:
         return Simulation(mat, images, profile, BrowserKernels(open_instance()), seeds=(seed,), events=True)
 
-    return StudioWorld(*prepare_world(message, most_cars, make))
+    return open_world(message, most_cars, make)
 
 
 def play(open_instance: OpenInstance) -> Play:

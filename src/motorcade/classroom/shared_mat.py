@@ -9,11 +9,10 @@ from msgspec import UNSET
 from motorcade.classroom.desk_messages import OpenMat, Wall, WallWorld
 from motorcade.classroom.messages import MatView
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.server.studio.driving import PageWorld
-from motorcade.server.studio.simulation import ServerWorld, build_world
+from motorcade.server.studio.driving import PageWorld, build_world
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission, mission_goals, mission_zones
-from motorcade.service.playback import Playback
+from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes, words_to_bytes
 
@@ -54,12 +53,12 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
     }
 
 
-def described(pupil: str, playback: Playback, mat: MatDocument) -> WallWorld:
+def described(pupil: str, world: StudioWorld, mat: MatDocument) -> WallWorld:
     """Return what a page of the teacher has to know of a world before its pictures; ``pupil`` is its owner's id."""
-    hello = playback.world.hello("", False)
+    hello = world.hello("", False)
     leads = [] if hello.leads is UNSET else hello.leads
     radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
-    referee = playback.world.referee
+    referee = world.referee
     zones = mission_zones(referee.mission) if referee else []
     goals = mission_goals(referee.mission) if referee else []
     return WallWorld(pupil, mat, leads, radius_m, hello.cars, zones, goals)
@@ -92,13 +91,13 @@ class SharedMat:
     def wall(self) -> Wall:
         """Return the mat as a page has to know it before pictures of the world; without one while nothing runs."""
         session = self.session
-        if not self._is_running or session.playback is None or session.mat is None:
+        if not self._is_running or not session.has_world or session.mat is None:
             return Wall(1, [])
-        return Wall(1, [described("", session.playback, session.mat)])
+        return Wall(1, [described("", session.world, session.mat)])
 
     def _is_over(self) -> bool:
-        playback = self.session.playback
-        return playback is not None and playback.world.referee is not None and playback.world.referee.is_over
+        referee = self.session.world.referee if self.session.has_world else None
+        return referee is not None and referee.is_over
 
     def open(self, wanted: OpenMat) -> None:
         """Collect programs from now on, for a mission or a parade; earlier ones are gone. Raises MotorcadeError."""
@@ -151,15 +150,14 @@ class SharedMat:
             self._started = list(self._images)
             self._begin(world)
 
-    def _begin(self, world: ServerWorld) -> None:
+    def _begin(self, world: StudioWorld) -> None:
         session = self.session
         answers = session.begin(world)
-        assert session.playback
-        session.playback.play(1.0)
+        session.play()
         self._is_running = True
         if session.page:
             session.page.put(self.wall())
-        for answer in [*answers, session.playback.state()]:
+        for answer in [*answers, session.state()]:
             session.sent[type(answer)] = answer
             if session.page:
                 session.page.put(answer)
@@ -170,5 +168,5 @@ class SharedMat:
         self._images, self._started = {}, []
         self._places, self._title, self._mission = 0, {}, None
         self._is_open = self._is_running = False
-        if self.session.playback:
-            self.session.playback.pause()
+        if self.session.has_world:
+            self.session.pause()

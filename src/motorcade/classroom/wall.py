@@ -21,7 +21,7 @@ from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.history import HEADER_BYTES, header_of
 from motorcade.service.messages import MatDocument
-from motorcade.service.playback import Playback
+from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import (
     Goals,
     Hello,
@@ -41,28 +41,28 @@ _NUMBER, _PLACE = struct.Struct("<I"), struct.Struct("<HHI")
 
 
 class ShownWorld(NamedTuple):
-    """A world on the wall, and whose; with another playback or mat it is another one."""
+    """A world on the wall, and whose; with another world or mat it is another one."""
 
     pupil: str
     session: PageWorld
-    playback: Playback
+    world: StudioWorld
     mat: MatDocument
 
     def is_same(self, other: "ShownWorld") -> bool:
         """Whether nothing but the moment differs."""
-        return self.pupil == other.pupil and self.playback is other.playback and self.mat is other.mat
+        return self.pupil == other.pupil and self.world is other.world and self.mat is other.mat
 
     def moment(self) -> tuple[int, bytes]:
         """Time and bytes of what the pupil sees: a world that is paused may show its past, or a car that was moved."""
         picture = self.session.sent.get(bytes)
-        if self.playback.playing or not isinstance(picture, bytes):
-            return self.playback.newest()
+        if self.session.playing or not isinstance(picture, bytes):
+            return self.session.newest()
         header = header_of(picture)
         return header.t_ms, picture[HEADER_BYTES:][: moment_bytes(header.cars)]
 
     def described(self) -> WallWorld:
         """What the wall has to know before pictures."""
-        return described(self.pupil, self.playback, self.mat)
+        return described(self.pupil, self.world, self.mat)
 
 
 class WallPictures:
@@ -108,7 +108,7 @@ class WallPictures:
             if self._last.get(place) == moment:
                 continue
             self._last[place] = moment
-            cars = world.playback.world.cars
+            cars = world.world.cars
             shown = min(cars, MOST_CARS_SHOWN) if world.pupil else cars
             parts.append(_PLACE.pack(place, shown, t_ms) + first_cars(moment, cars, shown))
         return _NUMBER.pack(self._number) + b"".join(parts) if parts else b""
@@ -220,5 +220,5 @@ class Walls:
         if self._mat.view().state in ("running", "over"):
             found.append(("", self._mat.session))
         for owner, session in found:
-            if session and session.playback and session.mat is not None:
-                yield ShownWorld(owner, session, session.playback, session.mat)
+            if session and session.has_world and session.mat is not None:
+                yield ShownWorld(owner, session, session.world, session.mat)

@@ -1,15 +1,19 @@
 """Missions for the page: the list with an owner's stars, one with its mat and goals, and the check of a program."""
 
 import json
+from bisect import bisect_right
 from collections.abc import Mapping
 
 from msgspec import Struct
 
+from motorcade.engine.events import START
+from motorcade.engine.moment import to_moment, unpack_events
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
 from motorcade.missions.check import STEPS, GoalResult, Play, check_program, simulate
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
-from motorcade.missions.watch import goal_phrase
+from motorcade.missions.goals import GoalState
+from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
@@ -22,6 +26,7 @@ from motorcade.service.messages import (
     WorkspaceState,
     sentences,
 )
+from motorcade.service.world_messages import GoalNow, Goals
 
 # The stars of an owner: of each mission's id those that were earned.
 Stars = Mapping[str, list[int]]
@@ -241,3 +246,51 @@ def mission_zones(mission: documents.Mission) -> list[MissionZone]:
         else MissionZone(zone.name, zone.title.texts, [], [*zone.disc[:2]], zone.disc[2])
         for zone in mission.zones
     ]
+
+
+class Referee:
+    """Watches the goals of one mission, from the beginning of each run.
+
+    Args:
+        mission: whose goals.
+        image: the bytes that the leaders run.
+    """
+
+    def __init__(self, mission: documents.Mission, image: bytes) -> None:
+        self.mission = mission
+        self._image = image
+        self.restart()
+
+    def restart(self) -> None:
+        """A new run begins."""
+        self._watch = MissionWatch(self.mission, self._image)
+        # How it stood from which time on; a time is here only where something was new.
+        self._times: list[int] = []
+        self._states: list[list[GoalState]] = []
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has reached the mission's end."""
+        return self._watch.is_over
+
+    def see(self, t_ms: int, moment: bytes, events: bytes, touching_ms: int) -> None:
+        """Take a stored moment and the rows of events since the one before, as `motorcade.service.history` has them."""
+        if self.is_over:
+            return
+        begun = [event for event in unpack_events(events) if event.kind == START]
+        shown = to_moment(t_ms, moment, len(self.mission.mat.starts), {"touching_ms": touching_ms})
+        self._watch.see(shown, begun)
+        states = self._watch.states()
+        if not self._states or states != self._states[-1]:
+            self._times.append(t_ms)
+            self._states.append(states)
+
+    def goals(self, shown_ms: int | None) -> Goals:
+        """How it stood with the goals at a stored time; None: now."""
+        at = len(self._times) if shown_ms is None else bisect_right(self._times, shown_ms)
+        states = self._states[max(at - 1, 0)] if self._states else []
+        is_last = at == len(self._times)
+        return Goals(
+            is_over=self.is_over and is_last,
+            goals=[GoalNow(*each[:4], sentences(each.why), list(each.cars)) for each in states],
+        )

@@ -13,18 +13,16 @@ from motorcade.config.profile import Profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment, view_column
-from motorcade.engine.pictures import Near, Pictures
+from motorcade.engine.pictures import Pictures
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
 from motorcade.missions.document import Mission
-from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import MatDocument, sentences
-from motorcade.service.missions import chosen_mission
+from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.programs import profile_named
-from motorcade.service.referee import Referee
-from motorcade.service.why import Facts, Sender, why
+from motorcade.service.why import Facts, Obstacle, in_the_way, why
 from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld, Why
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
@@ -59,6 +57,7 @@ class StudioWorld:
         steering: of those of its cars that somebody drives; None where nobody can.
 
     Attributes:
+        simulation: the world itself, for what only a server does with it.
         cars: how many there are.
         tick_ms: the length of a tick.
         referee: watches the goals of the world's mission; None where it has none.
@@ -68,7 +67,7 @@ class StudioWorld:
         self.referee = referee
         self.cars = world.cars
         self.tick_ms = world.tick_ms
-        self._world = world
+        self.simulation = world
         self._steering = steering
         self._followers_words = parse_image_bytes(world.images[0]).followers
         self._pictures = Pictures(world)
@@ -76,33 +75,33 @@ class StudioWorld:
     @property
     def now_ms(self) -> int:
         """Simulated time."""
-        return self._world.now_ms
+        return self.simulation.now_ms
 
     @property
     def seed(self) -> int:
         """The seed of this run."""
-        return self._world.seeds[0]
+        return self.simulation.seeds[0]
 
     @property
     def profile(self) -> Profile:
         """The cars' profile."""
-        return self._world.profile
+        return self.simulation.profile
 
     def run(self, duration_ms: int) -> bytes:
         """Simulate ``duration_ms``, a multiple of ``tick_ms``; return the rows of what happened, by time."""
         if self._steering:
-            self._steering.steer(self._world)
-        self._world.run(duration_ms)
+            self._steering.steer(self.simulation)
+        self.simulation.run(duration_ms)
         return self._pictures.take_events()
 
     def reset(self, seed: int) -> None:
         """Begin again; walls, obstacles, people, voices and physics stay as they are."""
-        self._world.reset(seed)
-        self._pictures = Pictures(self._world)
+        self.simulation.reset(seed)
+        self._pictures = Pictures(self.simulation)
 
     def speak(self, word: str) -> None:
         """Have every car hear ``stop`` or ``go``."""
-        self._world.say(word)
+        self.simulation.say(word)
 
     def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
         """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
@@ -111,13 +110,13 @@ class StudioWorld:
             _check_fixed(self.referee.mission, mat_from(mat, self.cars), range_mm)
             return
         furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
-        _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
+        _or_refuse("bad-world", lambda: self.simulation.furnish(furniture, range_mm))
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
         """Put a car elsewhere. Raises MotorcadeError."""
         if self.referee:
             raise _fixed("mat")
-        _or_refuse("bad-world", lambda: self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
+        _or_refuse("bad-world", lambda: self.simulation.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
 
     def check_car(self, car: int) -> None:
         """Raise MotorcadeError where there is no such car."""
@@ -151,8 +150,8 @@ class StudioWorld:
         index, runs = columns["index"][car], bool(columns["flags"][car] & RUNS)
         word = begun.word if begun else None
         # With several images the index may be of another one than the first.
-        if index != NO_INDEX and len(self._world.images) == 1:
-            word = bytes_to_words(self._world.images[0])[index]
+        if index != NO_INDEX and len(self.simulation.images) == 1:
+            word = bytes_to_words(self.simulation.images[0])[index]
         return structs.replace(
             now,
             **_shown_word(word if runs or not now.leads else None),
@@ -168,8 +167,8 @@ class StudioWorld:
     def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
         """What `why` needs to know of a car."""
         senders, listeners = self._pictures.nearest(car)
-        word, holds = self._world.memory_of(car, (WORD, HOLDS))
-        sent, flips = self._sent_now(), self._world.mat.physics.bit_error_rate > 0
+        word, holds = self.simulation.memory_of(car, (WORD, HOLDS))
+        sent, flips = self._sent_now(), self.simulation.mat.physics.bit_error_rate > 0
         return Facts(
             leads=car in self.leads(),
             driven=car in self.driven(),
@@ -177,15 +176,15 @@ class StudioWorld:
             leaders=self.leads(),
             t_ms=self.now_ms,
             range_mm=self.profile.infrared.range_mm,
-            senders=_senders(senders),
-            listeners=_senders(listeners),
+            senders=senders,
+            listeners=listeners,
             lost=counted["lost"],
             last_frame=counted["last_frame"],
             obstacle=self._obstacle_of(car),
             ignores=bool(holds and not CONTROL.decode(word).accept_ir),
             flips=flips,
             # Where leaders have several images, the word may be of another one.
-            is_garbled=bool(holds and flips and len(self._world.images) == 1 and word not in self._followers_words),
+            is_garbled=bool(holds and flips and len(self.simulation.images) == 1 and word not in self._followers_words),
             is_behind=bool(sent is not None and holds and sent != word),
         )
 
@@ -194,22 +193,22 @@ class StudioWorld:
         leads = self.leads()
         if len(leads) != 1 or not self._followers_words:
             return None
-        (slot,) = self._world.memory_of(leads[0], (SLOT,))
+        (slot,) = self.simulation.memory_of(leads[0], (SLOT,))
         return self._followers_words[slot] if slot < len(self._followers_words) else None
 
     def _obstacle_of(self, car: int) -> Obstacle | None:
         """What a car that drives straight on drives against."""
-        shown, memory = self._world.read_moment(), self._world.backend
+        shown, memory = self.simulation.read_moment(), self.simulation.backend
         (wheels,) = memory.read(shown.wheels[car : car + 1])
         if not wheels & 3 or wheels >> 2:
             return None
         x_m, y_m, heading = (view_column(name, memory.read(getattr(shown, name))) for name in ("x_m", "y_m", "heading"))
-        return in_the_way(self._world.mat, car, x_m, y_m, heading[car], self.profile.body.diameter_mm / 2000)
+        return in_the_way(self.simulation.mat, car, x_m, y_m, heading[car], self.profile.body.diameter_mm / 2000)
 
     def _word_of(self, car: int) -> dict[str, Any]:
         """The word that a car executes or holds: by fields, its index, and since when."""
-        word, runs, held, started_ms = self._world.memory_of(car, (WORD, RUNNING, HOLDS, STARTED_MS))
-        is_leader = bool(self._world.mat.starts.leads[car])
+        word, runs, held, started_ms = self.simulation.memory_of(car, (WORD, RUNNING, HOLDS, STARTED_MS))
+        is_leader = bool(self.simulation.mat.starts.leads[car])
         holds = bool(runs if is_leader else held)
         return {
             "leads": is_leader,
@@ -232,7 +231,7 @@ class StudioWorld:
 
     def counts(self) -> dict[str, int]:
         """Return what has happened since the beginning, by name."""
-        return self._world.totals()
+        return self.simulation.totals()
 
     def driven(self) -> list[int]:
         """Return the cars that don't run their own program because somebody drives or drove them."""
@@ -240,7 +239,7 @@ class StudioWorld:
 
     def leads(self) -> list[int]:
         """The cars that lead."""
-        return self._world.mat.starts.leaders
+        return self.simulation.mat.starts.leaders
 
     def hello(self, session: str, resumed: bool) -> Hello:
         """Return the cars, and what doesn't change from picture to picture."""
@@ -262,14 +261,14 @@ def _received(bits: int, sender: int, t_ms: int) -> ReceivedFrame:
     return ReceivedFrame(f"{word_of(bits):08x}", on_air.tag, on_air.check, sender, t_ms)
 
 
-def _senders(cars: list[Near]) -> tuple[Sender, ...]:
-    return tuple(Sender(*each) for each in cars)
-
-
-def prepare_world(
-    message: SetWorld, most_cars: int, make: MakeWorld, images: Sequence[bytes] | None = None
-) -> tuple[Simulation, Referee | None]:
-    """Build the world of a page's message, and the referee of its mission. Raises MotorcadeError.
+def open_world(
+    message: SetWorld,
+    most_cars: int,
+    make: MakeWorld,
+    images: Sequence[bytes] | None = None,
+    steering: Steering | None = None,
+) -> StudioWorld:
+    """Build the world of a page's message. Raises MotorcadeError.
 
     With ``images`` the k-th leader has the k-th of them; goals about words are those of the message's image.
     """
@@ -291,7 +290,7 @@ def prepare_world(
     referee = Referee(chosen_mission(message.mission), image) if message.mission else None
     if referee:
         _check_fixed(referee.mission, mat, message.range_mm)
-    return _or_refuse("bad-world", build), referee
+    return StudioWorld(_or_refuse("bad-world", build), referee, steering)
 
 
 def _check_fixed(mission: Mission, mat: Mat, range_mm: int | None) -> None:

@@ -1,14 +1,14 @@
 """Why a car does what it does: what it heard, or what keeps it from hearing anything, and what would change that."""
 
+import math
+from collections.abc import Iterator, Sequence
 from typing import Literal, NamedTuple
 
+from motorcade.engine.pictures import Near
 from motorcade.errors import Phrase
-from motorcade.service.in_the_way import Obstacle
+from motorcade.mats import Mat
 from motorcade.service.messages import Cure
 from motorcade.service.world_messages import ReceivedFrame
-
-# As `motorcade.engine.channel` tells it.
-Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
 
 # The losses that no flipped bits cause, and what a car is told that has heard nothing.
 _NOT_DAMAGED = {"deaf": "why-lost-deaf", "sending": "why-lost-sending", "collision": "why-lost-collision"}
@@ -18,17 +18,17 @@ _AGAINST = {"wall": "why-against-wall", "disc": "why-against-disc", "polygon": "
 _REMOVALS: dict[str, Cure] = {"wall": "remove-wall", "disc": "remove-disc", "polygon": "remove-polygon"}
 # The longest range that the page lets infrared have.
 _LONGEST_RANGE_MM = 5000
+# A body that lies farther aside is grazed: the car slides past it.
+_AHEAD_COS = 0.5
+
+Kind = Literal["wall", "disc", "polygon", "edge", "car"]
 
 
-class Sender(NamedTuple):
-    """A car that sends frames, or could pass some on: how far it is, and whether it reaches the car in question.
+class Obstacle(NamedTuple):
+    """A wall, round obstacle or box by its index in the mat's list; the mat's edge (0); or a car by its number."""
 
-    Where several things prevent that, ``reach`` is what is left if the distance is taken away.
-    """
-
-    car: int
-    distance_mm: int
-    reach: Reach
+    kind: Kind
+    number: int
 
 
 class Facts(NamedTuple):
@@ -39,8 +39,8 @@ class Facts(NamedTuple):
         followers_words: how many words the image has for followers.
         leaders: the cars that lead.
         t_ms: the time since the run began; in the first round nobody has to have heard anything.
-        senders: the cars that have sent frames.
-        listeners: the cars that heard some and do not pass them on.
+        senders: the nearest cars that have sent frames.
+        listeners: the nearest cars that heard some and do not pass them on.
         lost: how many frames reached the car and were lost, by reason.
         last_frame: the last one that it received.
         obstacle: what it drives against now.
@@ -56,8 +56,8 @@ class Facts(NamedTuple):
     leaders: list[int]
     t_ms: int
     range_mm: int
-    senders: tuple[Sender, ...]
-    listeners: tuple[Sender, ...]
+    senders: Sequence[Near]
+    listeners: Sequence[Near]
     lost: dict[str, int]
     last_frame: ReceivedFrame | None
     obstacle: Obstacle | None = None
@@ -149,3 +149,68 @@ def _out_of_reach(facts: Facts) -> Cause:
     if nearest.reach == "outside-beam":
         return Cause(Phrase("why-outside-beam", **details), "move", nearest.car)
     return Cause(Phrase("why-not-yet", **details))
+
+
+class _Surface(NamedTuple):
+    obstacle: Obstacle
+    x_m: float
+    y_m: float
+    # From that point to the surface: a disc's radius, 0 for a line.
+    thick_m: float
+
+
+def in_the_way(
+    mat: Mat, car: int, x_m: Sequence[float], y_m: Sequence[float], heading: float, radius_m: float
+) -> Obstacle | None:
+    """Return what a car that drives forward pushes against; None where nothing is in its way.
+
+    Args:
+        mat: what is around the cars.
+        car: its number.
+        x_m, y_m: where all cars are, in metres.
+        heading: of this car, in radians counter-clockwise from the x axis.
+        radius_m: of the body of each car.
+    """
+    if not mat.physics.collisions:
+        return None
+    x, y = x_m[car], y_m[car]
+    ahead_x, ahead_y = math.cos(heading), math.sin(heading)
+    best, found = _AHEAD_COS, None
+    for obstacle, at_x, at_y, thick_m in (*_furniture(mat, x, y), *_cars(car, x_m, y_m, radius_m)):
+        dx, dy = at_x - x, at_y - y
+        away = math.hypot(dx, dy)
+        # Bodies push each other only while they overlap.
+        if 0 < away < radius_m + thick_m and (dx * ahead_x + dy * ahead_y) / away > best:
+            best, found = (dx * ahead_x + dy * ahead_y) / away, obstacle
+    return found
+
+
+def _furniture(mat: Mat, x: float, y: float) -> Iterator[_Surface]:
+    """The point of each piece that is nearest to a point."""
+    for k, (x0, y0, x1, y1) in enumerate(mat.walls):
+        yield _Surface(Obstacle("wall", k), *_nearest(x, y, x0, y0, x1, y1), 0.0)
+    for k, (at_x, at_y, radius_m) in enumerate(mat.discs):
+        yield _Surface(Obstacle("disc", k), at_x, at_y, radius_m)
+    for k, corners in enumerate(mat.polygons):
+        for one, other in zip(corners, (*corners[1:], corners[0]), strict=True):
+            yield _Surface(Obstacle("polygon", k), *_nearest(x, y, *one, *other), 0.0)
+    if mat.walled and mat.size_m:
+        width, height = mat.size_m
+        for at_x, at_y in ((0.0, y), (width, y), (x, 0.0), (x, height)):
+            yield _Surface(Obstacle("edge", 0), at_x, at_y, 0.0)
+
+
+def _cars(car: int, x_m: Sequence[float], y_m: Sequence[float], radius_m: float) -> Iterator[_Surface]:
+    x, y, reach = x_m[car], y_m[car], 2 * radius_m
+    for k, at_x in enumerate(x_m):
+        if abs(at_x - x) < reach and k != car and abs(y_m[k] - y) < reach:
+            yield _Surface(Obstacle("car", k), at_x, y_m[k], radius_m)
+
+
+def _nearest(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
+    """The point of a line from (x0, y0) to (x1, y1) that is nearest to (x, y)."""
+    along_x, along_y = x1 - x0, y1 - y0
+    squared = along_x * along_x + along_y * along_y
+    part = ((x - x0) * along_x + (y - y0) * along_y) / squared if squared else 0.0
+    part = min(max(part, 0.0), 1.0)
+    return x0 + part * along_x, y0 + part * along_y

@@ -1,13 +1,20 @@
 """What a page downloads of a run: events as a table, and films."""
 
 import asyncio
+import base64
 import csv
 import io
 
 import pytest
 
+from motorcade import World
+from motorcade.mats.document import mat_of
+from motorcade.server.studio.app import recording_of
+from motorcade.service.studio_world import StudioWorld
+from motorcade.service.world_messages import Step
+from motorcade.service.world_session import WorldSession
 from support.waiting import until
-from support.world_page import KEY, OTHER, page, server
+from support.world_page import IMAGE, KEY, MAT, OTHER, page, server
 
 
 @pytest.fixture
@@ -90,3 +97,18 @@ def test_of_many_films_few_wait_and_none_is_drawn_for_a_client_that_left(client,
 def test_a_world_that_does_not_exist_has_no_downloads(client, file) -> None:
     answer = client.get(f"/api/world/{OTHER}/{file}")
     assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no-world")
+
+
+def test_stored_moments_become_a_recording() -> None:
+    image = base64.b64decode(IMAGE)
+    session = WorldSession("", lambda message: None)
+    session.begin(StudioWorld(World(mat_of(MAT, "a table"), [image], events=True, threads=1)))
+    session.receive(Step(100))
+    session.receive(Step(100))
+    run = recording_of(session, 0.5)
+    frames = list(run.moments())
+    assert [frame.t_ms for frame in frames] == list(range(500, 1001, 100))
+    last = session.world.simulation.snapshot().in_single_precision()
+    for name in ("x_m", "word", "runs", "sends", "led"):
+        assert getattr(frames[-1], name).tolist() == getattr(last, name).tolist(), name
+    assert run.about.every_ms == 100

@@ -15,8 +15,8 @@ from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio import driving, sessions, workers
 from motorcade.server.studio.sessions import SessionLimits
 from motorcade.service.history import FIRST, PAST
-from motorcade.service.playback import Playback
 from motorcade.service.world_messages import State
+from motorcade.service.world_session import WorldSession
 from support.waiting import DEADLINE_S
 from support.world_page import KEY, MAT, OTHER, SET, THIRD, page, server, visitor_from
 
@@ -294,17 +294,17 @@ def test_a_page_that_sends_too_fast_is_disconnected(tmp_path) -> None:
 
 def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch) -> None:
     heavy = MAT | {"tick_ms": 1, "size_m": [12, 12], "crowd": [{"cars": 1900, "leaders": 60}]}
-    begun, ended, advance = threading.Event(), threading.Event(), Playback.advance
+    begun, ended, advance = threading.Event(), threading.Event(), WorldSession.simulate
     held_up = []
 
-    def take_long(playback: Playback, now_s: float) -> None:
+    def take_long(session: WorldSession, now_s: float) -> None:
         # The server's loop itself draws what was quick the last time, as standing still is.
-        if playback.playing and threading.current_thread().name.startswith("AnyIO worker"):
+        if session.playing and threading.current_thread().name.startswith("AnyIO worker"):
             begun.set()
             held_up.append(not ended.wait(DEADLINE_S))
-        advance(playback, now_s)
+        advance(session, now_s)
 
-    monkeypatch.setattr(Playback, "advance", take_long)
+    monkeypatch.setattr(WorldSession, "simulate", take_long)
     with page(client) as its, page(client, OTHER) as mine:
         its.set(mat=heavy)
         its.send("play", speed=16)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 from weakref import WeakKeyDictionary
 
+import numpy as np
 from anyio import BrokenWorkerProcess, to_process
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
@@ -21,8 +22,9 @@ from starlette.responses import Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 
+from motorcade.engine.moment import NO_INDEX, RUNS, SENDS, to_moment, unpack_moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.recording import InMemoryRecording
+from motorcade.runs.recording import Description, InMemoryRecording
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet
@@ -31,11 +33,12 @@ from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
-from motorcade.server.studio.simulation import ServerWorld
 from motorcade.server.studio.workers import Workers
 from motorcade.service.exchange import export_answer
-from motorcade.service.history import table_text
+from motorcade.service.history import EVERY_MS, table_text
 from motorcade.service.messages import Capabilities
+from motorcade.service.world_session import WorldSession
+from motorcade.words.image import bytes_to_words
 
 _EXPORT = "projects/export"
 _FILM = "run.gif"
@@ -183,14 +186,14 @@ def _download_route(visitors: Visitors, worlds: PageWorlds) -> Route:
     async def drawn(session: PageWorld, file: str, seconds: float) -> bytes:
         async with drawing:
             # A recording takes much memory, so it is made when its turn has come.
-            return await _film(await session.alone(partial(_recording, session, seconds)), file)
+            return await _film(await session.alone(partial(recording_of, session, seconds)), file)
 
     async def download(request: Request) -> Response:
         session = worlds.session(request.path_params["session"], visitors.visitor(request))
         file = request.path_params["file"]
         headers = {"Content-Disposition": f'attachment; filename="{file}"'}
         if file == "timeline.csv":
-            batches = await session.alone(lambda: session.current().events())
+            batches = await session.alone(lambda: session.events())
             return StreamingResponse(timeline(batches), media_type="text/csv; charset=utf-8", headers=headers)
         if file != _FILM:
             raise MotorcadeError("no-world")
@@ -206,13 +209,18 @@ def timeline(batches: Iterable[bytes]) -> Iterator[str]:
     yield from map(table_text, batches)
 
 
-def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:
+def recording_of(session: WorldSession, seconds: float) -> InMemoryRecording:
     """Return a recording of the last simulated seconds of a session's run."""
-    world = session.current().world
-    assert isinstance(world, ServerWorld)
-    run = InMemoryRecording(world.description())
-    for frame in world.frames(session.current().moments(seconds)):
-        run.write(frame)
+    world = session.world.simulation
+    words = np.array(bytes_to_words(world.images[0]), np.uint32)
+    run = InMemoryRecording(Description.of(world, EVERY_MS))
+    for t_ms, data in session.moments(seconds):
+        columns = unpack_moment(data, world.cars)
+        index, flags = np.asarray(columns["index"]), np.asarray(columns["flags"])
+        word = np.where(index == NO_INDEX, 0, words[np.where(index == NO_INDEX, 0, index)])
+        shown = to_moment(t_ms, data, world.cars)._replace(word=word, runs=flags & RUNS > 0, sends=flags & SENDS > 0)
+        # An empty dict, not the default: a mappingproxy can't be sent to the process that draws.
+        run.write(shown.map(lambda name, column: np.array(column))._replace(counts={}))
     return run
 
 

@@ -1,7 +1,7 @@
 """A page's world in the server, and its cars that somebody drives, or drove and that stand still."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
@@ -11,17 +11,20 @@ from anyio import CapacityLimiter, to_thread
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.broadcast import Camera
+from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl
+from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
+from motorcade.mats import Mat
+from motorcade.runs.recording import Description
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote.fleet import MOST_CARS, Fleet, LocalControl, PageControl
 from motorcade.server.remote.messages import ListedCar
-from motorcade.server.studio.simulation import ServerWorld, build_world
-from motorcade.service.history import PAST_BYTES
+from motorcade.service.history import EVERY_MS, PAST_BYTES
 from motorcade.service.messages import MatDocument
-from motorcade.service.playback import Playback
-from motorcade.service.world_messages import WorldAnswer
+from motorcade.service.studio_world import StudioWorld, open_world
+from motorcade.service.world_messages import SetWorld, WorldAnswer
 from motorcade.service.world_session import WorldSession
 from motorcade.timing import monotonic_ms
 
@@ -111,6 +114,17 @@ def _resume(control: CarControl) -> None:
         session.leave()
 
 
+def build_world(
+    message: SetWorld, driven: DrivenCars, most_cars: int, images: Sequence[bytes] | None = None
+) -> StudioWorld:
+    """Build a page's world in the server; ``images`` as `open_world` takes them. Raises MotorcadeError."""
+    return open_world(message, most_cars, _make_world, images, driven)
+
+
+def _make_world(mat: Mat, images: Sequence[bytes], profile: Profile, seed: int) -> World:
+    return World(mat, images, profile, seeds=seed, events=True, threads=1)
+
+
 class PageWorld(WorldSession):
     """A session of the server.
 
@@ -146,6 +160,7 @@ class PageWorld(WorldSession):
         self._workers = workers
         self.visitor = visitor
         self.mat: MatDocument | None = None
+        self._scene: tuple[Mat, Scene] | None = None
         self.sent: dict[type, WorldAnswer | bytes] = {}
         self.page: PageSocket | None = None
         self.used_s = 0.0
@@ -164,30 +179,25 @@ class PageWorld(WorldSession):
         """Do a job in a thread, one of the workers or of ``limiter``; the caller has acquired the lock."""
         return await to_thread.run_sync(job, limiter=limiter or self._workers)
 
-    async def work(self, job: Callable[[ServerWorld], _T]) -> _T:
+    async def work(self, job: Callable[[StudioWorld], _T]) -> _T:
         """Do a job with the world, as `alone`. Raises MotorcadeError where there is no world."""
-
-        def do() -> _T:
-            world = self.current().world
-            assert isinstance(world, ServerWorld)
-            return job(world)
-
-        return await self.alone(do)
-
-    def current(self) -> Playback:
-        """The world in play. Raises MotorcadeError where there is none."""
-        if self.playback is None:
-            raise MotorcadeError("no-world")
-        return self.playback
+        return await self.alone(lambda: job(self.world))
 
     def is_paused(self) -> bool:
         """Whether the world is paused, or its page has left."""
-        return self.page is None or self.playback is None or not self.playback.playing
+        return self.page is None or not self.playing
 
-    async def play(self) -> None:
-        """Go on. Raises MotorcadeError where there is no world."""
-        await self.alone(lambda: self.current().play(self.current().speed))
-        self.changed.set()
+    async def view(self, car: int) -> bytes:
+        """Return what a car's camera sees now, as a JPEG file. Raises MotorcadeError where there is no such car."""
+
+        def draw(world: StudioWorld) -> bytes:
+            world.check_car(car)
+            simulation = world.simulation
+            if self._scene is None or self._scene[0] is not simulation.mat:
+                self._scene = simulation.mat, Scene(Description.of(simulation, EVERY_MS))
+            return to_jpeg(self._scene[1].draw(simulation.snapshot(), car))
+
+        return await self.work(draw)
 
 
 class SessionFleet(Fleet):
@@ -200,7 +210,7 @@ class SessionFleet(Fleet):
 
     async def listed(self) -> list[ListedCar]:
         """The leaders, then the followers, at most 200. Raises MotorcadeError."""
-        leaders = set(await self._session.work(ServerWorld.leads))
+        leaders = set(await self._session.work(StudioWorld.leads))
         order = sorted(range(await self._count()), key=lambda car: (car not in leaders, car))
         return [ListedCar(str(car), car in leaders, True) for car in order[:_MOST_LISTED]]
 
@@ -219,7 +229,8 @@ class SessionFleet(Fleet):
         return camera
 
     async def start(self) -> None:
-        await self._session.play()
+        await self._session.alone(self._session.play)
+        self._session.changed.set()
 
     async def _count(self) -> int:
         return await self._session.work(lambda world: world.cars)
@@ -241,12 +252,9 @@ class _WorldCamera:
     def jpeg(self) -> bytes:
         """What the car sees now. Raises OSError."""
         try:
-            return asyncio.run_coroutine_threadsafe(self._view(), self._loop).result()
+            return asyncio.run_coroutine_threadsafe(self._session.view(self._car), self._loop).result()
         except MotorcadeError as problem:
             raise OSError(str(problem)) from None
-
-    async def _view(self) -> bytes:
-        return await self._session.work(partial(ServerWorld.view, car=self._car))
 
     def close(self) -> None:
         """Do nothing: there is nothing to release."""

@@ -172,7 +172,7 @@ class PageWorlds:
     def session(self, key: str, visitor: str) -> PageWorld:
         """Return the session of that key. Raises MotorcadeError where the visitor has none with a world."""
         session = self._sessions.get(key)
-        if session is None or session.playback is None or not self._visitors.may_use(visitor, session.visitor):
+        if session is None or not session.has_world or not self._visitors.may_use(visitor, session.visitor):
             raise MotorcadeError("no-world")
         return session
 
@@ -183,17 +183,17 @@ class PageWorlds:
 
     def newest(self) -> dict[str, PageWorld]:
         """For each visitor the session with a world that a connected page used last."""
-        found = [each for each in self._sessions.values() if each.page and each.playback]
+        found = [each for each in self._sessions.values() if each.page and each.has_world]
         return {each.visitor: each for each in sorted(found, key=lambda session: session.used_s)}
 
     async def pause_all(self, whose: Callable[[str], bool]) -> None:
         """Pause the worlds of the visitors for whom ``whose`` holds."""
         for session in list(self._sessions.values()):
-            if session.playback and whose(session.visitor):
-                await session.alone(session.playback.pause)
+            if session.has_world and whose(session.visitor):
+                await session.alone(session.pause)
                 session.changed.set()
                 if session.page:
-                    self._put_all(session, session.page, [session.playback.state()])
+                    self._put_all(session, session.page, [session.state()])
 
     def end(self, visitor: str, problem: MotorcadeError) -> None:
         """End all sessions of a visitor; their pages are sent ``problem``."""
