@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from motorcade.car.check import check_board as check_board
-    from motorcade.car.check.probe import BoardObserver as BoardObserver
+    from motorcade.car.check.checked_board import BoardObserver as BoardObserver
     from motorcade.cli.run_tables import show as show
     from motorcade.config.profile import Profile as Profile
     from motorcade.config.profile import load_profile as load_profile
@@ -52,7 +52,7 @@ __version__ = "0.1.0"
 
 _MODULES = {
     "motorcade.car.check": ("check_board",),
-    "motorcade.car.check.probe": ("BoardObserver",),
+    "motorcade.car.check.checked_board": ("BoardObserver",),
     "motorcade.drive.blocking_client": ("BlockingDriveClient",),
     "motorcade.drive.connection": ("CarError",),
     "motorcade.drive.client": ("DriveClient",),

@@ -13,8 +13,7 @@ from simulated.flash import Flash
 
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
-from motorcade.car.check import NOT_CHECKED
-from motorcade.car.check.calls import METHODS
+from motorcade.car.check import METHODS, NOT_CHECKED
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.firmware.car_files import settings_of, templates

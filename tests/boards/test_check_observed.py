@@ -116,7 +116,7 @@ class BusyComputer(FullTin):
 
 
 def test_pauses_of_the_computer_are_not_the_boards(tmp_path, monkeypatch):
-    monkeypatch.setattr("motorcade.car.check.clock.HAS_CLOCK", False)
+    monkeypatch.setattr("motorcade.car.check.signals.HAS_CLOCK", False)
     assert faults(check_board(BusyComputer(TinBench(), tmp_path))) == []
 
 

@@ -4,7 +4,7 @@ import threading
 
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.brain import NO_VOICE
-from motorcade.car.check.probe import BoardObserver
+from motorcade.car.check.checked_board import BoardObserver
 from motorcade.words.infrared import air_us, frame_durations_us, to_frame
 
 HEAD = 'format = "motorcade-pins/1"\nname = "Car"\nchip = "raspberry-pi"\n'

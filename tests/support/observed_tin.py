@@ -1,7 +1,7 @@
 """The tin of `support.tin_car` with every part, and its observer."""
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.check.probe import BoardObserver
+from motorcade.car.check.checked_board import BoardObserver
 from support.tin_car import Tin, TinBoard
 
 SPACE_S = 0.005

@@ -1,6 +1,7 @@
 """Check that a board keeps the contract of `motorcade.car.board`; for authors of boards for other hardware.
 
-Portable: it runs on the board itself too. Lift the wheels off the ground first.
+One loop goes over the table of `motorcade.car.check.devices`, which says what is probed. Portable: it runs on the board
+itself too. Lift the wheels off the ground first.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -9,26 +10,27 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
-from motorcade.car.check.calls import CALLED, PAUSES, check_attributes, check_methods
-from motorcade.car.check.clock import check_clock
-from motorcade.car.check.line import check_reading, check_writing
-from motorcade.car.check.probe import BoardObserver, Probe
-from motorcade.car.check.seen import SEEN
-from motorcade.car.check.store import check_store
+from motorcade.car.check.checked_board import (
+    LONGEST_CALL_MS,
+    BoardObserver,
+    CheckedBoard,
+    Probe,
+    brief,
+)
+from motorcade.car.check.devices import ATTRIBUTES, PROBES, check_levels
+from motorcade.car.check.signals import check_clock
 from motorcade.errors import Phrase
+from motorcade.words.ticks import elapsed_ms
 
 # The key of the phrase that names what was not checked.
 NOT_CHECKED = "check-not-checked"
-# The method that is checked, what that needs, the check, and further arguments of it. Once a check has found a method
-# broken, it is checked no more: one fault gives one sentence.
-CHECKS: "tuple[tuple[Any, ...], ...]" = (
-    CALLED
-    + (("read_serial", "say", check_reading), ("write_serial", "observe.written_bytes", check_writing))
-    + SEEN
-    + (("read_serial", "say", check_reading, True), ("write_serial", "observe.written_bytes", check_writing, True))
-    + PAUSES
-    + (("store_image", "", check_store),)
-)
+METHODS: "tuple[str, ...]" = tuple([probe.method for probe in PROBES])
+# A method pauses if it does so in that many rounds of calls, while the computer itself does not.
+_PAUSES = 4
+_ROUNDS = 8
+_TRIES = 3
+# An output goes on until the next call; watchdogs of motor drivers end it sooner.
+_LASTS_MS = 1000
 
 
 def check_board(
@@ -57,13 +59,141 @@ def check_board(
         A phrase for each mistake. Where something that the board has was not checked, the last phrase has the key
         NOT_CHECKED and names what was not given. An empty list says that all was checked and nothing is wrong.
     """
-    probe = Probe(board, wait_ms, observe, reopen=reopen, hear=hear, say=say)
-    probe.run("", "", check_attributes)
-    if probe.run("", "", check_methods) and probe.run("", "", check_clock):
-        for method, needs, check, *arguments in CHECKS:
-            # A leader receives nothing.
-            if needs != "hear" or hear is not None or not board.is_leader:
-                probe.run(method, needs, check, *arguments)
-    if probe.missing:
-        probe.breaches.append(Phrase(NOT_CHECKED, parts=", ".join(probe.missing)))
-    return probe.breaches
+    gives = {probe.method: probe.gives for probe in PROBES}
+    checked = CheckedBoard(board, gives, wait_ms, observe, reopen=reopen, hear=hear, say=say)
+    for name, fits, key in ATTRIBUTES:
+        value = getattr(board, name, None)
+        checked.run(name, CheckedBoard.require, fits(value), key, name=name, value=brief(value))
+    checked.run("levels", check_levels)
+    for method in METHODS:
+        checked.run(method, CheckedBoard.require, callable(getattr(board, method, None)), "check-no-method")
+    checked.run("now_ms", check_clock)
+    for probe in () if checked.has_breach_of(*METHODS) else PROBES:
+        # All else is timed by this clock.
+        if checked.has_own(probe.method) and not checked.has_breach_of("now_ms"):
+            _check(checked, probe)
+    if checked.missing:
+        checked.breaches.append(Phrase(NOT_CHECKED, parts=", ".join(checked.missing)))
+    return checked.breaches
+
+
+def _check(checked: CheckedBoard, probe: Probe) -> None:
+    """Check a method until something is found wrong: one fault gives one sentence."""
+    if probe.takes:
+        checked.run(probe.method, _check_calls, probe)
+    observed = ((probe.needs, _watch, probe),) if probe.needs else ()
+    for needs, check, *arguments in probe.checks + observed:
+        given = [checked.offer(needs)] if needs else []
+        if None not in given:
+            checked.run(probe.method, check, *given, *arguments)
+
+
+def _check_calls(checked: CheckedBoard, probe: Probe) -> None:
+    """Note a method that doesn't take every value, gives a wrong type, or takes long in some of its calls."""
+    try:
+        pauses = 0
+        for _ in range(_ROUNDS):
+            began_ms, took_ms = checked.call("now_ms"), _longest_ms(checked, probe)
+            if took_ms <= LONGEST_CALL_MS:
+                return
+            pauses += not _computer_pauses(checked, elapsed_ms(checked.call("now_ms"), began_ms))
+            checked.require(pauses < _PAUSES, "check-pauses", took_ms=took_ms, calls=probe.calls)
+    finally:
+        if not probe.gives:
+            # The last value stops wheels.
+            checked.prepare(probe.method)
+            checked.call(probe.method, *probe.takes[-1])
+
+
+def _longest_ms(checked: CheckedBoard, probe: Probe) -> int:
+    """Return how long the longest of many calls takes. Where the first ones all take long, all do."""
+    took_ms: list[int] = []
+    for place in range(probe.calls):
+        checked.prepare(probe.method)
+        began_ms = checked.call("now_ms")
+        checked.call(probe.method, *probe.takes[place % len(probe.takes)])
+        took_ms.append(elapsed_ms(checked.call("now_ms"), began_ms))
+        if place == _TRIES:
+            checked.require(min(took_ms) <= LONGEST_CALL_MS, "check-takes-long", took_ms=min(took_ms))
+    return max(took_ms)
+
+
+def _computer_pauses(checked: CheckedBoard, duration_ms: int) -> bool:
+    """Return whether the time jumps within ``duration_ms`` though the board is asked for nothing but the time."""
+    began_ms = before_ms = checked.call("now_ms")
+    while not checked.clock_is_simulated and elapsed_ms(before_ms, began_ms) < duration_ms:
+        now_ms = checked.call("now_ms")
+        if elapsed_ms(now_ms, before_ms) > LONGEST_CALL_MS:
+            return True
+        before_ms = now_ms
+    return False
+
+
+def _watch(checked: CheckedBoard, shown: "Callable[..., Any]", probe: Probe) -> None:
+    """Do or show each step of a probe, and note what is not seen then, is seen late, or doesn't last."""
+
+    def call(*arguments: "Any") -> "Any":
+        checked.prepare(probe.method)
+        return checked.call(probe.method, *arguments)
+
+    do, see = (shown, call) if probe.gives else (call, shown)
+    if not probe.gives and see() is None:
+        # The car hasn't what the observer would look at.
+        return
+    seen_at: list[tuple[Any, Any]] = []
+    if probe.comes_once:
+        # What was sent before may come late.
+        checked.wait(_LASTS_MS)
+    try:
+        for step in probe.steps:
+            # What came before is taken away.
+            read = _collecting(see) if probe.comes_once else see
+            real = do(*(step if isinstance(step, tuple) else (step,)))
+            if probe.gives and probe.needs != "hear":
+                if real is None or real is False:
+                    return
+                step = step if real is True else real
+            # A frame may be seen when it has ended.
+            checked.prepare(probe.method)
+            seen_at.append((step, _seen_at(checked, probe, step, read, not seen_at)))
+        if probe.compare is not None:
+            probe.compare(checked, seen_at)
+    finally:
+        if not probe.comes_once:
+            do(*(probe.steps[-1] if isinstance(probe.steps[-1], tuple) else probe.steps[-1:]))
+
+
+def _seen_at(checked: CheckedBoard, probe: Probe, step: "Any", read: "Callable[[], Any]", is_first: bool) -> "Any":
+    """Return what is seen after a step. Raises BrokenBoardError where that is wrong, late, or doesn't last."""
+    within_ms = probe.within_ms if probe.gives else checked.observer.within_ms
+
+    def fault(seen: "Any") -> str:
+        return probe.fault(checked.observer, step, seen)
+
+    def require(key: str) -> None:
+        details = {"asked": step, "seen": probe.shown(seen), "after_ms": late_ms, "within_ms": within_ms}
+        checked.require(not key, key, **details)
+
+    late_ms, seen = checked.settle(read, lambda seen: not fault(seen))
+    require(fault(seen))
+    if late_ms > within_ms:
+        require(probe.late or probe.sentences[step])
+    lasts_ms = 0 if probe.gives and not probe.comes_once else _LASTS_MS if is_first else within_ms
+    for _ in range(lasts_ms // LONGEST_CALL_MS):
+        checked.wait(LONGEST_CALL_MS)
+        seen = read()
+    require(fault(seen) and (probe.changes or fault(seen)))
+    return seen
+
+
+def _collecting(take: "Callable[[], Any]") -> "Callable[[], list[Any]]":
+    """Return a function that gives all that ``take`` has given from now on."""
+    take()
+    taken: list[Any] = []
+
+    def read() -> "list[Any]":
+        new = take()
+        taken.extend(new if isinstance(new, (list, tuple)) else [new] if new else [])
+        return taken
+
+    return read
