@@ -33,7 +33,7 @@ site: page ## the studio as static files, into build/studio
 
 # Which tests are quick: they need no browser, chip or network.
 QUICK := tests/words tests/car tests/program tests/config tests/test_architecture.py tests/test_locales.py \
-	tests/drive/test_wire.py tests/drive/test_deadman.py tests/drive/test_command_stream.py tests/drive/test_stamps.py
+	tests/drive/test_wire.py tests/drive/test_deadman.py tests/drive/test_stamps.py
 
 quick: setup ## lint, types, and the tests of words, cars, programs and driving that need nothing else: in 45 s
 	$(BIN)/ruff check .

@@ -15,6 +15,7 @@ from typing import Any, cast
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.drive import server as drive_server
+from motorcade.drive.channels import Clients
 from motorcade.drive.listener import bind
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.session import CarControl
@@ -61,7 +62,7 @@ class IdleBoard(DriveBoard):
 class AnsweringBoard(IdleBoard):
     """Send a byte to its only client for each command, over the connection on which commands come."""
 
-    server: drive_server.DriveServer
+    server: Clients
     _connection: asyncio.Transport | None = None
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
@@ -101,7 +102,7 @@ async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoa
         for board in boards:
             sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
             drive = CarControl(board, monotonic_ms, profile)
-            server = drive_server.DriveServer(drive)
+            server = Clients(drive)
             if isinstance(board, AnsweringBoard):
                 board.server = server
             await stack.enter_async_context(watched(drive))

@@ -11,6 +11,7 @@ from scripts.arbiter_diagram import arbiter_svg
 from scripts.arduino_files import arduino_files
 from scripts.clips import block_clips, example_clips
 from scripts.commands_page import commands_page
+from scripts.driving_types import driving_types
 from scripts.engine_module import FILES, engine_files, fingerprints, obstacle
 from scripts.exports import exported_files, markdown
 from scripts.goal_kinds import goal_kinds
@@ -53,6 +54,7 @@ GENERATED = {
     "web/src/generated/classroom.ts": class_types,
     "web/src/generated/blockClips.json": block_clips,
     "web/src/generated/clips.json": example_clips,
+    "web/src/generated/driving.ts": driving_types,
     "web/src/generated/goals.ts": goal_kinds,
     "web/src/generated/messages.ts": message_types,
     "web/src/generated/remote.ts": remote_types,

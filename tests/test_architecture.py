@@ -47,7 +47,7 @@ ARROWS = {
     "program": ("config", "words"),
     "runs": ("config", "engine", "mats", "words"),
     "server": (
-        *("boards", "cameras", "car", "config", "drive", "engine", "mats"),
+        *("boards", "cameras", "config", "drive", "engine", "mats"),
         *("runs", "service", "sockets", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.

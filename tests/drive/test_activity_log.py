@@ -136,7 +136,7 @@ def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(t
         lin.sendall(ARM)
         wait_until(lambda: car.control.telemetry().driver)
         for number in range(3000):
-            car.control.stop(f"mei{number}:1")
+            car.control.session(f"mei{number}:1").stop()
         assert car.control.telemetry().state == "stopped"
         assert not car.board.moves
     os.set_blocking(reader, True)

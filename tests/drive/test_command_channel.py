@@ -1,5 +1,6 @@
 """The end that takes commands, with bytes cut, joined and made up in any way, and more clients than sessions."""
 
+from functools import partial
 from itertools import accumulate, pairwise
 
 import pytest
@@ -7,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.channels import MOST_WRONG
-from motorcade.drive.session import Who
 from support.socketless_car import Car, command, receive
 
 
@@ -133,7 +133,8 @@ def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
     car = Car()
     given_up = []
     for number in range(9):
-        car.control.join(f"page {number}", Who(f"192.168.1.{number}", replaced=lambda n=number: given_up.append(n)))
+        gone = partial(given_up.append, number)
+        car.control.session(f"page {number}", f"192.168.1.{number}", replaced=gone).take_place()
     car.now_ms = 5001
     channel, line = car.commands()
     receive(channel, command(90))

@@ -1,84 +1,129 @@
-"""What keys command: nothing by themselves, and nothing that was held before."""
+"""What a client sends and when: a command lives as long as its caller renews it, and no longer."""
+
+import json
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.drive.deadman import RESTS_MS, DeadmanSwitch
+from motorcade.drive.deadman import EVENTS, FRESH_MS, STATES, TABLE, DeadmanSwitch
+from motorcade.drive.stamps import stamp_at
+from motorcade.drive.wire import stick_word
+from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import later_ms
 
-REST, PUSHED, STILL = (0, 0), (0.5, -1), (0, 0)
+# What happens at a time; the rest has none.
+TIMED = ("command", "receive_failsafe")
+
+CASES = json.loads(Path(__file__).with_name("deadman_cases.json").read_text(encoding="utf-8"))
+# By whether a car that has stopped by itself is armed again, and the name.
+SWITCHES = [
+    pytest.param(who == "programs", case["steps"], id=f"{who}: {case['name']}")
+    for who in ("persons", "programs")
+    for case in CASES[who]
+]
 
 
-@pytest.fixture
-def switch():
-    """One that was seen at rest at 0 ms."""
-    switch = DeadmanSwitch()
-    assert switch.update(REST, 0) is None
-    return switch
+def do(switch, does, axes, at_ms):
+    if does:
+        getattr(switch, does)(*(axes or ()), *((at_ms,) if does in TIMED else ()))
 
 
-def test_a_stick_that_nobody_touches_commands_nothing(switch):
-    assert [switch.update(REST, now_ms) for now_ms in range(0, 10_000, 20)] == [None] * 500
+@pytest.mark.parametrize(("rearm", "steps"), SWITCHES)
+def test_what_is_sent_when(rearm, steps):
+    switch = DeadmanSwitch(FRESH_MS, rearm)
+    for at_ms, does, axes, sends in steps:
+        do(switch, does, axes, at_ms)
+        assert switch.next(at_ms) == (None if sends is None else tuple(sends)), f"at {at_ms} ms"
 
 
-@pytest.mark.parametrize("pushed", [(0.1, 0), (-1, 0), (0, 0.1), PUSHED])
-def test_a_push_is_a_command_at_once(switch, pushed):
-    assert switch.update(pushed, 20) == pushed
+@pytest.mark.parametrize(("now_ms", "stamp"), CASES["stamps"])
+def test_a_stamp_counts_four_milliseconds_and_comes_round(now_ms, stamp):
+    assert stamp_at(now_ms) == stamp
 
 
-def test_a_release_commands_to_stand_still_and_after_a_while_nothing(switch):
-    switch.update(PUSHED, 100)
-    assert [switch.update(REST, 100 + later) for later in (20, RESTS_MS - 1, RESTS_MS, 9000)] == [
-        STILL,
-        STILL,
-        None,
-        None,
-    ]
+def test_every_row_of_the_table_is_tried_by_a_case():
+    """So that a page's switch, which passes the same cases, has the same table in use."""
+    tried = set()
+
+    class Noted(DeadmanSwitch):
+        def _take(self, event):
+            tried.add((self._state, event))
+            super()._take(event)
+
+    for who in ("persons", "programs"):
+        for case in CASES[who]:
+            switch = Noted(FRESH_MS, who == "programs")
+            for at_ms, does, axes, _ in case["steps"]:
+                do(switch, does, axes, at_ms)
+                switch.next(at_ms)
+    missing = [(STATES[state][0], EVENTS[event][0]) for state, event, _ in TABLE if (state, event) not in tried]
+    assert missing == []
 
 
-def test_a_second_push_before_that_drives_on(switch):
-    switch.update(PUSHED, 100)
-    assert switch.update(REST, 1900) == STILL
-    assert switch.update(PUSHED, 2050) == PUSHED
-    assert switch.update(REST, 4000) == STILL
+acts = st.lists(
+    st.tuples(
+        st.sampled_from(["speed", "still", "release", "order", "lose", "stand_first", "receive_failsafe", "next"]),
+        st.integers(0, 400),
+    ),
+    max_size=60,
+)
 
 
-def test_a_stick_that_is_pushed_when_it_is_plugged_in_has_to_be_released_first():
-    switch = DeadmanSwitch()
-    assert switch.update(PUSHED, 0) is None
-    assert switch.must_rest
-    assert switch.update(REST, 20) is None
-    assert switch.update(PUSHED, 40) == PUSHED
+@given(acts=acts, rearm=st.booleans(), begin_ms=st.sampled_from([0, (1 << 30) - 1000]))
+def test_no_speed_is_ever_sent_but_a_fresh_command_after_speed_0(acts, rearm, begin_ms):
+    switch, now_ms, at_ms = DeadmanSwitch(FRESH_MS, rearm), begin_ms, 0
+    commanded_at_ms, stood_since_loss, must_release = None, False, False
+    for act, later in acts:
+        now_ms, at_ms = later_ms(now_ms, later), at_ms + later
+        if act == "speed":
+            switch.command(0.5, 0, now_ms)
+            commanded_at_ms = at_ms
+        elif act == "still":
+            switch.command(0, 0, now_ms)
+            commanded_at_ms, must_release = None, False
+        elif act == "next":
+            sent = switch.next(now_ms)
+            assert sent in (None, (0, 0), (0.5, 0))
+            if commanded_at_ms is None or at_ms - commanded_at_ms > FRESH_MS:
+                must_release = False
+            stood_since_loss |= sent == (0, 0)
+            if sent == (0.5, 0):
+                assert commanded_at_ms is not None
+                assert at_ms - commanded_at_ms <= FRESH_MS
+                assert stood_since_loss
+                assert not must_release
+        else:
+            do(switch, act, None, now_ms)
+            if act == "lose":
+                stood_since_loss = False
+            if act in ("lose", "order"):
+                must_release = switch.is_locked
+            if act == "release":
+                commanded_at_ms, must_release = None, False
 
 
-def test_withdraw_commands_nothing_until_a_release(switch):
-    switch.update(PUSHED, 0)
-    switch.withdraw()
-    assert switch.update(PUSHED, 40) is None
-    assert switch.update(REST, 60) is None
-    assert switch.update(PUSHED, 80) == PUSHED
+@pytest.mark.parametrize(
+    ("throttle", "steering", "angle", "direction", "speed"),
+    [
+        (0, 0, 90, 1, 0),
+        (1, 0, 90, 1, 255),
+        (-1, 0, 90, 0, 255),
+        (0.4, -0.2, 108, 1, 102),
+        (0, -1, 180, 1, 0),
+        (0, 1, 0, 1, 0),
+        (-0.0, 0.5, 45, 1, 0),
+    ],
+)
+def test_a_stick_s_axes_become_the_fields_of_a_drive_word(throttle, steering, angle, direction, speed):
+    values = DRIVE.decode(stick_word(throttle, steering))
+    assert (values.angle, values.direction, values.speed) == (angle, direction, speed)
 
 
-looks = st.lists(st.tuples(st.sampled_from([REST, PUSHED, (1, 0), "withdraw"]), st.integers(0, 3000)), max_size=60)
-
-
-@given(looks=looks, begin_ms=st.sampled_from([0, (1 << 30) - 1000]))
-def test_a_stick_drives_only_by_a_push_after_a_release(looks, begin_ms):
-    switch, now_ms, rested, silent_ms = DeadmanSwitch(), begin_ms, False, RESTS_MS
-    for look, later in looks:
-        now_ms, silent_ms = later_ms(now_ms, later), silent_ms + later
-        if isinstance(look, str):
-            switch.withdraw()
-            rested = False
-            continue
-        wish = switch.update(look, now_ms)
-        rested = rested or look == REST
-        if wish and any(wish):
-            assert rested
-            assert wish == look
-            silent_ms = 0
-        elif rested and look != REST:
-            pytest.fail("a push behind a rest did nothing")
-        elif wish is not None:
-            assert silent_ms < RESTS_MS
+@pytest.mark.parametrize("wrong", [1.001, -2, float("nan"), float("inf")])
+def test_an_axis_out_of_range_is_refused_by_name(wrong):
+    with pytest.raises(ValueError, match="throttle is"):
+        stick_word(wrong, 0)
+    with pytest.raises(ValueError, match=r"steering is .*allowed: -1 to 1"):
+        stick_word(0, wrong)

@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 import pytest
 
-from motorcade.drive.listener import DRIVE_PLACES, ClientProtocol, Listener, bind
+from motorcade.drive.listener import DRIVE_PLACES
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.drive.wire import pack_frame
@@ -89,9 +89,9 @@ def drive_on(car: DrivenCar, line: socket.socket) -> None:
     port = line.getsockname()[1]
     channel = wait_until(lambda: next((each for each in car.server.commands if each.port == port), None))
     for word in itertools.cycle((STILL, MOVE)):
-        received = sum(channel.counts.outcomes)
+        received = sum(channel.session.counts.outcomes)
         line.sendall(word)
-        wait_until(lambda received=received: sum(channel.counts.outcomes) > received)
+        wait_until(lambda received=received: sum(channel.session.counts.outcomes) > received)
         if car.board.moves:
             return
 
@@ -153,10 +153,10 @@ async def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_a
         await until(lambda: car.board.setpoint == NEUTRAL)
         assert 0.3 <= car.board.notes[-1][0] - driver.sent_s < 0.32
         assert car.control.telemetry().state == "failsafe"
-        refused, count = car.server.commands[0].counts.outcomes[2], len(car.board.notes)
+        refused, count = car.server.commands[0].session.counts.outcomes[2], len(car.board.notes)
         await driver.send(MOVE)
         await driver.send(MOVE)
-        assert car.server.commands[0].counts.outcomes[2] == refused + 2
+        assert car.server.commands[0].session.counts.outcomes[2] == refused + 2
         assert not car.board.has_moved(count)
         await driver.send(STILL)
         assert car.board.was_told((40, 1, 0), count)
@@ -180,7 +180,7 @@ def test_a_server_that_is_stuck_stops_the_wheels_and_drops_what_came_meanwhile()
     watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))
     with DrivenCar(profile=watched) as car, connect(car) as line:
         drive_on(car, line)
-        stalls, outcomes = car.control.telemetry().stalls, car.server.commands[0].counts.outcomes
+        stalls, outcomes = car.control.telemetry().stalls, car.server.commands[0].session.counts.outcomes
         with steady(line):
             with car.stuck():
                 wait_until(lambda: car.board.setpoint == NEUTRAL)
@@ -220,7 +220,7 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
     with connect(car) as first, connect(car) as second:
         drive_on(car, first)
         second.sendall(STILL)
-        wait_until(lambda: [each for each in car.server.commands if each.session and each.session.counts.outcomes[1]])
+        wait_until(lambda: [each for each in car.server.commands if each.session.counts.outcomes[1]])
         told = car.control.telemetry()
         assert (told.driver, told.watchers, told.state) == (f"127.0.0.1:{first.getsockname()[1]}", 1, "moving")
         first.close()
@@ -236,46 +236,6 @@ async def test_clients_that_have_left_take_no_slot() -> None:
                 pass
             await until(lambda: not car.server.commands)
         assert car.control.telemetry().turned_away == 0
-
-
-def test_open_connections_get_a_turn_between_two_newcomers() -> None:
-    turns, turn_of_each = 0, []
-
-    async def accept() -> None:
-        loop, all_came = asyncio.get_running_loop(), asyncio.Event()
-
-        def count_turn() -> None:
-            nonlocal turns
-            turns += 1
-            loop.call_soon(count_turn)
-
-        def accepted(closed) -> Standing:
-            turn_of_each.append(turns)
-            if len(turn_of_each) == 12:
-                all_came.set()
-            return Standing(lambda: None, closed)
-
-        with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
-            listener = Listener(socket_of_listener, accepted, lambda: None)
-            for _ in range(12):
-                held.enter_context(socket.create_connection(listener.address))
-            count_turn()
-            serving = asyncio.ensure_future(listener.serve())
-            async with asyncio.timeout(DEADLINE_S):
-                await all_came.wait()
-            listener.close_to_newcomers()
-            serving.cancel()
-            await asyncio.gather(serving, return_exceptions=True)
-
-    asyncio.run(accept())
-    assert len(set(turn_of_each)) == len(turn_of_each)
-
-
-class Standing(ClientProtocol, asyncio.Protocol):
-    """A client that stays."""
-
-    def has_session(self) -> bool:
-        return True
 
 
 def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_others(patient_car: DrivenCar) -> None:
@@ -297,7 +257,7 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
         with connect(car) as other, telemetry(car) as frames:
             other.sendall(STILL)
             assert frames.next()["state"] == "moving"
-            wait_until(lambda: len([each for each in car.server.commands if each.session]) == 2)
+            wait_until(lambda: len([each for each in car.server.commands if each.has_session()]) == 2)
         assert {setpoint for _, setpoint in car.board.notes[notes:]} == {(40, 1, 150)}
 
 

@@ -12,10 +12,10 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.drive_limits import READINGS
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.drive.session import CarControl, ControlSession, DriveError
+from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.wire import DriveError
 from motorcade.engine.world import World
 from motorcade.mats import playground
-from motorcade.server.remote.fleet import LocalControl
 from motorcade.words.formats import DRIVE
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock
@@ -68,7 +68,7 @@ class Car:
     def __init__(self, **keys: Any) -> None:
         self.board, self.now_ms = Bench(), 0
         self.control = CarControl(self.board, lambda: self.now_ms, limited(**keys))
-        self.session = self.control.join("ada")
+        self.session = self.control.session("ada")
 
     def drive(self, word: int, for_ms: int, session: ControlSession | None = None) -> list[int]:
         """Send ``word`` every 50 ms; the speed after each time that the car did what was due."""
@@ -161,7 +161,7 @@ def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> No
     driven, at_ms = DrivenCars(), [0]
     board = driven.board(0, has_program=False)
     control = CarControl(board, lambda: at_ms[0], world.profile)
-    session = control.join("ada")
+    session = control.session("ada")
     board.apply(90, 1, 0)
     for _ in range(400):
         session.command(AHEAD)
@@ -267,30 +267,10 @@ def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> N
     assert (car.shown[0], car.session.counts.as_dict()["needs-neutral"]) == ("disarmed", 1)
     assert car.session.command(STILL) == car.session.command(AHEAD) == APPLIED
     car.session.release()
-    other = car.control.join("other")
+    other = car.control.session("other")
     assert other.command(AHEAD) == NEEDS_NEUTRAL
     assert car.board.applied[-1] == (90, 1, 0)
     assert other.command(STILL) == other.command(AHEAD) == APPLIED
-
-
-def test_a_page_at_the_car_arms_it_before_its_first_move() -> None:
-    board = Bench()
-    control = CarControl(board, lambda: 0, limited(arming=True))
-    page = LocalControl(control, "here:1")
-    page.steer(0.5, 0)
-    assert board.applied == [(90, 1, 0), (90, 1, 0), (90, 1, 128)]
-
-
-def test_a_page_does_not_arm_a_car_that_has_stopped_by_itself() -> None:
-    car = Car()
-    car.drive(AHEAD, 100)
-    car.session.leave()
-    page = LocalControl(car.control, "here:1")
-    page.steer(0.5, 0)
-    assert (car.shown[0], car.board.applied[-1]) == ("failsafe", (90, 1, 0))
-    page.steer(0, 0)
-    page.steer(0.5, 0)
-    assert car.board.applied[-1] == (90, 1, 128)
 
 
 @mock_clock

@@ -1,10 +1,14 @@
-"""A car that ends leaves nobody's connection behind."""
+"""A listener gives open connections a turn, and leaves nobody's connection behind when it ends."""
 
+import asyncio
+import contextlib
 import gc
 import socket
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 
+from motorcade.drive.listener import Listener, bind
 from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until
 
@@ -31,3 +35,55 @@ def test_a_car_that_ends_while_others_come_loses_none_of_their_connections() -> 
             knocker.join(DEADLINE_S)
         # A connection that nobody closed is warned of here, and warnings are errors.
         gc.collect()
+
+
+class Standing(asyncio.Protocol):
+    """A client that stays."""
+
+    holder = ""
+    stays = False
+
+    def __init__(self, closed: Callable[[], None]) -> None:
+        self._closed = closed
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._closed()
+
+    def has_session(self) -> bool:
+        return True
+
+    def drop(self) -> None:
+        pass
+
+
+def test_open_connections_get_a_turn_between_two_newcomers() -> None:
+    turns, turn_of_each = 0, []
+
+    async def accept() -> None:
+        loop, all_came = asyncio.get_running_loop(), asyncio.Event()
+
+        def count_turn() -> None:
+            nonlocal turns
+            turns += 1
+            loop.call_soon(count_turn)
+
+        def accepted(closed) -> Standing:
+            turn_of_each.append(turns)
+            if len(turn_of_each) == 12:
+                all_came.set()
+            return Standing(closed)
+
+        with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
+            listener = Listener(socket_of_listener, accepted, lambda: None)
+            for _ in range(12):
+                held.enter_context(socket.create_connection(listener.address))
+            count_turn()
+            serving = asyncio.ensure_future(listener.serve())
+            async with asyncio.timeout(DEADLINE_S):
+                await all_came.wait()
+            listener.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+
+    asyncio.run(accept())
+    assert len(set(turn_of_each)) == len(turn_of_each)

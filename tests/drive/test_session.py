@@ -8,8 +8,8 @@ import pytest
 from motorcade.car.arbiter import APPLIED
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.session import CarControl, ControlSession, DriveError
-from motorcade.drive.wire import OUTCOMES, OVER_RATE
+from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.wire import OUTCOMES, OVER_RATE, DriveError
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
 
@@ -78,7 +78,7 @@ def car() -> Car:
 
 @pytest.fixture
 def session(car: Car) -> ControlSession:
-    return car.control.join("ada")
+    return car.control.session("ada")
 
 
 def test_a_car_stands_still_from_the_first_moment(car: Car) -> None:
@@ -100,7 +100,7 @@ def test_silence_stops_the_wheels_once(car: Car, session: ControlSession) -> Non
 
 def test_a_profile_says_how_long_a_command_counts(session: ControlSession) -> None:
     car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
-    car.control.join("ada").command(MOVE)
+    car.control.session("ada").command(MOVE)
     car.now_ms = 800
     assert car.control.tick() == 1
     assert car.state == "moving"
@@ -174,24 +174,26 @@ def test_a_driver_that_sends_too_much_can_still_stop(car: Car, session: ControlS
 
 def test_one_drives_and_eight_watch(car: Car, session: ControlSession) -> None:
     session.command(MOVE)
-    watchers = [car.control.join(f"watcher {number}", watches=True) for number in range(8)]
+    watchers = [car.control.session(f"watcher {number}", watches=True) for number in range(8)]
+    for watcher in watchers:
+        watcher.take_place()
     assert car.control.telemetry().watchers == 8
     with pytest.raises(DriveError, match="9 in all"):
-        car.control.join("one too many")
+        car.control.session("one too many").take_place()
     watchers[0].leave()
-    car.control.join("next")
+    car.control.session("next").take_place()
 
 
 def test_watchers_leave_a_place_for_a_driver(car: Car) -> None:
     for number in range(8):
-        car.control.join(f"watcher {number}", watches=True)
+        car.control.session(f"watcher {number}", watches=True).take_place()
     with pytest.raises(DriveError):
-        car.control.join("one too many", watches=True)
-    assert car.control.join("driver").command(MOVE) == APPLIED
+        car.control.session("one too many", watches=True).take_place()
+    assert car.control.session("driver").command(MOVE) == APPLIED
 
 
 def test_telemetry_has_driver_and_setpoint(car: Car, session: ControlSession) -> None:
-    other = car.control.join("grace")
+    other = car.control.session("grace")
     session.command(MOVE)
     other.request()
     car.now_ms = 120
@@ -233,7 +235,7 @@ def test_resume_without_a_program_is_refused(car: Car, session: ControlSession) 
 def test_a_program_does_not_push_a_driver_aside(car: Car, session: ControlSession) -> None:
     session.command(MOVE)
     with pytest.raises(DriveError, match="somebody else drives"):
-        car.control.join("grace").resume_program()
+        car.control.session("grace").resume_program()
     assert car.state == "moving"
 
 
@@ -321,7 +323,7 @@ def test_a_closed_car_does_nothing_more(car: Car, session: ControlSession) -> No
     session.command(MOVE)
     car.control.close()
     assert car.last == NEUTRAL
-    car.control.clear()
+    session.clear()
     for word in (STILL, MOVE):
         session.command(word)
     car.control.watch()

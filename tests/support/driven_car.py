@@ -11,9 +11,10 @@ from typing import Any
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
+from motorcade.drive.channels import Clients
 from motorcade.drive.listener import bind
 from motorcade.drive.safety.watchdog import watched
-from motorcade.drive.server import DriveServer, serving
+from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
 from motorcade.timing import monotonic_ms
 from support.waiting import DEADLINE_S
@@ -68,7 +69,7 @@ class DrivenCar:
         self.profile = profile or CLASSROOM
         self.board = NotedBoard()
         self.control = CarControl(self.board, monotonic_ms, self.profile)
-        self.server = DriveServer(self.control, byte_order, revoked)
+        self.server = Clients(self.control, byte_order, revoked)
         self.port = self.telemetry_port = 0
         self._tls = tls
         self._loop = asyncio.new_event_loop()

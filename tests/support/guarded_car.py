@@ -71,7 +71,7 @@ async def drive(file: str, failsafe_ms: int) -> None:
     order: asyncio.Future[str] = loop.create_future()
     threading.Thread(target=read_order, args=(loop, order), daemon=True).start()
     async with watched(control):
-        session, has_driven = control.join("test"), False
+        session, has_driven = control.session("test"), False
         while not order.done():
             if session.command(MOVE) != APPLIED:
                 session.command(STILL)

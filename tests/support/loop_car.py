@@ -6,8 +6,9 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 from motorcade.config.profile import Profile
+from motorcade.drive.channels import Clients
 from motorcade.drive.listener import bind
-from motorcade.drive.server import DriveServer, serving
+from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
 from motorcade.timing import to_ticks
 from support.driven_car import CLASSROOM, NotedBoard
@@ -23,7 +24,7 @@ class LoopCar:
         loop = asyncio.get_running_loop()
         self.board = NotedBoard(loop.time)
         self.control = CarControl(self.board, lambda: to_ticks(loop.time()), profile)
-        self.server = DriveServer(self.control)
+        self.server = Clients(self.control)
         self.sockets = [bind("127.0.0.1", 0) for _ in range(2)]
         self.port, self.telemetry_port = (each.getsockname()[1] for each in self.sockets)
         self.tls = tls

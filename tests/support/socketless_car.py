@@ -6,8 +6,7 @@ import struct
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.channels import CommandChannel, TelemetryChannel
-from motorcade.drive.server import DriveServer
+from motorcade.drive.channels import Clients, CommandChannel, TelemetryChannel
 from motorcade.drive.session import CarControl
 from motorcade.words.formats import DRIVE
 
@@ -84,13 +83,13 @@ class Car:
         self.board = Applied()
         self.now_ms = 0
         self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
-        self.server = DriveServer(self.control, byte_order)
+        self.server = Clients(self.control, byte_order)
 
     def commands(self, port: int = 1000, address: str = ADDRESS) -> tuple[CommandChannel, Line]:
-        return self._connect(self.server.command_channel(lambda: None), port, address)
+        return self._connect(CommandChannel(self.server, lambda: None), port, address)
 
     def telemetry(self, port: int = 2000, address: str = ADDRESS) -> tuple[TelemetryChannel, Line]:
-        return self._connect(self.server.telemetry_channel(lambda: None), port, address)
+        return self._connect(TelemetryChannel(self.server, lambda: None), port, address)
 
     def _connect(self, channel, port, address):
         line = Line(port, address)

@@ -14,7 +14,7 @@ from motorcade.classroom.running_class import TEACHER, RunningClass
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.fleet import Action, Fleet, PageControl
-from motorcade.server.remote.messages import CarTelemetry, ListedCar
+from motorcade.server.remote.messages import ListedCar
 from motorcade.server.studio.app import capabilities
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, Visitors
 from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
@@ -173,7 +173,7 @@ class _TurnControl(PageControl):
             self._check()
         await self._control.act(action)
 
-    def telemetry(self) -> CarTelemetry:
+    def telemetry(self) -> dict[str, Any]:
         if self._drove and not self._may_drive():
             self._drove = False
             self._control.steer(0.0, 0.0)

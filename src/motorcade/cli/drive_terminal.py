@@ -9,11 +9,11 @@ from blessed import Terminal
 from motorcade.cli.language import current_language, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
-from motorcade.drive.deadman import AHEAD, BACK, LEFT, RIGHT, DeadmanSwitch, KeyStick
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.timing import monotonic_ms
 
+AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
+_OPPOSITE = {AHEAD: BACK, BACK: AHEAD, LEFT: RIGHT, RIGHT: LEFT}
 _ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}
 # A car takes 100 commands a second.
 _LOOK_S = 0.02
@@ -25,6 +25,36 @@ def check_terminal() -> None:
     """Check that input and output are a terminal. Raises MotorcadeError."""
     if not (sys.stdin and sys.stdin.isatty() and sys.stdout and sys.stdout.isatty()):
         raise MotorcadeError("keyboard-needs-terminal")
+
+
+class KeyStick:
+    """Make axes of keys.
+
+    Most terminals report a key only when it is pressed and repeatedly while it is held, and of several keys the newest
+    alone. So keys that are pressed together count while the newest one repeats, and all are released ``hold_s`` after
+    its last repetition.
+    """
+
+    def __init__(self, hold_s: float) -> None:
+        self._hold_s = hold_s
+        self._down: set[str] = set()
+        self._event_s = 0.0
+
+    def press(self, key: str, now_s: float) -> None:
+        """Note that AHEAD, BACK, LEFT or RIGHT is pressed, or repeats."""
+        self._expire(now_s)
+        self._down.discard(_OPPOSITE[key])
+        self._down.add(key)
+        self._event_s = now_s
+
+    def axes(self, now_s: float) -> tuple[int, int]:
+        """Throttle and steering, each -1, 0 or 1, as `motorcade.drive.wire.stick_word` takes them."""
+        self._expire(now_s)
+        return (AHEAD in self._down) - (BACK in self._down), (RIGHT in self._down) - (LEFT in self._down)
+
+    def _expire(self, now_s: float) -> None:
+        if now_s - self._event_s > self._hold_s:
+            self._down.clear()
 
 
 class DriveTerminal:
@@ -41,13 +71,15 @@ class DriveTerminal:
         self._throttle = throttle
         self._terminal = Terminal()
         self._stick = KeyStick(hold_s)
-        self._switch = DeadmanSwitch()
-        self._is_done = False
+        self._drives = self._is_done = False
 
     def drive(self, client: BlockingDriveClient) -> None:
         """Drive until the user quits."""
         terminal = self._terminal
         with terminal.cbreak(), terminal.fullscreen(), terminal.hidden_cursor():
+            # Keys that were pressed before the user saw the car don't drive it.
+            while terminal.inkey(timeout=0):
+                pass
             drawn_s = 0.0
             while not self._is_done:
                 time.sleep(_LOOK_S)
@@ -65,19 +97,18 @@ class DriveTerminal:
                 with suppress(CarError):
                     self._obey("q" if key.name == "KEY_ESCAPE" else key.lower(), client)
         throttle, steering = self._stick.axes(time.monotonic())
-        axes = self._switch.update((throttle * self._throttle, steering), monotonic_ms())
-        if axes is not None:
+        is_held = bool(throttle or steering)
+        # A release is one command to stand still, which the client repeats; then others can have the wheel.
+        if is_held or self._drives:
+            self._drives = is_held
             with suppress(CarError):
-                client.drive(*axes)
+                client.drive(throttle * self._throttle, steering)
 
     def _obey(self, letter: str, client: BlockingDriveClient) -> None:
         """Do what a letter orders. Raises CarError."""
         if letter == "q":
             self._is_done = True
         if letter in (" ", "c"):
-            # The arrow keys that were held before count as released.
-            self._stick.release_all()
-            self._switch.withdraw()
             (client.stop if letter == " " else client.clear)()
 
     def _draw(self, client: BlockingDriveClient) -> None:
@@ -89,7 +120,7 @@ class DriveTerminal:
             lines.append(_text("away", car=self._car))
         elif client.telemetry:
             lines += _telemetry_lines(client.telemetry)
-            if client.waits_for_release or self._switch.must_rest:
+            if client.waits_for_release:
                 lines.append(terminal.bold(_text("let-go")))
         lines += ["", *terminal.wrap(_text("keys"), width)]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]

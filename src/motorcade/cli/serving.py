@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from motorcade.cli.language import current_language, translated
 from motorcade.cli.options import print_note, print_result
 from motorcade.drive.activity_log import ActivityLog
+from motorcade.drive.channels import Clients
 from motorcade.drive.safety.watchdog import watched
-from motorcade.drive.server import DriveServer, serving
+from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
 from motorcade.drive.tls.revoked import RevokedKeys
 from motorcade.errors import MotorcadeError, Phrase
@@ -66,7 +67,7 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
     control = CarControl(board, monotonic_ms, profile)
     if options.log:
         control.record = options.log.of_car()
-    server = DriveServer(control, options.byte_order, options.revoked)
+    clients = Clients(control, options.byte_order, options.revoked)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
     # Other threads don't know what --language is.
     language = current_language()
@@ -80,7 +81,7 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
         listeners = await resources.enter_async_context(
-            serving(server, options.commands, options.telemetry, options.tls)
+            serving(clients, options.commands, options.telemetry, options.tls)
         )
         url = await resources.enter_async_context(options.page(control)) if options.page else None
         resources.enter_context(_logging(control.telemetry, options.notes, language))

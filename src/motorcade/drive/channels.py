@@ -5,12 +5,13 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from motorcade.drive.listener import ClientProtocol
-from motorcade.drive.session import CarControl, ControlSession, DriveError, Who
+from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.tls.keys import peer_name, peer_number
+from motorcade.drive.tls.revoked import RevokedKeys
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     REQUESTS,
-    Counts,
+    DriveError,
     FrameReader,
     FrameTooLongError,
     WordReader,
@@ -34,43 +35,144 @@ MOST_WATCHERS = 4
 _MOST_WAITING_BYTES = 1 << 14
 
 
-class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
-    """Take one client's commands; nothing is sent back.
+class Clients:
+    """The open connections of a car's clients.
 
     Args:
         control: the car.
         byte_order: of a command, "big" or "little".
-        opened, closed: see `ClientProtocol`.
+        revoked: keys that are refused.
 
     Attributes:
-        session: None until the client has sent a command.
-        counts: what became of its words.
+        commands: the connections for commands, the oldest first.
+        channels: those for telemetry.
+        has_channels: set while there is one for telemetry, or there was.
     """
 
-    def __init__(
-        self,
-        control: CarControl,
-        byte_order: str,
-        opened: Callable[[], None],
-        closed: Callable[[], None],
-    ) -> None:
-        super().__init__(opened, closed)
-        self.session: ControlSession | None = None
-        self.counts = Counts()
-        self._control = control
-        self._reader = WordReader(byte_order)
+    def __init__(self, control: CarControl, byte_order: str = "big", revoked: RevokedKeys | None = None) -> None:
+        self.control = control
+        self.byte_order = byte_order
+        self.revoked = revoked
+        self.commands: list[CommandChannel] = []
+        self.channels: list[TelemetryChannel] = []
+        self.has_channels = asyncio.Event()
+
+    def find_commands(self, channel: "TelemetryChannel", by_port: bool) -> "CommandChannel | None":
+        """The connection for commands of the same client; None where there is no such.
+
+        Args:
+            channel: for telemetry.
+            by_port: the one at the port that ``channel`` names; else the only one that has no telemetry channel.
+        """
+        of_client = [each for each in self.commands if each.client == channel.client]
+        if not by_port:
+            taken = [each.commands for each in self.channels]
+            free = [each for each in of_client if each not in taken]
+            return free[0] if len(free) == 1 else None
+        found = next((each for each in of_client if each.port == channel.port_named), None)
+        for other in self.channels:
+            if found and other.commands is found:
+                other.commands = None
+        return found
+
+    def count_watchers(self, client: str) -> int:
+        """How many telemetry channels of a client have a place that no connection for commands shares."""
+        return sum(each.own.has_place and each.client == client for each in self.channels)
+
+
+class Channel(asyncio.BaseProtocol):
+    """A connection of a client, as a `motorcade.drive.listener.Listener` accepts it.
+
+    Args:
+        clients: of the car.
+        closed: called when the connection is lost.
+        watches: whether its session won't drive.
+
+    Attributes:
+        line: the transport; None before the connection is made and after it is lost.
+        client: the name in the client's certificate, or the address that it comes from.
+        port: the port that it comes from.
+        own: its own session.
+    """
+
+    holder = ""
+    stays = False
+    watches = False
+    own: ControlSession
+
+    def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
+        self.clients = clients
+        self.control = clients.control
+        self.line: asyncio.Transport | None = None
+        self.client = ""
+        self.port = 0
+        self._keys_number: int | None = None
+        self._closed = closed
+
+    @property
+    def session(self) -> ControlSession:
+        """The client's session."""
+        return self.own
+
+    def has_session(self) -> bool:
+        """Whether the client drives or watches."""
+        return self.line is not None and self.session.has_place
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Find out who the client is, and make its session, which has no place yet."""
+        self.line = transport  # type: ignore[assignment]
+        address = transport.get_extra_info("peername") or ("?", 0)
+        line = transport.get_extra_info("ssl_object")
+        self.client = peer_name(line) or str(address[0])
+        self.port = int(address[1])
+        self._keys_number = peer_number(line)
+        name = f"{self.client}:{self.port}"
+        self.own = self.control.session(name, self.client, watches=self.watches, replaced=self._replaced)
+        self.check_keys()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End the session: the wheels stand still if it moved them."""
+        self.line = None
+        self.own.leave()
+        self._closed()
+
+    def check_keys(self) -> None:
+        """Hang up a client whose keys are revoked."""
+        if self.clients.revoked and self._keys_number in self.clients.revoked:
+            self._hang_up()
+
+    def drop(self) -> None:
+        """End the connection at once, if it has begun."""
+        if self.line:
+            self.line.abort()
+
+    def _hang_up(self) -> None:
+        self.control.turned_away += 1
+        self.drop()
+
+    def _replaced(self) -> None:
+        """The session has lost its place to a newcomer."""
+        self._hang_up()
+
+
+class CommandChannel(Channel, asyncio.BufferedProtocol):
+    """Take one client's commands; nothing is sent back. Arguments as of `Channel`."""
+
+    def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
+        super().__init__(clients, closed)
+        self._reader = WordReader(clients.byte_order)
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
         self._wrong = 0
         self._received = 0
 
-    def has_session(self) -> bool:
-        """Whether the client drives or watches."""
-        return self.session is not None
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin to take commands."""
+        self.clients.commands.append(self)
+        super().connection_made(transport)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End the session: the wheels stand still if it moved them."""
-        if self.session:
-            self.session.leave()
+        self.clients.commands.remove(self)
         super().connection_lost(exc)
 
     def get_buffer(self, sizehint: int) -> memoryview:
@@ -83,27 +185,21 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
         before, self._received = self._received, self._received + len(words)
         if nbytes == _BUFFER_BYTES:
             # Newer commands lie behind a full buffer.
-            self.counts.superseded += len(words)
+            self.own.counts.superseded += len(words)
             if words:
                 self._take(words[-1], self._received, is_newest=False)
             return
         newest = newest_of_each_code(words)
-        self.counts.superseded += len(words) - len(newest)
+        self.own.counts.superseded += len(words) - len(newest)
         for index in newest:
             self._take(words[index], before + index + 1)
 
-    def open_session(self) -> ControlSession:
-        """The session, which is opened if there is none yet. Raises DriveError."""
-        if self.session is None:
-            self.session = self._control.join(self.name, Who(self.client, replaced=self._hang_up), counts=self.counts)
-        return self.session
-
     def _take(self, word: int, number: int, is_newest: bool = True) -> None:
         try:
-            if self.session is None or not is_newest:
-                self._control.check(word, self.counts)
             if is_newest:
-                (self.session or self.open_session()).command(word, number)
+                self.own.command(word, number)
+            else:
+                self.own.check(word)
             self._wrong = 0
         except WordError:
             self._wrong += 1
@@ -112,66 +208,43 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
         except DriveError:
             self._hang_up()
 
-    def _hang_up(self) -> None:
-        self._control.turn_away()
-        self.drop()
 
-
-class TelemetryChannel(ClientProtocol, asyncio.Protocol):
-    """Send telemetry to one client, and answer its requests.
-
-    Args:
-        control: the car.
-        find: gives the connection for commands of this channel's client: the one at ``port_named``, or with
-            ``by_port`` False the only one that has no telemetry channel; None where there is no such.
-        count_watchers: gives the number of sessions that the client's telemetry channels have of their own.
-        opened, closed: see `ClientProtocol`.
+class TelemetryChannel(Channel, asyncio.Protocol):
+    """Send telemetry to one client, and answer its requests. Arguments as of `Channel`.
 
     Attributes:
         port_named: the port of the client's connection for commands, as the client names it.
-        commands: that connection, once it is found.
+        commands: that connection, once it is found; both then share its session.
     """
 
-    def __init__(
-        self,
-        control: CarControl,
-        find: "Callable[[TelemetryChannel, bool], CommandChannel | None]",
-        count_watchers: Callable[[str], int],
-        opened: Callable[[], None],
-        closed: Callable[[], None],
-    ) -> None:
-        super().__init__(opened, closed)
+    watches = True
+
+    def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
+        super().__init__(clients, closed)
         self.port_named = 0
         self.commands: CommandChannel | None = None
-        self._control = control
-        self._find = find
-        self._count_watchers = count_watchers
-        self._session: ControlSession | None = None
         self._reader = FrameReader(MOST_REQUEST_BYTES)
         self._rate = RateLimit(_MOST_REQUESTS_PER_S, 1000)
         self._is_slow = self._is_joining = False
         self._periods = 0
 
     @property
-    def watches_alone(self) -> bool:
-        """Whether it has a session that no connection for commands shares."""
-        return self._session is not None
-
-    def has_session(self) -> bool:
-        """Whether the client drives or watches."""
-        return self._shared_session() is not None
+    def session(self) -> ControlSession:
+        """The session that the client's connection for commands shares, or its own."""
+        return self.commands.own if self.commands else self.own
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin to send telemetry."""
         assert isinstance(transport, asyncio.Transport)
         # At most one frame waits here for a slow reader. With a limit of 0 TLS would never report an empty buffer.
         transport.set_write_buffer_limits(1)
+        self.clients.channels.append(self)
+        self.clients.has_channels.set()
         super().connection_made(transport)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End the channel's own session."""
-        if self._session:
-            self._session.leave()
+        self.clients.channels.remove(self)
         super().connection_lost(exc)
 
     def pause_writing(self) -> None:
@@ -190,7 +263,7 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
                 self._answer(text)
         except FrameTooLongError:
             self._refuse(None, DriveError("too-long", most=MOST_REQUEST_BYTES))
-            self._hang_up()
+            self._close()
 
     def end_period(self, telemetry: dict[str, Any]) -> None:
         """Send ``telemetry`` at the end of a period, unless the last frame still waits."""
@@ -199,13 +272,13 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
             self._settle()
         except DriveError as problem:
             self._refuse(None, problem)
-            self._hang_up()
+            self._close()
             return
         if not self._is_slow:
             self._send({"kind": "telemetry"} | telemetry | {"you": self._you()})
 
     def _settle(self) -> None:
-        """Find the client's connection for commands, or open a session of its own in time. Raises DriveError."""
+        """Find the client's connection for commands, or take a place of its own in time. Raises DriveError."""
         if self._has_partner() or self._found(by_port=True) or self._periods < _PERIODS_TO_JOIN:
             return
         if self._found(by_port=False):
@@ -213,7 +286,7 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
         if self._is_joining:
             self._is_joining = False
             self._refuse("join", DriveError("no-such-connection", port=self.port_named))
-        self._open_session()
+        self._take_place()
 
     def _has_partner(self) -> bool:
         if self.commands and self.commands.line is None:
@@ -222,44 +295,32 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
 
     def _found(self, by_port: bool) -> bool:
         """Look for the client's connection for commands, and share its session where it is found."""
-        self.commands = self._find(self, by_port)
-        if self.commands and self._session:
-            self._session.leave()
-            self._session = None
+        self.commands = self.clients.find_commands(self, by_port)
+        if self.commands:
+            self.own.give_up_place()
         if self.commands and self._is_joining:
             self._is_joining = False
             self._send({"kind": "answer", "do": "join", "ok": True})
         return self.commands is not None
 
-    def _shared_session(self) -> ControlSession | None:
-        return self.commands.session if self.commands else self._session
+    def _take_place(self) -> None:
+        """Take a place for the session by which the client asks, unless it has one. Raises DriveError."""
+        is_alone = not self._has_partner() and not self._found(by_port=False)
+        if is_alone and not self.own.has_place and self.clients.count_watchers(self.client) >= MOST_WATCHERS:
+            raise DriveError("enough-of-you", most=MOST_WATCHERS)
+        self.session.take_place()
 
-    def _open_session(self) -> ControlSession:
-        """The session by which the client asks. Raises DriveError."""
-        if self._has_partner() or self._found(by_port=False):
-            assert self.commands
-            return self.commands.open_session()
-        if self._session is None:
-            if self._count_watchers(self.client) >= MOST_WATCHERS:
-                raise DriveError("enough-of-you", most=MOST_WATCHERS)
-            who = Who(self.client, replaced=self._forget_session)
-            self._session = self._control.join(self.name, who, watches=True)
-        return self._session
-
-    def _forget_session(self) -> None:
-        self._session = None
+    def _replaced(self) -> None:
+        """A watcher that has lost its place goes on watching without one."""
 
     def _you(self) -> dict[str, Any] | None:
-        session = self._shared_session()
-        drives = session is not None and session.drives
         if self.commands:
-            clock = session.clock_to_answer() if session else None
-            return {"name": self.commands.name, "drives": drives, "clock": clock} | self.commands.counts.as_dict()
-        return {"name": session.name, "drives": drives} | session.counts.as_dict() if session else None
+            return self.session.you() | {"clock": self.session.clock_to_answer()}
+        return self.own.you() if self.own.has_place else None
 
     def _answer(self, text: bytes) -> None:
         what: str | None = None
-        is_in_rate = self._rate.allows(self._control.now_ms())
+        is_in_rate = self._rate.allows(self.control.clock())
         try:
             request = _read_request(text)
             what = str(request["do"])
@@ -284,9 +345,10 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
             return None
         if what == "stop":
             # It needs no place, so that nobody can keep the others from stopping the car.
-            self._control.stop((self.commands or self).name)
+            self.session.stop()
             return {}
-        session = self._open_session()
+        self._take_place()
+        session = self.session
         if what == "sync":
             session.answer_clock(*(request.get(name, 0) for name in ("clock", "words", "stamp")))
             return {}
@@ -311,8 +373,9 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
         if self.line.get_write_buffer_size() > _MOST_WAITING_BYTES:
             self.drop()
 
-    def _hang_up(self) -> None:
-        self._control.turn_away()
+    def _close(self) -> None:
+        """Hang up when what was sent has left."""
+        self.control.turned_away += 1
         if self.line:
             self.line.close()
 

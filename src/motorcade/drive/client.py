@@ -10,16 +10,16 @@ from typing import Any, Self
 
 from motorcade.car.arbiter import NEUTRAL
 from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
-from motorcade.drive.deadman import CommandStream, stick_word
+from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
 from motorcade.drive.stamps import stamp_at
 from motorcade.drive.tls.keys import client_context
-from motorcade.drive.wire import Telemetry
+from motorcade.drive.wire import Telemetry, stick_word
 from motorcade.errors import Phrase
 from motorcade.timing import to_ticks
 
 DRIVE_PORT = 5005
-FRESH_S, PATIENCE_S = 0.3, 5.0
-_PERIOD_S = 0.05
+FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
+_PERIOD_S = PERIOD_MS / 1000
 # A car takes 100 commands a second.
 _SHORTEST_PERIOD_S = 0.0125
 _CONNECT_S = 3.0
@@ -80,7 +80,7 @@ class DriveClient:
         telemetry_at = port + 1 if telemetry_port is None else telemetry_port or None
         self._address = Address(host, port, telemetry_at, tls, (car or host) if tls else None)
         self._patience_s = PATIENCE_S if patience_s is None else patience_s
-        self._stream = CommandStream(round(fresh_s * 1000), rearm)
+        self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
         self._connection: Connection | None = None
@@ -140,7 +140,7 @@ class DriveClient:
     @property
     def waits_for_release(self) -> bool:
         """Whether the car stopped by itself and stands still until the caller releases the stick (see ``rearm``)."""
-        return self._stream.waits_for_release
+        return self._switch.is_locked
 
     async def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
         """Command the car for the next ``fresh_s``, unless another command comes first.
@@ -159,7 +159,9 @@ class DriveClient:
 
     def steer(self, throttle: float, steering: float) -> None:
         """Do what `drive` does; a car that can't be reached is no error. Raises ValueError."""
-        self._stream.set_word(stick_word(throttle, steering), to_ticks(_now_s()))
+        # Raises where an axis is out of range.
+        stick_word(throttle, steering)
+        self._switch.command(throttle, steering, _ticks())
         if _now_s() - self._sent_s >= _SHORTEST_PERIOD_S:
             self._send()
 
@@ -171,7 +173,7 @@ class DriveClient:
                 await self.drive(throttle, steering)
                 await asyncio.sleep(min(left_s, _PERIOD_S))
         finally:
-            self._stream.set_word(stick_word(0, 0), to_ticks(_now_s()))
+            self._switch.command(0, 0, _ticks())
             self._send()
 
     async def next_telemetry(self) -> Telemetry:
@@ -191,12 +193,12 @@ class DriveClient:
 
     async def release(self) -> None:
         """Give the wheel back, or stop waiting for it."""
-        self._stream.drop()
+        self._switch.order()
         await self._ask("release")
 
     async def stop(self) -> None:
         """Emergency stop: nothing moves until `clear`."""
-        self._stream.drop()
+        self._switch.order()
         await self._ask("stop")
 
     async def clear(self) -> None:
@@ -205,7 +207,7 @@ class DriveClient:
 
     async def resume_program(self) -> None:
         """Make the car run its image again."""
-        self._stream.drop()
+        self._switch.order()
         await self._ask("resume")
 
     async def _stay_connected(self) -> None:
@@ -226,7 +228,7 @@ class DriveClient:
     def _begin(self, connection: Connection) -> None:
         self._connection, self._has_telemetry, self._has_answered = connection, False, False
         self._begun_s = self._received_s = _now_s()
-        self._stream.disarm()
+        self._switch.lose()
         connection.join()
         self._changed.set()
 
@@ -275,10 +277,10 @@ class DriveClient:
             self.telemetry = Telemetry(*(frame.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
             self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):
-                self._stream.receive_failsafe(to_ticks(_now_s()))
+                self._switch.receive_failsafe(_ticks())
             if (clock := self.you.get("clock")) is not None:
                 connection.answer_clock(clock, stamp_at(_now_ms()))
-                self._stream.stand_first()
+                self._switch.stand_first()
                 self._has_answered = True
             self._changed.set()
 
@@ -296,10 +298,10 @@ class DriveClient:
         """Send what is due now, if it would arrive now."""
         if self._connection is None or not self._connection.is_free or self._silent_s() > _SILENT_S:
             return
-        word = self._stream.next_word(to_ticks(_now_s()))
-        if word is not None:
+        axes = self._switch.next(_ticks())
+        if axes is not None:
             self._sent_s = _now_s()
-            self._connection.send(self._stamped(word if self._may_move else NEUTRAL))
+            self._connection.send(self._stamped(stick_word(*axes) if self._may_move else NEUTRAL))
 
     @property
     def _may_move(self) -> bool:
@@ -354,6 +356,10 @@ class DriveClient:
         details = self._problem.details if self._problem else {}
         detail = details.get("detail") or Phrase("gives-no-answer")
         return CarError("away", car=str(self._address), seconds=seconds, detail=detail)
+
+
+def _ticks() -> int:
+    return to_ticks(_now_s())
 
 
 def _now_ms() -> int:

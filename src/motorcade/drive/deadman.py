@@ -1,186 +1,137 @@
-"""Dead-man's switches: what keys or a program command, and how long it counts.
+"""The dead-man switch of everybody who drives: which command is sent when, as one table of states.
 
-Pure, with time as an argument: seconds for keys, otherwise milliseconds that wrap (`motorcade.words.ticks`). Nothing
-starts by itself, and nothing goes on that nobody renews.
+A car stops by itself when no fresh command comes, so a command is repeated while its caller renews it, and no longer: a
+program that hangs, or a stick that nobody holds, can't keep a car driving. After a failsafe a car needs one command
+with speed 0 before it drives again.
+
+Pure, with the time as an argument in milliseconds that wrap (`motorcade.words.ticks`). The page's switch
+(web/src/remote/link.ts) follows the same table, which scripts/driving_types.py writes for it, and both pass
+tests/drive/deadman_cases.json.
 """
 
-from motorcade.car.arbiter import NEUTRAL
-from motorcade.words.formats import DRIVE
-from motorcade.words.ticks import elapsed_ms
+from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
-# Keys that were pressed keep the wheel for so long after their release: longer than a change of direction takes,
-# shorter than others like to wait.
-RESTS_MS = 2000
-
-AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
-
-_OPPOSITE = {AHEAD: BACK, BACK: AHEAD, LEFT: RIGHT, RIGHT: LEFT}
-_FULL_DUTY = 255
-_CENTRE_DEG = 90
+IDLE, ARMING, DRIVING, RESTING, LOCKED = range(5)
+STATES = (
+    ("idle", "nothing is sent"),
+    ("arming", "speed 0 is sent, so that the car is armed before it moves"),
+    ("driving", "the command is sent"),
+    ("resting", "speed 0 is sent again and again, in case a message is lost"),
+    ("locked", "nothing is sent until speed 0 or nothing is commanded"),
+)
+SPEED, STILL, NOTHING, LOST, AGAIN, ORDER, OVER = range(7)
+EVENTS = (
+    ("speed", "a speed is commanded"),
+    ("still", "speed 0 is commanded"),
+    ("nothing", "the command is withdrawn, or was not renewed for fresh_ms"),
+    ("lost", "the car may have stopped by itself while a person commands a speed"),
+    ("again", "the car may have stopped by itself, and is armed anew"),
+    ("order", "the caller stops the car, gives it back or lets its program drive"),
+    ("over", "the state has lasted for its time in LASTS_MS"),
+)
+# State, event, next state. An event that is not listed for a state changes nothing.
+TABLE = (
+    (IDLE, SPEED, ARMING),
+    (IDLE, STILL, ARMING),
+    (ARMING, NOTHING, RESTING),
+    (ARMING, LOST, LOCKED),
+    (ARMING, AGAIN, ARMING),
+    (ARMING, ORDER, IDLE),
+    (ARMING, OVER, DRIVING),
+    (DRIVING, NOTHING, RESTING),
+    (DRIVING, LOST, LOCKED),
+    (DRIVING, AGAIN, ARMING),
+    (DRIVING, ORDER, IDLE),
+    (RESTING, SPEED, ARMING),
+    (RESTING, STILL, ARMING),
+    (RESTING, LOST, IDLE),
+    (RESTING, AGAIN, IDLE),
+    (RESTING, ORDER, IDLE),
+    (RESTING, OVER, IDLE),
+    (LOCKED, STILL, ARMING),
+    (LOCKED, NOTHING, RESTING),
+)
+# How long a state lasts. A car executes the newest of the commands that come together: what moves it mustn't come with
+# what arms it, but is sent in the next period.
+LASTS_MS = ((ARMING, 45), (RESTING, 200))
+# How often a command is sent, and how long it counts unless a client says otherwise.
+PERIOD_MS = 50
+FRESH_MS = 300
 # Telemetry that was sent before the car was armed may still report a failsafe.
 _BELIEVED_AFTER_MS = 500
-# A car executes the newest of the commands that come together: what moves it mustn't come with what arms it.
-_ARMS_ALONE_MS = 40
 
 Axes = tuple[float, float]
-
-
-def stick_word(throttle: float, steering: float) -> int:
-    """The DRIVE word of a stick.
-
-    Args:
-        throttle: -1 full speed back, 0 standing still, 1 full speed ahead.
-        steering: -1 full left, 0 straight on, 1 full right, as a stick's horizontal axis.
-
-    Raises:
-        ValueError: one of them is out of range or no number.
-    """
-    for name, value in (("throttle", throttle), ("steering", steering)):
-        # Written so that nan is refused too.
-        if not -1 <= value <= 1:
-            raise ValueError(f"{name} is {value!r}; allowed: -1 to 1")
-    return DRIVE.encode(
-        code=1,
-        angle=_CENTRE_DEG - round(steering * _CENTRE_DEG),
-        direction=int(throttle >= 0),
-        speed=round(abs(throttle) * _FULL_DUTY),
-    )
+_AT_REST: Axes = (0.0, 0.0)
+_NEXT = {(state, event): following for state, event, following in TABLE}
+_LASTS_MS = dict(LASTS_MS)
 
 
 class DeadmanSwitch:
-    """Decide what keys command.
-
-    Released keys command the car to stand still, and after RESTS_MS nothing, so that others can have the wheel. Keys
-    that are held at the first look, or through an order, command nothing until they have been released.
-    """
-
-    def __init__(self) -> None:
-        self._must_rest = True
-        self._is_silent = True
-        self._pushed_ms = 0
-
-    @property
-    def must_rest(self) -> bool:
-        """Whether the keys have to be released before they can drive."""
-        return self._must_rest
-
-    def withdraw(self) -> None:
-        """Command nothing from now on, and require a release."""
-        self._must_rest = self._is_silent = True
-
-    def update(self, axes: Axes, now_ms: int) -> Axes | None:
-        """What throttle and steering command now: themselves, zeros to stand still, or None for nothing."""
-        if not any(axes):
-            self._must_rest = False
-        elif not self._must_rest:
-            self._pushed_ms, self._is_silent = now_ms, False
-            return axes
-        if not self._is_silent and elapsed_ms(now_ms, self._pushed_ms) >= RESTS_MS:
-            self._is_silent = True
-        return None if self._is_silent else (0.0, 0.0)
-
-
-class CommandStream:
-    """Decide which word a client sends when.
-
-    The car stops by itself when no fresh command comes, so the caller's last command is repeated. A command that the
-    caller doesn't renew ends here: a program that hangs can't keep a car driving through a connection that works.
-    After a failsafe a car needs one command with speed 0 before it drives again.
+    """Decide what is sent when.
 
     Args:
-        fresh_ms: how long a command of the caller counts.
-        rearm: whether to send the command with speed 0 without being asked. If not, the car stands still until the
-            caller has commanded speed 0 or nothing for a while, as one who releases a stick does.
+        fresh_ms: how long a command counts that isn't renewed.
+        rearm: whether a car that has stopped by itself is armed again although a speed is commanded, as a program wants
+            it. A person has to release the stick first.
     """
 
-    def __init__(self, fresh_ms: int, rearm: bool) -> None:
+    def __init__(self, fresh_ms: int = FRESH_MS, rearm: bool = False) -> None:
         self._fresh_ms = fresh_ms
         self._rearm = rearm
-        self._word: int | None = None
-        self._set_ms = 0
-        self._is_armed = False
-        self._armed_ms = 0
-        self._is_released = True
+        self._state = IDLE
+        # When something was first sent in this state: a car is armed by what is sent, not by what waits.
+        self._since_ms: int | None = None
+        self._axes = _AT_REST
+        self._commanded_ms = 0
 
     @property
-    def waits_for_release(self) -> bool:
-        """Whether the car stands still until the caller commands speed 0 or nothing."""
-        return not (self._is_armed or self._rearm or self._is_released)
+    def is_locked(self) -> bool:
+        """Whether nothing is sent until speed 0 or nothing is commanded."""
+        return self._state == LOCKED
 
-    def set_word(self, word: int, now_ms: int) -> None:
-        """Command the DRIVE word ``word`` from now on."""
-        self._word, self._set_ms = word, now_ms
-        if _stands(word):
-            self._is_released = True
+    def command(self, throttle: float, steering: float, now_ms: int) -> None:
+        """Command throttle and steering, -1 to 1, for the next ``fresh_ms``."""
+        self._axes, self._commanded_ms = (throttle, steering), now_ms
+        self._take(SPEED if throttle else STILL)
 
-    def drop(self) -> None:
-        """Command nothing until the next `set_word`."""
-        self._word, self._is_armed, self._is_released = None, False, True
+    def release(self) -> None:
+        """Command nothing any more."""
+        self._take(NOTHING)
 
-    def disarm(self) -> None:
-        """Note that the connection is a new one: its car may need a command with speed 0 first."""
-        self._is_armed = False
-        self._is_released = self._word is None or _stands(self._word)
+    def order(self) -> None:
+        """Command nothing because of an order, such as an emergency stop; a stick that is held must be released."""
+        self._take(LOST if self._needs_release else ORDER)
+
+    def lose(self) -> None:
+        """Note that the connection is a new one, or that the car reports a failsafe."""
+        self._take(LOST if self._needs_release else AGAIN)
 
     def stand_first(self) -> None:
-        """Note that the car obeys the next word with a speed only after one with speed 0, as it did long ago."""
-        self._is_armed = False
+        """Note that the car obeys the next command with a speed only after one with speed 0, as it did long ago."""
+        self._take(AGAIN)
 
     def receive_failsafe(self, now_ms: int) -> None:
         """Note that the car reports a failsafe."""
-        if self._is_armed and elapsed_ms(now_ms, self._armed_ms) >= _BELIEVED_AFTER_MS:
-            self.disarm()
+        since_ms = now_ms if self._since_ms is None else self._since_ms
+        if self._state == DRIVING and elapsed_ms(now_ms, since_ms) >= _BELIEVED_AFTER_MS:
+            self.lose()
 
-    def next_word(self, now_ms: int) -> int | None:
-        """What to send now, at once; None for nothing. To be called once in each period."""
-        if self._word is None:
-            return None
-        if elapsed_ms(now_ms, self._set_ms) > self._fresh_ms:
-            self.drop()
-            return NEUTRAL
-        if not self._is_armed:
-            if self.waits_for_release:
-                return None
-            self._is_armed, self._armed_ms = True, now_ms
-            return self._word if _stands(self._word) else NEUTRAL
-        if elapsed_ms(now_ms, self._armed_ms) < _ARMS_ALONE_MS and not _stands(self._word):
-            return NEUTRAL
-        return self._word
+    def next(self, now_ms: int) -> Axes | None:
+        """Throttle and steering to send now; None for nothing."""
+        if self._state != RESTING and elapsed_ms(now_ms, self._commanded_ms) > self._fresh_ms:
+            self._take(NOTHING)
+        if self._since_ms is not None and elapsed_ms(now_ms, self._since_ms) >= _LASTS_MS.get(self._state, TICKS_MASK):
+            self._take(OVER)
+        if self._since_ms is None:
+            self._since_ms = now_ms
+        throttle, steering = self._axes
+        return {ARMING: (0.0, steering), DRIVING: (throttle, steering), RESTING: _AT_REST}.get(self._state)
 
+    @property
+    def _needs_release(self) -> bool:
+        return self._axes[0] != 0 and not self._rearm
 
-class KeyStick:
-    """Make axes of keys.
-
-    Most terminals report a key only when it is pressed and repeatedly while it is held, and of several keys the newest
-    alone. So keys that are pressed together count while the newest one repeats, and all are released ``hold_s`` after
-    its last repetition.
-    """
-
-    def __init__(self, hold_s: float) -> None:
-        self._hold_s = hold_s
-        self._down: set[str] = set()
-        self._event_s = 0.0
-
-    def press(self, key: str, now_s: float) -> None:
-        """Note that AHEAD, BACK, LEFT or RIGHT is pressed, or repeats."""
-        self._expire(now_s)
-        self._down.discard(_OPPOSITE[key])
-        self._down.add(key)
-        self._event_s = now_s
-
-    def release_all(self) -> None:
-        """Count all keys as released."""
-        self._down.clear()
-
-    def axes(self, now_s: float) -> tuple[int, int]:
-        """Throttle and steering, each -1, 0 or 1, as `stick_word` takes them."""
-        self._expire(now_s)
-        return (AHEAD in self._down) - (BACK in self._down), (RIGHT in self._down) - (LEFT in self._down)
-
-    def _expire(self, now_s: float) -> None:
-        if now_s - self._event_s > self._hold_s:
-            self._down.clear()
-
-
-def _stands(word: int) -> bool:
-    return not DRIVE.decode(word).speed
+    def _take(self, event: int) -> None:
+        following = _NEXT.get((self._state, event))
+        if following is not None:
+            self._state, self._since_ms = following, None

@@ -4,13 +4,11 @@ import asyncio
 import errno
 import socket
 import ssl
-from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Protocol, cast
 
-from motorcade.drive.tls.keys import peer_name, peer_number
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.sockets import listen, network_of
 
@@ -81,61 +79,6 @@ class Connected(Protocol):
 
     def drop(self) -> None:
         """End the connection at once, if it has begun."""
-
-
-class ClientProtocol(asyncio.BaseProtocol, ABC):
-    """The protocol of a connection that a `Listener` accepted.
-
-    Args:
-        opened: called when the connection is made.
-        closed: called when it is lost.
-
-    Attributes:
-        line: the transport; None before the connection is made and after it is lost.
-        client: the name in the client's certificate, or the address that it comes from.
-        port: the port that it comes from.
-        keys_number: the serial number of its certificate; None where it has shown none.
-    """
-
-    holder = ""
-    stays = False
-
-    def __init__(self, opened: Callable[[], None], closed: Callable[[], None]) -> None:
-        self.line: asyncio.Transport | None = None
-        self.client = ""
-        self.port = 0
-        self.keys_number: int | None = None
-        self._opened = opened
-        self._closed = closed
-
-    @property
-    def name(self) -> str:
-        """What others are shown."""
-        return f"{self.client}:{self.port}"
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Note who the client is."""
-        self.line = transport  # type: ignore[assignment]
-        address = transport.get_extra_info("peername") or ("?", 0)
-        line = transport.get_extra_info("ssl_object")
-        self.client = peer_name(line) or str(address[0])
-        self.keys_number = peer_number(line)
-        self.port = int(address[1])
-        self._opened()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Note that the connection is over."""
-        self.line = None
-        self._closed()
-
-    @abstractmethod
-    def has_session(self) -> bool:
-        """Whether the connection stays when newcomers need its place."""
-
-    def drop(self) -> None:
-        """End the connection at once, if it has begun."""
-        if self.line:
-            self.line.abort()
 
 
 MakeProtocol = Callable[[Callable[[], None]], Connected]

@@ -5,153 +5,98 @@ Every method may be called from any thread. `CarControl.beat` has to be called i
 """
 
 import threading
-from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable
+from typing import Any, TypeVar
 
-from motorcade.car.arbiter import APPLIED, FAILSAFE, MOVING, NOBODY, STATES, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, FAILSAFE, MOVING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
-from motorcade.config.profile import DriveLimits, Profile
+from motorcade.config.profile import Profile
 from motorcade.drive.activity_log import Record
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels, setpoint_of
+from motorcade.drive.places import who_gives_way
 from motorcade.drive.stamps import STAMP_MASK, Freshness
-from motorcade.drive.wire import OVER_RATE, STALE, Counts, Telemetry
-from motorcade.errors import MotorcadeError
+from motorcade.drive.wire import OVER_RATE, STALE, Counts, DriveError, Telemetry, stick_word
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 from motorcade.words.ticks import elapsed_ms
 
-MOST_SESSIONS = 9
 _RATE_WINDOW_MS = 100
 _LOCK_PATIENCE_S = 0.05
 
 _Result = TypeVar("_Result")
 
 
-class DriveError(MotorcadeError):
-    """A car that is driven refuses a session or a request; its codes travel over the network."""
-
-
-class Who(NamedTuple):
-    """Whose session it is.
-
-    Attributes:
-        client: the name in the client's certificate, or its address: where places are short, no client keeps many.
-        replaced: called, in the thread of the newcomer, when the session has lost its place.
-    """
-
-    client: str = ""
-    replaced: Callable[[], None] = lambda: None
-
-
-STRANGER = Who()
-
-
 class CarControl:
     """A car that is driven; its ``board`` is set to neutral, which raises OSError where the hardware isn't there.
 
-    ``clock`` gives the time in ms that wraps (`motorcade.words.ticks`). Who drives, stops and clears is told to
-    ``record``, see `motorcade.drive.activity_log.Record`.
+    ``clock`` gives the time in ms that wraps (`motorcade.words.ticks`).
+
+    Attributes:
+        board: its hardware.
+        wheels: what was done with the board's wheels.
+        limits: those of the car's profile.
+        clock: gives the time.
+        arbiter: says who drives; only this class changes it.
+        refused: number of words that were no DRIVE words.
+        turned_away: number of connections that got or kept no place.
+        record: is told who drives, stops and clears, see `motorcade.drive.activity_log.Record`.
     """
 
     def __init__(self, board: DriveBoard, clock: Callable[[], int], profile: Profile) -> None:
-        self._board = board
-        self._clock = clock
-        self._limits = profile.drive
-        self._arbiter = Arbiter(profile.drive.failsafe_ms, profile.drive.hand_over_ms, profile.drive.arming)
-        self._state = self._arbiter.state
+        self.board = board
+        self.clock = clock
+        self.limits = profile.drive
+        self.arbiter = Arbiter(profile.drive.failsafe_ms, profile.drive.hand_over_ms, profile.drive.arming)
+        self._state = self.arbiter.state
         self._setpoint: Setpoint = NEUTRAL_SETPOINT
         self._lock = threading.Lock()
         self._sessions: dict[int, ControlSession] = {}
-        self._last_number = self._refused = self._turned_away = self._failsafes = self._stalls = 0
+        self.refused = self.turned_away = 0
+        self._last_number = self._failsafes = self._stalls = 0
         self._beat_ms: int | None = None
-        self._is_stuck = False
-        self._wheels = Wheels(board, profile, clock())
+        self._is_stuck = self._is_closed = False
+        self.wheels = Wheels(board, profile, clock())
         self._recorded_driver: ControlSession | None = None
         self.record: Record = lambda did, who: None
 
-    @property
-    def moves(self) -> bool:
-        """Whether the wheels may turn, by a command or by the program."""
-        return not self._wheels.is_neutral
-
-    @property
-    def failsafe_ms(self) -> int:
-        """How long a command counts."""
-        return self._limits.failsafe_ms
-
-    @property
-    def has_program(self) -> bool:
-        """Whether the car holds an image that it can run."""
-        return self._board.has_program
-
-    @property
-    def rescue(self) -> tuple[str, Sequence[str]] | None:
-        """What stops the wheels once this process is dead; see `motorcade.car.drive_board.DriveBoard.rescue`."""
-        return self._board.rescue()
-
-    def now_ms(self) -> int:
-        """The time now (ticks)."""
-        return self._clock()
-
-    def join(
-        self, name: str, who: Who = STRANGER, watches: bool = False, counts: Counts | None = None
+    def session(
+        self,
+        name: str,
+        client: str = "",
+        *,
+        watches: bool = False,
+        replaced: Callable[[], None] = lambda: None,
+        left: Callable[[], None] = lambda: None,
     ) -> "ControlSession":
-        """Open a session. An emergency stop needs none.
-
-        Where nine clients have one, a newcomer replaces the session that sent no command for longest, if that is more
-        than ``hand_over_ms``; else one of the client that has the most, if it has two more than the newcomer. A session
-        that only watches replaces none for its silence.
+        """Make a session, which has no place yet.
 
         Args:
             name: what others are shown.
-            who: whose session it is.
+            client: the name in the client's certificate, or its address: where places are short, no client keeps many.
             watches: for a session that won't drive; while nobody drives one place is kept for a driver.
-            counts: of the words that came before the session.
-
-        Raises:
-            DriveError: "full".
+            replaced: called, in the thread of the newcomer, when the session has lost its place.
+            left: called when it leaves.
         """
         with self._lock:
-            loser = None
-            taken = len(self._sessions)
-            if watches and self._arbiter.driver == NOBODY:
-                taken += 1
-            if taken >= MOST_SESSIONS:
-                loser = self._replaceable(who.client, watches)
-                if loser is None:
-                    raise DriveError("full", sessions=MOST_SESSIONS)
-                self._end(loser)
             self._last_number += 1
-            session = ControlSession(self, self._last_number, name, who, self._limits, counts or Counts())
+            return ControlSession(self, self._last_number, name, client, watches, (replaced, left))
+
+    def take_place(self, session: "ControlSession") -> None:
+        """Give a session one of the nine places, unless it has one or is over (`motorcade.drive.places`).
+
+        Raises DriveError: "full".
+        """
+        with self._lock:
+            if session.has_place or session.is_over or self._is_closed:
+                return
+            driver, hand_over_ms = self.arbiter.driver, self.limits.hand_over_ms
+            loser = who_gives_way(list(self._sessions.values()), session, driver, hand_over_ms)
+            if loser:
+                self._end(loser)
+            session.commanded_ms, session.has_place = self.clock(), True
             self._sessions[session.number] = session
         if loser:
-            loser.who.replaced()
-        return session
-
-    def _replaceable(self, client: str, watches: bool) -> "ControlSession | None":
-        """The session that gives its place to one of ``client``, None for none."""
-        sessions = list(self._sessions.values())
-        longest = max(sessions, key=lambda session: session.silent_ms, default=None)
-        if longest and not watches and longest.silent_ms > self._limits.hand_over_ms:
-            return longest
-        places = Counter(session.who.client for session in sessions)
-        most = max(places.values(), default=0)
-        if most < places[client] + 2:
-            return None
-        others = [each for each in sessions if places[each.who.client] == most and each.number != self._arbiter.driver]
-        return max(others, key=lambda session: session.silent_ms)
-
-    def check(self, word: int, counts: Counts) -> Setpoint:
-        """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
-        try:
-            return setpoint_of(word & ~STAMP_MASK)
-        except WordError as problem:
-            with self._lock:
-                self._refused += 1
-            counts.refused += 1
-            counts.last_refusal = str(problem)
-            raise
+            loser.replaced()
 
     def change(self, session: "ControlSession | None", action: Callable[[Arbiter, int], _Result]) -> _Result | None:
         """Call ``action`` with the arbiter and the time, and make the wheels follow; not where ``session`` is over.
@@ -159,97 +104,78 @@ class CarControl:
         Returns what ``action`` returns, or None.
         """
         with self._lock:
-            if session and session.number not in self._sessions:
+            if session and not session.has_place:
                 return None
-            result = action(self._arbiter, self._clock())
+            result = action(self.arbiter, self.clock())
             self._follow()
             return result
 
     def apply(self, session: "ControlSession", word: int, setpoint: Setpoint, number: int) -> int:
         """Take the command ``number`` of ``session``. Returns its outcome, see `motorcade.drive.wire.OUTCOMES`."""
         with self._lock:
-            now = self._clock()
+            now = self.clock()
             if not session.freshness.is_fresh(word & STAMP_MASK, now, number, stands=setpoint[2] == 0):
                 return STALE
             session.commanded_ms = now
-            if session.number not in self._sessions:
+            if not session.has_place:
                 return WATCHING
             # A command that stops is never over the rate.
             if setpoint[2] and not session.rate.allows(now):
                 return OVER_RATE
-            outcome = self._arbiter.command(session.number, word & ~STAMP_MASK, now)
+            outcome = self.arbiter.command(session.number, word & ~STAMP_MASK, now)
             if outcome == APPLIED:
                 self._setpoint = setpoint
             self._follow(outcome == APPLIED)
             return outcome
 
     def end(self, session: "ControlSession") -> None:
-        """End a session: the wheels stand still if it moved them. A second call does nothing."""
+        """Take a session's place: the wheels stand still if it moved them. A second call does nothing."""
         with self._lock:
             self._end(session)
 
     def _end(self, session: "ControlSession") -> None:
         if self._sessions.pop(session.number, None):
-            self._arbiter.gone(session.number, self._clock())
+            session.has_place = False
+            self.arbiter.gone(session.number, self.clock())
             self._follow()
-
-    def stop(self, who: str = "") -> None:
-        """Emergency stop, asked for by ``who``: nothing moves until `clear`."""
-        self.change(None, lambda arbiter, now: arbiter.stop())
-        self.record("stops", who)
-
-    def clear(self, who: str = "") -> None:
-        """Lift the emergency stop; a command with speed 0 then arms the car."""
-        self.change(None, lambda arbiter, now: arbiter.clear())
-        self.record("clears", who)
-
-    @property
-    def driver(self) -> int:
-        """The number of the session that has the wheel, or NOBODY."""
-        return self._arbiter.driver
-
-    def turn_away(self) -> None:
-        """Count a connection that got or kept no place."""
-        with self._lock:
-            self._turned_away += 1
 
     def telemetry(self) -> Telemetry:
         """What the car does now."""
         with self._lock:
-            now, arbiter = self._clock(), self._arbiter
-            self._wheels.read_battery(now)
+            now, arbiter = self.clock(), self.arbiter
+            self.wheels.read_battery(now)
             driver = self._sessions.get(arbiter.driver)
             wanted_by = self._sessions.get(arbiter.wanted_by)
             return Telemetry(
                 STATES[arbiter.state][0],
-                *self._wheels.applied,
+                *self.wheels.applied,
                 driver.name if driver else None,
                 wanted_by.name if wanted_by else None,
                 elapsed_ms(now, arbiter.commanded_ms) if driver else None,
-                self._wheels.battery_mv,
+                self.wheels.battery_mv,
                 len(self._sessions) - (driver is not None),
-                self._refused,
+                self.refused,
                 self._failsafes,
                 self._stalls,
-                self._wheels.faults,
-                self._wheels.last_fault,
-                self._turned_away,
-                self._wheels.limiter.obstacle_mm,
+                self.wheels.faults,
+                self.wheels.last_fault,
+                self.turned_away,
+                self.wheels.limiter.obstacle_mm,
             )
 
     def tick(self) -> int:
         """Do what is due. Returns after how many ms something can be due next."""
         with self._lock:
-            rest_ms = self._arbiter.tick(self._clock())
+            rest_ms = self.arbiter.tick(self.clock())
             return min(rest_ms, self._follow())
 
     def beat(self) -> int:
         """Do what `tick` does, and record that the loop that takes the commands is alive; at least every 50 ms."""
         rest_ms = self.tick()
         with self._lock:
-            self._beat_ms = self._clock()
+            self._beat_ms = self.clock()
             self._is_stuck = False
-            self._wheels.keep_alive()
+            self.wheels.keep_alive()
         return rest_ms
 
     def watch(self) -> int:
@@ -259,50 +185,47 @@ class CarControl:
         """
         if not self._lock.acquire(timeout=_LOCK_PATIENCE_S):
             # The thread that holds the lock hangs in the hardware's driver.
-            self._board.neutral()
+            self.board.neutral()
             return 0
         try:
-            now = self._clock()
-            rest_ms = self._arbiter.tick(now)
+            now = self.clock()
+            rest_ms = self.arbiter.tick(now)
             late_ms = 0 if self._beat_ms is None else elapsed_ms(now, self._beat_ms)
-            if late_ms >= self._limits.watchdog_ms:
+            if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck
                 self._is_stuck = True
-                self._arbiter.stall()
-            return min(rest_ms, self._follow(), max(1, self._limits.watchdog_ms - late_ms))
+                self.arbiter.stall()
+            return min(rest_ms, self._follow(), max(1, self.limits.watchdog_ms - late_ms))
         finally:
             self._lock.release()
-
-    def call_before_moving(self, may_move: Callable[[], None]) -> None:
-        """Call ``may_move`` whenever the wheels are about to turn; where it raises OSError they don't."""
-        with self._lock:
-            self._wheels.before_moving = may_move
 
     def fail(self, problem: Exception, stops: bool = True) -> None:
         """Count a fault; one of what watches over the wheels ``stops`` them: then speed 0 has to arm the car."""
         with self._lock:
-            self._wheels.count_fault(problem)
+            self.wheels.count_fault(problem)
             if stops:
-                self._arbiter.stall()
+                self.arbiter.stall()
                 self._follow()
 
     def close(self) -> None:
         """End all sessions, stop the wheels and free the hardware. Raises OSError where the wheels don't stop."""
         with self._lock:
-            self._sessions.clear()
+            for session in list(self._sessions.values()):
+                self._end(session)
+            self._is_closed = True
             self._beat_ms = None
-            self._arbiter.stop()
+            self.arbiter.stop()
             self._follow()
-            self._board.close()
+            self.board.close()
 
     def _follow(self, is_fresh: bool = False) -> int:
         """Make the wheels follow the arbiter; ``is_fresh``: there is a new setpoint.
 
         Returns after how many ms the limits are due again.
         """
-        arbiter = self._arbiter
+        arbiter = self.arbiter
         self._failsafes += arbiter.state == FAILSAFE and self._state == MOVING
-        rest_ms = self._wheels.follow(arbiter, self._setpoint, self._clock(), is_fresh)
+        rest_ms = self.wheels.follow(arbiter, self._setpoint, self.clock(), is_fresh)
         self._state = arbiter.state
         driver = self._sessions.get(arbiter.driver)
         if driver is not self._recorded_driver:
@@ -314,60 +237,120 @@ class CarControl:
 
 
 class ControlSession:
-    """One who drives or watches a car; `CarControl.join` opens it.
+    """One who drives or watches a car; `CarControl.session` makes it.
+
+    It takes a place at the car with its first command or request, so who only looks takes none from others. One that
+    has lost its place to others takes one again in the same way.
 
     Attributes:
         number: from 1, never given twice.
-        name: what others are shown.
-        who: whose session it is.
+        name, client, watches, replaced: as `CarControl.session` takes them.
         rate: of commands that move the car.
         counts: what became of its words.
         freshness: finds its words that were sent long ago.
-        commanded_ms: when it last sent a valid command (ticks); when it joined, before the first.
+        commanded_ms: when it last sent a valid command (ticks); when it took its place, before the first.
+        has_place: whether it drives or watches, rather than only looks.
+        is_over: whether it has left.
     """
 
     def __init__(
-        self, control: CarControl, number: int, name: str, who: Who, limits: DriveLimits, counts: Counts
+        self,
+        control: CarControl,
+        number: int,
+        name: str,
+        client: str,
+        watches: bool,
+        called: tuple[Callable[[], None], Callable[[], None]],
     ) -> None:
         self.number = number
         self.name = name
-        self.who = who
+        self.client = client
+        self.watches = watches
+        self.replaced, self._left = called
+        limits = control.limits
         self.rate = RateLimit(max(1, limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
-        self.counts = counts
-        self.commanded_ms = control.now_ms()
+        self.counts = Counts()
+        self.commanded_ms = control.clock()
         self.freshness = Freshness(limits.stale_ms)
+        self.has_place = self.is_over = False
         self._control = control
 
     @property
     def drives(self) -> bool:
         """Whether it has the wheel."""
-        return self._control.driver == self.number
+        return self._control.arbiter.driver == self.number
 
     @property
     def silent_ms(self) -> int:
-        """Time since its last valid command, or since it joined."""
-        return elapsed_ms(self._control.now_ms(), self.commanded_ms)
+        """Time since its last valid command, or since it took its place."""
+        return elapsed_ms(self._control.clock(), self.commanded_ms)
+
+    def take_place(self) -> None:
+        """Take a place at the car, unless it has one. Raises DriveError: "full"."""
+        self._control.take_place(self)
+
+    def steer(self, throttle: float, steering: float) -> None:
+        """Take the position of a page's stick, both axes -1 to 1. Raises DriveError: "full"."""
+        self.command(stick_word(throttle, steering))
+
+    def check(self, word: int) -> Setpoint:
+        """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
+        try:
+            return setpoint_of(word & ~STAMP_MASK)
+        except WordError as problem:
+            self._control.refused += 1
+            self.counts.refused += 1
+            self.counts.last_refusal = str(problem)
+            raise
 
     def command(self, word: int, number: int = 0) -> int:
         """Take a DRIVE word that came just now. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`.
 
-        ``number`` counts the words of its connection, from 1; words with stamps need it. Raises WordError, and counts
-        it, where it is no DRIVE word.
+        Args:
+            word: with its stamp, if it has one.
+            number: of the word among those of its connection, from 1; words with stamps need it.
+
+        Raises:
+            WordError: it is no DRIVE word, which is counted.
+            DriveError: "full".
         """
-        outcome = self._control.apply(self, word, self._control.check(word, self.counts), number)
+        setpoint = self.check(word)
+        self.take_place()
+        outcome = self._control.apply(self, word, setpoint, number)
         self.counts.outcomes[outcome] += 1
         return outcome
+
+    def you(self) -> dict[str, Any]:
+        """What concerns this session, for its client: its name, whether it drives or waits, and its counts."""
+        has_wheel = {"drives": self.drives, "waits": self._control.arbiter.wanted_by == self.number}
+        return {"name": self.name} | has_wheel | self.counts.as_dict()
+
+    def telemetry(self) -> dict[str, Any]:
+        """The car's telemetry, and what concerns this session."""
+        return self._control.telemetry()._asdict() | {"you": self.you()}
 
     def clock_to_answer(self) -> int | None:
         """The car's clock that the client has to answer before its stamps are believed again; None for none."""
         return self._control.change(self, lambda arbiter, now: self.freshness.clock_to_answer(now))
 
     def answer_clock(self, clock: int, number: int, stamp: int) -> None:
-        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`."""
+        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`. Raises DriveError: "full"."""
+        self.take_place()
         self._control.change(self, lambda arbiter, now: self.freshness.take_answer(clock, number, stamp, now))
 
+    async def act(self, action: str) -> None:
+        """Do `request`, `release`, `stop`, `clear` or `resume_program`, as for a car behind a network.
+
+        Raises DriveError.
+        """
+        getattr(self, action)()
+
     def request(self) -> bool:
-        """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves."""
+        """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves.
+
+        Raises DriveError: "full".
+        """
+        self.take_place()
         return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, now)))
 
     def release(self) -> None:
@@ -375,24 +358,35 @@ class ControlSession:
         self._control.change(self, lambda arbiter, now: arbiter.release(self.number, now))
 
     def stop(self) -> None:
-        """Emergency stop: nothing moves until `clear`."""
-        self._control.stop(self.name)
+        """Emergency stop, which needs no place: nothing moves until `clear`."""
+        self._control.change(None, lambda arbiter, now: arbiter.stop())
+        self._control.record("stops", self.name)
 
     def clear(self) -> None:
-        """Lift the emergency stop; a command with speed 0 then arms the car."""
-        self._control.clear(self.name)
+        """Lift the emergency stop; a command with speed 0 then arms the car. Raises DriveError: "full"."""
+        self.take_place()
+        self._control.change(None, lambda arbiter, now: arbiter.clear())
+        self._control.record("clears", self.name)
 
     def resume_program(self) -> None:
         """Give the wheels to the car's image again.
 
         Raises DriveError: the car has no program, another session drives, or the emergency stop holds.
         """
-        if not self._control.has_program:
+        self.take_place()
+        if not self._control.board.has_program:
             raise DriveError("no-program")
         if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, now)):
             raise DriveError("not-yours")
         self._control.record("resumes", self.name)
 
-    def leave(self) -> None:
-        """End the session: the wheels stand still if it moved them. A second call does nothing."""
+    def give_up_place(self) -> None:
+        """Give the place to others: the wheels stand still if it moved them."""
         self._control.end(self)
+
+    def leave(self) -> None:
+        """End the session for good: the wheels stand still if it moved them. A second call does nothing."""
+        if not self.is_over:
+            self.is_over = True
+            self.give_up_place()
+            self._left()

@@ -18,9 +18,9 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 STAMP_MASK = (1 << DRIVE.field("reserved").high + 1) - 1
 # A stamp comes round after so many steps.
-_STEPS = STAMP_MASK
-_STEP_MS = 4
-_ROUND_MS = _STEPS * _STEP_MS
+STEPS = STAMP_MASK
+STEP_MS = 4
+_ROUND_MS = STEPS * STEP_MS
 # A word can be so much faster than all before it; what looks faster still is a whole round too slow.
 _FASTER_MS = 1000
 _HALF_MINUTE_MS = 30_000
@@ -40,7 +40,7 @@ class _Answer(NamedTuple):
 
 def stamp_at(now_ms: int) -> int:
     """The stamp, 1 to 2047, of what is sent at ``now_ms`` (any clock that never goes back, from 0)."""
-    return 1 + now_ms // _STEP_MS % _STEPS
+    return 1 + now_ms // STEP_MS % STEPS
 
 
 class Freshness:
@@ -83,7 +83,7 @@ class Freshness:
         self._has_stamped = True
         is_overtaken = 0 < number <= self._newest_number
         self._newest_number = max(self._newest_number, number)
-        difference_ms = (self._now_ms - (stamp - 1) * _STEP_MS) % _ROUND_MS
+        difference_ms = (self._now_ms - (stamp - 1) * STEP_MS) % _ROUND_MS
         if self._needs_answer:
             is_fresh = self._fits_answer(number, stands, difference_ms)
         else:
@@ -97,7 +97,7 @@ class Freshness:
         self._advance(now)
         self._can_ask = True
         answered = self._answer is not None and elapsed_ms(now, self._answer.clock_ms) < _ANSWER_LASTS_MS
-        return now // _STEP_MS if self._needs_answer and not answered else None
+        return now // STEP_MS if self._needs_answer and not answered else None
 
     def take_answer(self, clock: int, number: int, stamp: int, now: int) -> None:
         """Take the client's answer to ``clock`` at ``now`` (ticks), unless its round trip took too long.
@@ -108,10 +108,10 @@ class Freshness:
             stamp: of the moment when it answered.
         """
         self._advance(now)
-        clock_ms = clock * _STEP_MS & TICKS_MASK
+        clock_ms = clock * STEP_MS & TICKS_MASK
         if elapsed_ms(now, clock_ms) > _ANSWER_LASTS_MS:
             return
-        difference_ms = (self._now_ms - (stamp - 1) * _STEP_MS) % _ROUND_MS
+        difference_ms = (self._now_ms - (stamp - 1) * STEP_MS) % _ROUND_MS
         if self._answer:
             # The fastest answer says most.
             before_ms = self._answer.difference_ms

@@ -1,12 +1,13 @@
 """What travels between a driver and a car: commands of four bytes, frames of a length and JSON, and telemetry.
 
-Both ends use it. Pure: bytes in, words and frames out; no sockets.
+Both ends use it. Pure: axes, bytes, words and frames in and out; no sockets.
 """
 
 import json
 import struct
 from typing import Any, NamedTuple
 
+from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 
 WORD_BYTES = 4
@@ -19,9 +20,15 @@ OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "disch
 OVER_RATE = 6
 STALE = 7
 
+_FULL_DUTY = 255
+_CENTRE_DEG = 90
 _CODE_AT = DRIVE.field("code").low
 _LENGTH = struct.Struct(">I")
 _WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
+
+
+class DriveError(MotorcadeError):
+    """A car that is driven refuses a session or a request; its codes travel over the network."""
 
 
 class FrameTooLongError(ValueError):
@@ -69,6 +76,28 @@ class FrameReader:
         text = bytes(self._received[_LENGTH.size : end])
         del self._received[:end]
         return text
+
+
+def stick_word(throttle: float, steering: float) -> int:
+    """The DRIVE word of a stick.
+
+    Args:
+        throttle: -1 full speed back, 0 standing still, 1 full speed ahead.
+        steering: -1 full left, 0 straight on, 1 full right, as a stick's horizontal axis.
+
+    Raises:
+        ValueError: one of them is out of range or no number.
+    """
+    for name, value in (("throttle", throttle), ("steering", steering)):
+        # Written so that nan is refused too.
+        if not -1 <= value <= 1:
+            raise ValueError(f"{name} is {value!r}; allowed: -1 to 1")
+    return DRIVE.encode(
+        code=1,
+        angle=_CENTRE_DEG - round(steering * _CENTRE_DEG),
+        direction=int(throttle >= 0),
+        speed=round(abs(throttle) * _FULL_DUTY),
+    )
 
 
 def pack_word(word: int) -> bytes:

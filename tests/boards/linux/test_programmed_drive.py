@@ -13,7 +13,8 @@ from motorcade.boards.linux.programmed_drive import ProgrammedDrive
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
-from motorcade.drive.session import CarControl, DriveError
+from motorcade.drive.session import CarControl
+from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import TICKS_MASK
@@ -77,7 +78,7 @@ class Car:
         self.board = ProgrammedDrive(equipment, wiring, CLASSROOM, pins, self.sender, watchdog)
         self.thread = next(each for each in threading.enumerate() if each.name == "car program")
         self.control = CarControl(self.board, lambda: int(clock() * 1000) & TICKS_MASK, CLASSROOM)
-        self.session = self.control.join("ada")
+        self.session = self.control.session("ada")
         self.go_on()
 
     def _save(self, data: bytes) -> None:
@@ -321,16 +322,16 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
 
 def test_the_motor_guard_is_called_before_the_program_moves_the_wheels(made, pins):
     car, asked = made(), []
-    car.control.call_before_moving(lambda: asked.append(wheels(pins)))
+    car.control.wheels.before_moving = lambda: asked.append(wheels(pins))
     car.session.resume_program()
-    assert (asked, wheels(pins), car.control.moves) == ([ALL_STILL], STRAIGHT, True)
+    assert (asked, wheels(pins), car.control.wheels.is_neutral) == ([ALL_STILL], STRAIGHT, False)
     car.session.stop()
-    assert not car.control.moves
+    assert car.control.wheels.is_neutral
 
     def fail():
         raise OSError("the guard is gone")
 
-    car.control.call_before_moving(fail)
+    car.control.wheels.before_moving = fail
     car.session.clear()
     car.session.resume_program()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)

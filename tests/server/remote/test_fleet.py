@@ -13,9 +13,9 @@ from starlette.testclient import TestClient
 from motorcade.cameras.broadcast import Camera
 from motorcade.drive import client as drive_client
 from motorcade.drive.client import DriveClient
-from motorcade.drive.session import DriveError
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.remote_cars import IDLE_S, RemoteCar, RemoteCars, is_name
@@ -323,7 +323,7 @@ async def test_at_most_nine_pages_connect_to_a_car_and_an_idle_one_gives_way():
             control.steer(0.5, 0.0)
         await pass_time(0.1)
         controls.append(await cars.connect("ada", "another"))
-        codes = [control.telemetry().why for control in controls]
+        codes = [control.telemetry().get("why") for control in controls]
         given_up = [number for number, why in enumerate(codes) if why == sentences(MotorcadeError("place-given-up"))]
         for control in controls:
             control.leave()

@@ -12,8 +12,9 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 from motorcade.cameras.broadcast import Camera
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.session import CarControl, DriveError, Who
+from motorcade.drive.session import CarControl
 from motorcade.drive.stamps import stamp_at
+from motorcade.drive.wire import DriveError
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.fleet import SingleCar
 from motorcade.server.request_filter import ServerSettings
@@ -151,7 +152,7 @@ def test_a_position_that_a_round_of_the_stamps_held_back_moves_nothing(visit):
                 assert page.until("received")["stale"] == (each == number)
                 clock = each == number and page.until("telemetry", lambda received: received["clock"])["clock"]
                 page.send("sync", clock=int(clock), number=each, stamp=stamp_at(now_ms))
-    assert [each[2] for each in rig.wheels.applied if each != "neutral"] == [0, 153, 0, 128]
+    assert [each[2] for each in rig.wheels.applied if each != "neutral"] == [153, 0, 128]
 
 
 def test_the_car_stands_still_when_its_page_leaves(visit):
@@ -230,14 +231,13 @@ def test_a_stick_takes_over_from_the_program_and_resume_gives_it_back(visit):
 
 def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(visit):
     rig = visit()
+    full = DriveError("full", sessions=9)
     for number in range(9):
-        rig.drive.join(f"watcher {number}", Who(f"192.168.1.{number}"))
+        rig.drive.session(f"watcher {number}", f"192.168.1.{number}").take_place()
     with rig.page() as page:
         page.send("join", car="1")
         page.send("drive", cars=["1"], throttle=1.0, steering=0.0, number=1)
-        received = page.until("error")
-        assert received["sentence"]["en"] == DriveError("full", sessions=9).sentence("en")
-        assert received["sentence"]["zh"] == DriveError("full", sessions=9).sentence("zh")
+        assert page.until("error")["sentence"] == {language: full.sentence(language) for language in ("en", "zh")}
         page.send("stop", cars=["1"])
         page.car(lambda car: car["state"] == "stopped")
         page.send("join", car="2")
@@ -286,7 +286,7 @@ def test_an_invalid_message_is_refused_and_changes_nothing(visit, said):
         page._socket.send_text(said)
         assert page.until("error")["code"] in ("bad-message", "message-too-deep")
         page.drive(0.5, number=1)
-    assert rig.wheels.applied[1:3] == [(90, 1, 0), (90, 1, 128)], "armed first, then driven"
+    assert rig.wheels.applied[1:] == [(90, 1, 128), "neutral"]
 
 
 def test_a_page_that_sends_too_fast_is_disconnected(visit):

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 
-from motorcade.drive.session import DriveError
+from motorcade.drive.wire import DriveError
 from motorcade.engine.state import DRIVEN
 from motorcade.server.remote.remote_cars import RemoteCar
 from motorcade.server.studio.app import Settings, make_app

@@ -2,8 +2,8 @@ import { type PointerEvent, useRef, useState } from "react";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
-import { deadman, FIRST_LIMIT, link, useRemote } from "./link";
-import { AT_REST, type Axes, fingerAxes } from "./input";
+import { fingerAxes } from "./input";
+import { AT_REST, type Axes, FIRST_LIMIT, inputs, link, stopAll, useRemote } from "./link";
 import css from "./remote.module.css";
 import { useTexts } from "./texts";
 
@@ -24,12 +24,12 @@ export function Stick() {
       (event.clientY - box.top - box.height / 2) / reach,
     );
     setAxes(now);
-    deadman.hold("stick", now);
+    inputs.hold("stick", now);
   }
 
   function release(): void {
     setAxes(null);
-    deadman.release("stick");
+    inputs.release("stick");
   }
 
   const { throttle, steering } = axes ?? AT_REST;
@@ -83,7 +83,7 @@ function Limit() {
         value={percent}
         onChange={(event) => {
           setPercent(Number(event.target.value));
-          deadman.limit = Number(event.target.value) / 100;
+          inputs.limit = Number(event.target.value) / 100;
         }}
       />
     </label>
@@ -94,7 +94,7 @@ function Limit() {
 export function Stop() {
   const t = useTexts();
   return (
-    <button type="button" className={css.stop} onClick={() => link.stopAll()}>
+    <button type="button" className={css.stop} onClick={stopAll}>
       {t("stop")}
       <kbd>{t("stopAbout")}</kbd>
     </button>

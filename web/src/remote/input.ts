@@ -1,78 +1,7 @@
-/** The inputs that steer cars, as axes; null where nothing is held. A dead-man switch sends what is held. */
+/** The inputs that steer cars: finger, keys and gamepads as axes, null where nothing is held; and who listens to them. */
 
-export interface Axes {
-  /** -1 full speed back to 1 full speed ahead. */
-  throttle: number;
-  /** -1 full left to 1 full right. */
-  steering: number;
-}
-
-export const AT_REST: Axes = { throttle: 0, steering: 0 };
-export type InputName = "stick" | "keys" | "gamepad";
-/** How often the stick is sent; a car stops by itself after about six of these. */
-export const PERIOD_MS = 50;
-/** A car that has stopped by itself accepts a stick at rest first, and needs this time to receive it. */
-const ARMING_MS = 90;
-/** How often a stick at rest is sent after a release, in case one message is lost. */
-const REST_MESSAGES = 4;
-
-/** Send the axes that are held now; a release stops the cars at once. */
-export class DeadmanSwitch {
-  /** The share of the car's highest speed that a full stick means. */
-  limit = 1;
-  private held = new Map<InputName, Axes>();
-  private heldSinceMs = 0;
-  private restsToSend = 0;
-  private distrusted = false;
-
-  constructor(
-    private readonly send: (axes: Axes) => void,
-    private readonly now: () => number,
-  ) {}
-
-  get isHeld(): boolean {
-    return this.held.size > 0;
-  }
-
-  /** Note what an input holds now. The input that was taken last counts; the others wait. */
-  hold(input: InputName, axes: Axes): void {
-    if (!this.isHeld) {
-      this.heldSinceMs = this.now();
-      this.send(AT_REST);
-    }
-    if (!this.held.has(input)) this.held.set(input, axes);
-    else this.held = new Map([...this.held].map(([name, old]) => [name, name === input ? axes : old]));
-  }
-
-  release(input: InputName): void {
-    if (!this.held.delete(input) || this.isHeld) return;
-    this.distrusted = false;
-    this.restsToSend = REST_MESSAGES;
-    this.tick();
-  }
-
-  releaseAll(): void {
-    for (const input of [...this.held.keys()]) this.release(input);
-  }
-
-  /** Send nothing more of what is held now: it was meant for a connection that is lost. */
-  distrust(): void {
-    this.distrusted = this.isHeld;
-  }
-
-  /** Send what is due. To be called every PERIOD_MS. */
-  tick(): void {
-    if (this.distrusted) return;
-    if (this.isHeld) {
-      const axes = [...this.held.values()].at(-1)!;
-      const armed = this.now() - this.heldSinceMs >= ARMING_MS;
-      this.send(armed ? { throttle: axes.throttle * this.limit, steering: axes.steering } : AT_REST);
-    } else if (this.restsToSend > 0) {
-      this.restsToSend -= 1;
-      this.send(AT_REST);
-    }
-  }
-}
+import { PERIOD_MS } from "../generated/driving";
+import { type Axes, FIRST_LIMIT, inputs, link, stopAll, useRemote } from "./link";
 
 const clamp = (value: number) => Math.min(1, Math.max(-1, value));
 
@@ -116,4 +45,71 @@ export function gamepadAxes(pad: Pad): Axes | null {
   const throttle = Math.abs(triggers) > Math.abs(stick) ? triggers : stick;
   const steering = outsideDeadZone(pad.axes[STEERING_AXIS] ?? 0);
   return throttle === 0 && steering === 0 ? null : { throttle, steering };
+}
+
+const keys = new Set<string>();
+
+function holdKeys(): void {
+  const axes = keyAxes(keys);
+  if (axes) inputs.hold("keys", axes);
+  else inputs.release("keys");
+}
+
+/** Whether a key belongs to the focused field. On a button the space bar stops the cars: Enter presses the button. */
+const isForField = ({ target }: KeyboardEvent) => target instanceof Element && target.matches("input, select, summary");
+
+function keyDown(event: KeyboardEvent): void {
+  if (event.ctrlKey || event.metaKey || event.altKey || isForField(event)) return;
+  if (event.code === "Space") {
+    event.preventDefault();
+    stopAll();
+  } else if (isDrivingKey(event.code)) {
+    event.preventDefault();
+    keys.add(event.code);
+    holdKeys();
+  }
+}
+
+function keyUp(event: KeyboardEvent): void {
+  if (keys.delete(event.code)) holdKeys();
+  // Some browsers press a button when the space bar comes up.
+  if (event.code === "Space" && !isForField(event)) event.preventDefault();
+}
+
+let stopWasPressed = false;
+
+function pollGamepad(): void {
+  // Browsers give gamepads to secure pages alone: those of this computer, and by HTTPS.
+  const pads = "getGamepads" in navigator ? navigator.getGamepads() : [];
+  const pad = pads.find((each) => each?.connected);
+  const axes = pad && gamepadAxes(pad);
+  if (axes) inputs.hold("gamepad", axes);
+  else inputs.release("gamepad");
+  const stop = pad ? asksToStop(pad) : false;
+  if (stop && !stopWasPressed) stopAll();
+  stopWasPressed = stop;
+}
+
+function releaseAll(): void {
+  keys.clear();
+  inputs.releaseAll();
+}
+
+/** Connect and follow keys and gamepads. A page that is hidden or without the focus holds nothing. To be called once. */
+export function startDriving(): void {
+  inputs.limit = FIRST_LIMIT;
+  link.open(new URLSearchParams(location.search).get("car"));
+  useRemote.subscribe(({ open }) => {
+    if (!open) inputs.lose();
+  });
+  window.addEventListener("keydown", keyDown);
+  window.addEventListener("keyup", keyUp);
+  window.addEventListener("blur", releaseAll);
+  window.addEventListener("pagehide", releaseAll);
+  document.addEventListener("visibilitychange", () => document.hidden && releaseAll());
+  setInterval(() => {
+    if (document.hidden) return;
+    pollGamepad();
+    inputs.tick();
+  }, PERIOD_MS);
 }

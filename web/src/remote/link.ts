@@ -1,12 +1,21 @@
-/** The connection to the cars, which is opened again whenever it is lost, and the keys and gamepads that steer them. */
+/** What the page sends to the cars and when, and their connection, which is opened again whenever it is lost. */
 
 import { create } from "zustand";
 import { LastingStream, openSocket } from "../api/connection";
 import type { Stream, StreamListeners } from "../api/service";
 import type { Sentence } from "../generated/messages";
+import { type Event, FRESH_MS, LASTS_MS, NEXT, type State, STAMP_STEP_MS, STAMP_STEPS } from "../generated/driving";
 import type { CarTelemetry, ListedCar, RemoteAnswer, RemoteMessage } from "../generated/remote";
 import { useSettings } from "../state/settings";
-import { type Axes, asksToStop, DeadmanSwitch, gamepadAxes, isDrivingKey, keyAxes, PERIOD_MS } from "./input";
+
+export interface Axes {
+  /** -1 full speed back to 1 full speed ahead. */
+  throttle: number;
+  /** -1 full left to 1 full right. */
+  steering: number;
+}
+
+export const AT_REST: Axes = { throttle: 0, steering: 0 };
 
 interface Remote {
   open: boolean;
@@ -33,9 +42,112 @@ export const useRemote = create<Remote>(() => ({
 
 /** More than are ever under way at once. */
 const MOST_UNANSWERED = 64;
-// As motorcade/drive/stamps.py counts.
-const STAMP_MS = 4;
-const STAMPS = 2047;
+
+/** Milliseconds of clocks that wrap at 2^30, as a car's. */
+const TICKS_MASK = 2 ** 30 - 1;
+const elapsedMs = (nowMs: number, thenMs: number) => Math.floor(nowMs - thenMs) & TICKS_MASK;
+
+/** A server finds positions that a stalled network delivers late by when they were sent. */
+export const stampAt = (nowMs: number) => 1 + (Math.floor(nowMs / STAMP_STEP_MS) % STAMP_STEPS);
+
+/** Decide what is sent when, by the table of motorcade/drive/deadman.py. */
+export class DeadmanSwitch {
+  private state: State = "idle";
+  /** When something was first sent in this state: a car is armed by what is sent, not by what waits. */
+  private sinceMs: number | null = null;
+  private axes = AT_REST;
+  private commandedMs = 0;
+
+  /** Command these axes for the next FRESH_MS. */
+  command(axes: Axes, nowMs: number): void {
+    this.axes = axes;
+    this.commandedMs = nowMs;
+    this.take(axes.throttle === 0 ? "still" : "speed");
+  }
+
+  /** Command nothing any more. */
+  release(): void {
+    this.take("nothing");
+  }
+
+  /** Command nothing because of an order, such as the emergency stop; a stick that is held must be released. */
+  order(): void {
+    this.take(this.axes.throttle === 0 ? "order" : "lost");
+  }
+
+  /** Note that the connection is lost. */
+  lose(): void {
+    this.take(this.axes.throttle === 0 ? "again" : "lost");
+  }
+
+  /** The axes to send now; null for nothing. */
+  next(nowMs: number): Axes | null {
+    if (this.state !== "resting" && elapsedMs(nowMs, this.commandedMs) > FRESH_MS) this.take("nothing");
+    if (this.sinceMs !== null && elapsedMs(nowMs, this.sinceMs) >= (LASTS_MS[this.state] ?? Infinity)) this.take("over");
+    this.sinceMs ??= nowMs;
+    if (this.state === "driving") return this.axes;
+    if (this.state === "arming") return { ...AT_REST, steering: this.axes.steering };
+    return this.state === "resting" ? AT_REST : null;
+  }
+
+  private take(event: Event): void {
+    const following = NEXT[this.state][event];
+    if (following === undefined) return;
+    this.state = following;
+    this.sinceMs = null;
+  }
+}
+
+export type InputName = "stick" | "keys" | "gamepad";
+
+/** What the page's inputs hold, and the dead-man switch that sends it. */
+export class HeldInputs {
+  /** The share of the car's highest speed that a full stick means. */
+  limit = 1;
+  private readonly deadman = new DeadmanSwitch();
+  private held = new Map<InputName, Axes>();
+
+  constructor(
+    private readonly send: (axes: Axes) => void,
+    private readonly now: () => number,
+  ) {}
+
+  /** Note what an input holds now. The input that was taken last counts; the others wait. */
+  hold(input: InputName, axes: Axes): void {
+    const isFirst = this.held.size === 0;
+    // A key that a map has keeps its place.
+    this.held.set(input, axes);
+    if (isFirst) this.tick();
+  }
+
+  release(input: InputName): void {
+    if (!this.held.delete(input) || this.held.size > 0) return;
+    this.deadman.release();
+    this.tick();
+  }
+
+  releaseAll(): void {
+    for (const input of [...this.held.keys()]) this.release(input);
+  }
+
+  /** Send nothing more of what is held now: it was meant for a connection that is lost. */
+  lose(): void {
+    this.deadman.lose();
+  }
+
+  /** Send nothing more of what is held now, because of an order. */
+  order(): void {
+    this.deadman.order();
+  }
+
+  /** Send what is due. To be called every PERIOD_MS. */
+  tick(): void {
+    const axes = [...this.held.values()].at(-1);
+    if (axes) this.deadman.command({ throttle: axes.throttle * this.limit, steering: axes.steering }, this.now());
+    const due = this.deadman.next(this.now());
+    if (due) this.send(due);
+  }
+}
 
 export class Link {
   private readonly stream: LastingStream;
@@ -96,15 +208,10 @@ export class Link {
     const cars = useRemote.getState().joined;
     if (cars.length === 0) return;
     const number = this.number + 1;
-    if (!this.send({ do: "drive", cars, throttle, steering, number, stamp: this.stamp() })) return;
+    if (!this.send({ do: "drive", cars, throttle, steering, number, stamp: stampAt(this.now()) })) return;
     this.number = number;
     this.sentMs.set(number, this.now());
     this.sentMs.delete(number - MOST_UNANSWERED);
-  }
-
-  /** A server finds positions that a stalled network delivers late by when they were sent. */
-  private stamp(): number {
-    return 1 + (Math.floor(this.now() / STAMP_MS) % STAMPS);
   }
 
   private send(message: RemoteMessage): boolean {
@@ -126,7 +233,7 @@ export class Link {
   /** After a long rest a server believes the page's stamps only when the page has answered its clock. */
   private receiveTelemetry(telemetry: Record<string, CarTelemetry>, clock: number | null): void {
     useRemote.setState({ telemetry });
-    if (clock !== null) this.send({ do: "sync", clock, number: this.number, stamp: this.stamp() });
+    if (clock !== null) this.send({ do: "sync", clock, number: this.number, stamp: stampAt(this.now()) });
   }
 
   private receiveHello(cars: ListedCar[]): void {
@@ -167,72 +274,10 @@ export const FIRST_LIMIT = 0.6;
 const now = () => performance.now();
 
 export const link = new Link((listeners) => openSocket(socketAddress(), listeners), now);
-export const deadman = new DeadmanSwitch((axes) => link.drive(axes), now);
+export const inputs = new HeldInputs((axes) => link.drive(axes), now);
 
-const keys = new Set<string>();
-
-function holdKeys(): void {
-  const axes = keyAxes(keys);
-  if (axes) deadman.hold("keys", axes);
-  else deadman.release("keys");
-}
-
-/** Whether a key belongs to the focused field. On a button the space bar stops the cars: Enter presses the button. */
-const isForField = ({ target }: KeyboardEvent) => target instanceof Element && target.matches("input, select, summary");
-
-function keyDown(event: KeyboardEvent): void {
-  if (event.ctrlKey || event.metaKey || event.altKey || isForField(event)) return;
-  if (event.code === "Space") {
-    event.preventDefault();
-    deadman.releaseAll();
-    link.stopAll();
-  } else if (isDrivingKey(event.code)) {
-    event.preventDefault();
-    keys.add(event.code);
-    holdKeys();
-  }
-}
-
-function keyUp(event: KeyboardEvent): void {
-  if (keys.delete(event.code)) holdKeys();
-  // Some browsers press a button when the space bar comes up.
-  if (event.code === "Space" && !isForField(event)) event.preventDefault();
-}
-
-let stopWasPressed = false;
-
-function pollGamepad(): void {
-  // Browsers give gamepads to secure pages alone: those of this computer, and by HTTPS.
-  const pads = "getGamepads" in navigator ? navigator.getGamepads() : [];
-  const pad = pads.find((each) => each?.connected);
-  const axes = pad && gamepadAxes(pad);
-  if (axes) deadman.hold("gamepad", axes);
-  else deadman.release("gamepad");
-  const stop = pad ? asksToStop(pad) : false;
-  if (stop && !stopWasPressed) link.stopAll();
-  stopWasPressed = stop;
-}
-
-function releaseAll(): void {
-  keys.clear();
-  deadman.releaseAll();
-}
-
-/** Connect and follow keys and gamepads. A page that is hidden or without the focus holds nothing. To be called once. */
-export function startDriving(): void {
-  deadman.limit = FIRST_LIMIT;
-  link.open(new URLSearchParams(location.search).get("car"));
-  useRemote.subscribe(({ open }) => {
-    if (!open) deadman.distrust();
-  });
-  window.addEventListener("keydown", keyDown);
-  window.addEventListener("keyup", keyUp);
-  window.addEventListener("blur", releaseAll);
-  window.addEventListener("pagehide", releaseAll);
-  document.addEventListener("visibilitychange", () => document.hidden && releaseAll());
-  setInterval(() => {
-    if (document.hidden) return;
-    pollGamepad();
-    deadman.tick();
-  }, PERIOD_MS);
+/** The emergency stop of all cars; what is held has to be released before it drives again. */
+export function stopAll(): void {
+  inputs.order();
+  link.stopAll();
 }

@@ -1,6 +1,6 @@
 import "../ui/tokens.css";
 import { createRoot } from "react-dom/client";
-import { startDriving } from "./link";
+import { startDriving } from "./input";
 import { Remote } from "./Remote";
 import { startSettings } from "../state/settings";
 import { startLanguages } from "./texts";

@@ -1,8 +1,10 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import cases from "../../../tests/drive/deadman_cases.json";
 import type { Stream, StreamListeners } from "../api/service";
+import { PERIOD_MS } from "../generated/driving";
 import { useSettings } from "../state/settings";
-import { Link, socketAddress, useRemote, userOf } from "./link";
-import { asksToStop, AT_REST, type Axes, DeadmanSwitch, fingerAxes, gamepadAxes, isDrivingKey, keyAxes, PERIOD_MS } from "./input";
+import { asksToStop, fingerAxes, gamepadAxes, isDrivingKey, keyAxes } from "./input";
+import { AT_REST, type Axes, DeadmanSwitch, HeldInputs, Link, socketAddress, stampAt, useRemote, userOf } from "./link";
 
 const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
 
@@ -127,82 +129,96 @@ describe("a link", () => {
 const AHEAD = { throttle: 1, steering: 0 };
 const LEFT = { throttle: 0.5, steering: -1 };
 
+type Pair = [throttle: number, steering: number] | null;
+type Step = [atMs: number, does: "" | "command" | "release" | "order" | "lose", axes: Pair, sends: Pair];
+
+const toAxes = ([throttle, steering]: NonNullable<Pair>): Axes => ({ throttle, steering });
+
+describe("a dead-man switch", () => {
+  it.each(cases.persons)("does what Python's does: $name", ({ steps }) => {
+    const deadman = new DeadmanSwitch();
+    for (const [atMs, does, axes, sends] of steps as Step[]) {
+      if (does === "command") deadman.command(toAxes(axes!), atMs);
+      else if (does !== "") deadman[does]();
+      expect(deadman.next(atMs), `at ${atMs} ms`).toEqual(sends && toAxes(sends));
+    }
+  });
+
+  it.each(cases.stamps)("stamps %i ms as Python does", (nowMs, stamp) => expect(stampAt(nowMs)).toBe(stamp));
+});
+
 function held() {
   const sent: Axes[] = [];
   let nowMs = 0;
-  const deadman = new DeadmanSwitch((axes) => sent.push(axes), () => nowMs);
+  const inputs = new HeldInputs((axes) => sent.push(axes), () => nowMs);
   const pass = (periods: number) => {
     const before = sent.length;
     for (let k = 0; k < periods; k++) {
       nowMs += PERIOD_MS;
-      deadman.tick();
+      inputs.tick();
     }
     return sent.slice(before);
   };
-  return { deadman, sent, pass };
+  return { inputs, sent, pass };
 }
 
-describe("a dead-man switch", () => {
-  it("sends a stick at rest first, and then the stick for as long as it is held", () => {
-    const { deadman, sent, pass } = held();
-    deadman.hold("stick", AHEAD);
+describe("what is held", () => {
+  it("is sent at once at rest, then for as long as it is held, and never when nothing is", () => {
+    const { inputs, sent, pass } = held();
+    expect(pass(20)).toEqual([]);
+    inputs.hold("stick", AHEAD);
     expect(sent).toEqual([AT_REST]);
-    expect(pass(5)).toEqual([AT_REST, AHEAD, AHEAD, AHEAD, AHEAD]);
+    expect(pass(10)).toEqual(Array<Axes>(10).fill(AHEAD));
   });
 
-  it("stops at once when the stick is released, repeats that some times, and then sends nothing", () => {
-    const { deadman, sent, pass } = held();
-    deadman.hold("stick", AHEAD);
+  it("stops at once when it is released, and for some periods more", () => {
+    const { inputs, sent, pass } = held();
+    inputs.hold("stick", AHEAD);
     pass(4);
-    deadman.release("stick");
+    inputs.release("stick");
     expect(sent.at(-1)).toEqual(AT_REST);
-    const after = pass(10);
-    expect(after.length).toBeGreaterThan(1);
-    expect(after.every((axes) => axes.throttle === 0)).toBe(true);
-    expect(pass(10)).toEqual([]);
+    expect(pass(10)).toEqual([AT_REST, AT_REST, AT_REST]);
   });
 
-  it("sends nothing while nothing is held", () => expect(held().pass(20)).toEqual([]));
-
-  it("follows the input taken last, and the other one again after its release", () => {
-    const { deadman, pass } = held();
-    deadman.hold("keys", AHEAD);
+  it("is what the input holds that was taken last, and the other's again after its release", () => {
+    const { inputs, pass } = held();
+    inputs.hold("keys", AHEAD);
     pass(4);
-    deadman.hold("stick", LEFT);
+    inputs.hold("stick", LEFT);
     expect(pass(1)).toEqual([LEFT]);
-    deadman.hold("keys", AHEAD);
+    inputs.hold("keys", AHEAD);
     expect(pass(1)).toEqual([LEFT]);
-    deadman.release("stick");
+    inputs.release("stick");
     expect(pass(1)).toEqual([AHEAD]);
   });
 
-  it("stops whatever is held when the page is hidden", () => {
-    const { deadman, sent, pass } = held();
-    deadman.hold("keys", AHEAD);
-    deadman.hold("gamepad", LEFT);
+  it("is released, whatever it is, when the page is hidden", () => {
+    const { inputs, sent, pass } = held();
+    inputs.hold("keys", AHEAD);
+    inputs.hold("gamepad", LEFT);
     pass(3);
-    deadman.releaseAll();
+    inputs.releaseAll();
     expect(sent.at(-1)).toEqual(AT_REST);
     expect(pass(1)).toEqual([AT_REST]);
   });
 
-  it("sends nothing of what is held through a lost connection, and arms again after a release", () => {
-    const { deadman, pass, sent } = held();
-    deadman.hold("stick", AHEAD);
+  it.each(["lose", "order"] as const)("does nothing more behind %s until it is released", (what) => {
+    const { inputs, pass, sent } = held();
+    inputs.hold("stick", AHEAD);
     pass(4);
-    deadman.distrust();
-    deadman.hold("stick", AHEAD);
+    inputs[what]();
+    inputs.hold("stick", AHEAD);
     expect(pass(5)).toEqual([]);
-    deadman.release("stick");
-    deadman.hold("stick", AHEAD);
+    inputs.release("stick");
+    inputs.hold("stick", AHEAD);
     expect(sent.slice(-2)).toEqual([AT_REST, AT_REST]);
-    expect(pass(3)).toEqual([AT_REST, AHEAD, AHEAD]);
+    expect(pass(3)).toEqual([AHEAD, AHEAD, AHEAD]);
   });
 
   it("goes no faster than the limit", () => {
-    const { deadman, pass } = held();
-    deadman.limit = 0.5;
-    deadman.hold("stick", { throttle: -1, steering: 1 });
+    const { inputs, pass } = held();
+    inputs.limit = 0.5;
+    inputs.hold("stick", { throttle: -1, steering: 1 });
     expect(pass(3).at(-1)).toEqual({ throttle: -0.5, steering: 1 });
   });
 });

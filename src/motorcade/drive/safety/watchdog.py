@@ -28,11 +28,11 @@ class Watchdog:
         self._ended = threading.Event()
         self._writing = threading.Lock()
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
-        rescue = control.rescue
-        self._guard = MotorGuard(rescue, control.failsafe_ms) if rescue else None
+        rescue = control.board.rescue()
+        self._guard = MotorGuard(rescue, control.limits.failsafe_ms) if rescue else None
         if self._guard:
             # So that the guard knows of a movement before the process can freeze in it.
-            control.call_before_moving(self._beat_guard)
+            control.wheels.before_moving = self._beat_guard
 
     def __enter__(self) -> None:
         self._thread.start()
@@ -68,7 +68,7 @@ class Watchdog:
         # Reading the state and sending it is one step, whichever thread does it: the last that is sent is true.
         with self._writing:
             if self._guard:
-                self._guard.beat(self._control.moves)
+                self._guard.beat(moves=not self._control.wheels.is_neutral)
 
 
 @asynccontextmanager

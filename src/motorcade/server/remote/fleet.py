@@ -1,18 +1,15 @@
-"""The cars that a server offers to pages, and a page's connection to one of them, simulated or real.
+"""The cars that a server offers to pages, and what a page needs of its connection to one of them.
 
-The page's connection to a real car is in `motorcade.server.remote.remote_cars`.
+The connection to a car of this process is a `motorcade.drive.session.ControlSession`, that to a car behind a network a
+`motorcade.server.remote.remote_cars.RemoteControl`.
 """
 
-from collections.abc import Callable
 from typing import Any, Literal, Protocol
 
 from motorcade.cameras.broadcast import Camera
-from motorcade.car.arbiter import NEUTRAL
-from motorcade.drive.deadman import stick_word
-from motorcade.drive.session import CarControl, ControlSession, Who
-from motorcade.drive.wire import Counts
+from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.messages import CarTelemetry, ListedCar
+from motorcade.server.remote.messages import ListedCar
 
 # The most cars that a page may be connected to at once, and the most open cameras of a world.
 MOST_CARS = 16
@@ -49,66 +46,11 @@ class PageControl(Protocol):
     async def act(self, action: Action) -> None:
         """Request an action of the car; this may take a while. Raises MotorcadeError where the car refuses."""
 
-    def telemetry(self) -> CarTelemetry:
-        """The car's telemetry, and what concerns this page."""
+    def telemetry(self) -> dict[str, Any]:
+        """The fields of `motorcade.server.remote.messages.CarTelemetry` that are known of the car and this page."""
 
     def leave(self) -> None:
         """End the connection; the car stands still if this page drove it."""
-
-
-class LocalControl(PageControl):
-    """A page's connection, under the name ``page``, to a car of this process; ``left`` is called when it leaves.
-
-    A page that only looks needs no session, so any number of pages may be connected. One that steers has a session,
-    until others need its place and it is silent. It arms the car first, unless the car has stopped by itself.
-    """
-
-    def __init__(
-        self,
-        car: CarControl,
-        page: str,
-        left: Callable[[], None] = lambda: None,
-        is_paused: Callable[[], bool] = lambda: False,
-    ) -> None:
-        self._car = car
-        self._page = page
-        self._left = left
-        self._is_paused = is_paused
-        self._session: ControlSession | None = None
-        self._counts = Counts()
-
-    def steer(self, throttle: float, steering: float) -> None:
-        is_new, session = self._session is None, self._joined()
-        if is_new and throttle and self._car.telemetry().state != "failsafe":
-            session.command(NEUTRAL)
-        session.command(stick_word(throttle, steering))
-
-    async def act(self, action: Action) -> None:
-        if action == "stop":
-            self._car.stop(self._page)
-        else:
-            getattr(self._joined(), action)()
-
-    def telemetry(self) -> CarTelemetry:
-        telemetry = self._car.telemetry()
-        drives = self._session is not None and self._session.drives
-        you: dict[str, Any] = {"drives": drives, "waits": telemetry.wanted_by == self._page} | self._counts.as_dict()
-        return CarTelemetry(**telemetry._asdict(), paused=self._is_paused(), silent_ms=0, you=you)
-
-    def leave(self) -> None:
-        if self._session:
-            self._session.leave()
-        self._left()
-
-    def _joined(self) -> ControlSession:
-        """The session, which begins where there is none. Raises DriveError where all places are taken."""
-        if self._session is None:
-            who = Who(address_of(self._page), replaced=self._forget_session)
-            self._session = self._car.join(self._page, who, counts=self._counts)
-        return self._session
-
-    def _forget_session(self) -> None:
-        self._session = None
 
 
 class Fleet(Protocol):
@@ -131,9 +73,12 @@ class Fleet(Protocol):
     async def camera(self, car: str) -> Camera | None:
         """A car's camera; None where it has none."""
 
+    def is_paused(self, car: str) -> bool:
+        """Whether a car's world is paused; real time never is."""
+        return False
+
     async def start(self) -> None:
         """Run the cars' world where it is paused."""
-        # Real time can't be paused: real cars have nothing to do.
         return
 
 
@@ -151,7 +96,7 @@ class SingleCar(Fleet):
 
     async def connect(self, car: str, page: str) -> PageControl:
         self._check(car)
-        return LocalControl(self._car, page)
+        return self._car.session(page, address_of(page))
 
     async def camera(self, car: str) -> Camera | None:
         """The car's camera, also where no car is named. Raises MotorcadeError for any other car."""
@@ -165,7 +110,7 @@ class SingleCar(Fleet):
 
 
 class CombinedFleet(Fleet):
-    """The cars of a world, then real cars, whose names differ from theirs."""
+    """The cars of a world, whose names are numbers, then real cars, whose names are none."""
 
     def __init__(self, simulated: Fleet, real: Fleet) -> None:
         self._simulated = simulated
@@ -175,16 +120,19 @@ class CombinedFleet(Fleet):
         return await self._simulated.listed() + await self._real.listed()
 
     async def connect(self, car: str, page: str) -> PageControl:
-        return await (await self._of(car)).connect(car, page)
+        return await self._of(car).connect(car, page)
 
     async def stop(self, car: str, page: str) -> None:
-        await (await self._of(car)).stop(car, page)
+        await self._of(car).stop(car, page)
 
     async def camera(self, car: str) -> Camera | None:
-        return await (await self._of(car)).camera(car)
+        return await self._of(car).camera(car)
+
+    def is_paused(self, car: str) -> bool:
+        return self._of(car).is_paused(car)
 
     async def start(self) -> None:
         await self._simulated.start()
 
-    async def _of(self, car: str) -> Fleet:
-        return self._real if car in {each.car for each in await self._real.listed()} else self._simulated
+    def _of(self, car: str) -> Fleet:
+        return self._simulated if car.isdecimal() else self._real

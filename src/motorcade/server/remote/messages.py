@@ -145,7 +145,7 @@ class CarTelemetry(Struct, kw_only=True):
     turned_away: int = 0
     obstacle_mm: int | None = None
     paused: bool = False
-    silent_ms: int
+    silent_ms: int = 0
     why: Sentence | None = None
     you: dict[str, Any] = field(default_factory=lambda: {"drives": False, "waits": False})
 

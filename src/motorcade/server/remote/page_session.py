@@ -179,7 +179,10 @@ class PageSession:
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""
         while True:
-            shown = {name: control.telemetry() for name, control in self._controls.items()}
+            shown = {
+                name: messages.CarTelemetry(**control.telemetry(), paused=self._fleet.is_paused(name))
+                for name, control in self._controls.items()
+            }
             for name, telemetry in shown.items():
                 self._record_driving(name, bool(telemetry.you["drives"]))
             self._page.put(messages.Telemetry(shown, self._freshness.clock_to_answer(self._now())))

@@ -7,16 +7,17 @@ import asyncio
 import re
 import ssl
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.web import WebCamera
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
-from motorcade.drive.session import MOST_SESSIONS, DriveError
+from motorcade.drive.places import MOST_SESSIONS
+from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.fleet import Action, Fleet, PageControl, has_user
-from motorcade.server.remote.messages import CarTelemetry, ListedCar
+from motorcade.server.remote.messages import ListedCar
 from motorcade.service.messages import sentences
 
 _AGAIN_S = 0.1
@@ -78,8 +79,8 @@ class RemoteControl(PageControl):
     def idle_s(self) -> float:
         """Time since the page last used the car; 0 while it drives, waits for the wheel, or has no client."""
         you = self._client.you if self._client else {"drives": True}
-        waits = self._client is not None and self._waits(self._client)
-        return 0.0 if you.get("drives") or waits or self._stop_pending else _now_s() - self._used_s
+        is_used = you.get("drives") or you.get("waits") or self._stop_pending
+        return 0.0 if is_used else _now_s() - self._used_s
 
     @property
     def name_at_car(self) -> str:
@@ -129,23 +130,25 @@ class RemoteControl(PageControl):
             except CarError:
                 await asyncio.sleep(_AGAIN_S)
 
-    def telemetry(self) -> CarTelemetry:
+    def telemetry(self) -> dict[str, Any]:
         """The last telemetry, and what concerns this page."""
         client = self._client
         if client is None:
-            return CarTelemetry(silent_ms=0, why=sentences(MotorcadeError("place-given-up")))
+            return {"why": sentences(MotorcadeError("place-given-up"))}
         telemetry = client.telemetry
         if telemetry is None:
-            return CarTelemetry(silent_ms=client.silent_ms, why=_why(client))
-        you = {"drives": False} | client.you | {"waits": self._waits(client)}
-        shown = CarTelemetry(**telemetry._asdict(), silent_ms=client.silent_ms, you=you)
-        names = self._pages()
+            return {"silent_ms": client.silent_ms, "why": _why(client)}
+        shown = telemetry._asdict() | {
+            "silent_ms": client.silent_ms,
+            "you": {"drives": False, "waits": False} | client.you,
+        }
         # A car knows whose keys a client has; only this server knows whose page it is.
-        shown.driver = shown.driver and names.get(shown.driver, shown.driver)
-        shown.wanted_by = shown.wanted_by and names.get(shown.wanted_by, shown.wanted_by)
-        if client.waits_for_release and shown.state in ("ready", "standing"):
+        names = self._pages()
+        for role in ("driver", "wanted_by"):
+            shown[role] = names.get(shown[role], shown[role])
+        if client.waits_for_release and telemetry.state in ("ready", "standing"):
             # The car no longer knows that the stick was held when the connection broke; its client does.
-            shown.state = "failsafe"
+            shown["state"] = "failsafe"
         return shown
 
     def leave(self) -> None:
@@ -154,11 +157,6 @@ class RemoteControl(PageControl):
             self._client.steer(0, 0)
         self.give_up_client()
         self._left()
-
-    @staticmethod
-    def _waits(client: DriveClient) -> bool:
-        wanted_by = client.telemetry and client.telemetry.wanted_by
-        return wanted_by is not None and wanted_by == client.you.get("name")
 
 
 def _now_s() -> float:

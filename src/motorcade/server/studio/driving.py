@@ -13,13 +13,13 @@ from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.runs.recording import Description
 from motorcade.server.page_socket import PageSocket
-from motorcade.server.remote.fleet import MOST_CARS, Fleet, LocalControl, PageControl
+from motorcade.server.remote.fleet import MOST_CARS, Fleet, PageControl, address_of
 from motorcade.server.remote.messages import ListedCar
 from motorcade.service.history import EVERY_MS, PAST_BYTES
 from motorcade.service.messages import MatDocument
@@ -53,18 +53,17 @@ class ManualControl:
         self.boards = DrivenCars()
         self._cars: dict[int, _DrivenCar] = {}
 
-    def connect(self, car: int, profile: Profile, page: str, is_paused: Callable[[], bool]) -> LocalControl:
+    def connect(self, car: int, profile: Profile, page: str) -> ControlSession:
         """Connect a page to a car, which runs its program until somebody drives. Raises MotorcadeError."""
         driven = self._cars.get(car)
         if driven is None:
             control = CarControl(self.boards.board(car, has_program=True), monotonic_ms, profile)
             driven = self._cars[car] = _DrivenCar(control)
             _resume(control)
-        local = LocalControl(driven.control, page, partial(self._leave, car), is_paused)
         driven.pages += 1
         if driven.beating is None:
             driven.beating = asyncio.create_task(_beat(driven.control))
-        return local
+        return driven.control.session(page, address_of(page), left=partial(self._leave, car))
 
     def give_back(self, car: int) -> None:
         """Give a car back to its program; lift its emergency stop where no page is connected that could.
@@ -74,9 +73,7 @@ class ManualControl:
         driven = self._cars.get(car)
         if driven is None:
             return
-        if not driven.pages:
-            driven.control.clear()
-        _resume(driven.control)
+        _resume(driven.control, clears=not driven.pages)
         self._remove_if_idle(car)
 
     def give_back_all(self) -> None:
@@ -105,10 +102,12 @@ async def _beat(control: CarControl) -> None:
         await asyncio.sleep(min(control.beat() / 1000, _BEAT_S))
 
 
-def _resume(control: CarControl) -> None:
-    """Give the car to its own program. Raises MotorcadeError."""
-    session = control.join("program")
+def _resume(control: CarControl, clears: bool = False) -> None:
+    """Give the car to its own program; ``clears``: lift its emergency stop first. Raises MotorcadeError."""
+    session = control.session("program")
     try:
+        if clears:
+            session.clear()
         session.resume_program()
     finally:
         session.leave()
@@ -217,7 +216,10 @@ class SessionFleet(Fleet):
     async def connect(self, car: str, page: str) -> PageControl:
         number = await self._number(car)
         profile = await self._session.work(lambda world: world.profile)
-        return self._session.control.connect(number, profile, page, self._session.is_paused)
+        return self._session.control.connect(number, profile, page)
+
+    def is_paused(self, car: str) -> bool:
+        return self._session.is_paused()
 
     async def camera(self, car: str) -> Camera:
         number = await self._number(car)

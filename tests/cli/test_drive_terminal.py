@@ -2,7 +2,7 @@
 
 import pytest
 
-from motorcade.drive.deadman import AHEAD, BACK, LEFT, RIGHT, KeyStick
+from motorcade.cli.drive_terminal import AHEAD, BACK, LEFT, RIGHT, KeyStick
 
 HOLD_S = 0.25
 
@@ -49,9 +49,3 @@ def test_the_opposite_key_takes_over(keys):
     keys.press(BACK, 0.1)
     keys.press(RIGHT, 0.1)
     assert keys.axes(0.1) == (-1, 1)
-
-
-def test_letting_go_is_at_once(keys):
-    keys.press(AHEAD, 0)
-    keys.release_all()
-    assert keys.axes(0) == (0, 0)

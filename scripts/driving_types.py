@@ -1,0 +1,42 @@
+"""Write what driver and page send when as TypeScript: web/src/generated/driving.ts."""
+
+import json
+
+from motorcade.drive import deadman, stamps
+
+_HEAD = """/**
+ * When a page sends its stick, as motorcade.drive.deadman and stamps say. Written by scripts/generate.py; don't edit.
+ */
+"""
+
+
+def driving_types() -> str:
+    """Return the text of driving.ts."""
+    states, events = ([name for name, _ in rows] for rows in (deadman.STATES, deadman.EVENTS))
+    table: dict[str, dict[str, str]] = {state: {} for state in states}
+    for state, event, following in deadman.TABLE:
+        table[states[state]][events[event]] = states[following]
+    lasts = {states[state]: lasts_ms for state, lasts_ms in deadman.LASTS_MS}
+    return "\n".join(
+        [
+            _HEAD,
+            *_union("State", deadman.STATES),
+            *_union("Event", deadman.EVENTS),
+            "/** The next state for a state and an event; an event that isn't there changes nothing. */",
+            f"export const NEXT: Record<State, Partial<Record<Event, State>>> = {json.dumps(table, indent=2)};\n",
+            "/** After how long a state gets the event `over`. */",
+            f"export const LASTS_MS: Partial<Record<State, number>> = {json.dumps(lasts)};\n",
+            "/** How often a command is sent. */",
+            f"export const PERIOD_MS = {deadman.PERIOD_MS};\n",
+            "/** How long a command counts. */",
+            f"export const FRESH_MS = {deadman.FRESH_MS};\n",
+            "/** A stamp counts steps of so many milliseconds, and comes round after so many of them. */",
+            f"export const STAMP_STEP_MS = {stamps.STEP_MS};",
+            f"export const STAMP_STEPS = {stamps.STEPS};\n",
+        ]
+    )
+
+
+def _union(name: str, rows: tuple[tuple[str, str], ...]) -> list[str]:
+    about = [f" * - {key}: {meaning}" for key, meaning in rows]
+    return ["/**", *about, " */", f"export type {name} = {' | '.join(json.dumps(key) for key, _ in rows)};\n"]
