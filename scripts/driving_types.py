@@ -3,6 +3,7 @@
 import json
 
 from motorcade.drive import deadman, stamps
+from motorcade.words.switches import SWITCHES
 
 _HEAD = """/**
  * When a page sends its stick, as motorcade.drive.deadman and stamps say. Written by scripts/generate.py; don't edit.
@@ -17,6 +18,7 @@ def driving_types() -> str:
     for state, event, following in deadman.TABLE:
         table[states[state]][events[event]] = states[following]
     lasts = {states[state]: lasts_ms for state, lasts_ms in deadman.LASTS_MS}
+    switches = [{"name": each.name, "held": each.is_held, "key": each.key} for each in SWITCHES]
     return "\n".join(
         [
             _HEAD,
@@ -33,6 +35,14 @@ def driving_types() -> str:
             "/** A stamp counts steps of so many milliseconds, and comes round after so many of them. */",
             f"export const STAMP_STEP_MS = {stamps.STEP_MS};",
             f"export const STAMP_STEPS = {stamps.STEPS};\n",
+            "/** What a driver switches beside the wheels, with its key; one that is held goes off when released. */",
+            "export interface Switch {",
+            "  name: string;",
+            "  held: boolean;",
+            "  key: string;",
+            "}",
+            f"export const SWITCHES: readonly Switch[] = {json.dumps(switches, indent=2)};",
+            "",
         ]
     )
 

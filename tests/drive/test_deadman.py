@@ -14,7 +14,7 @@ from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import later_ms
 
 # What happens at a time; the rest has none.
-TIMED = ("command", "receive_failsafe")
+TIMED = ("command", "release", "receive_failsafe")
 
 CASES = json.loads(Path(__file__).with_name("deadman_cases.json").read_text(encoding="utf-8"))
 # By whether a car that has stopped by itself is armed again, and the name.

@@ -47,7 +47,7 @@ def test_a_command_counts_though_a_word_of_another_code_came_behind_it() -> None
     car = Car()
     channel, _ = car.commands()
     receive(channel, command(90))
-    receive(channel, command(10) + command(20) + pack_word(2 << 28))
+    receive(channel, command(10) + command(20) + pack_word(15 << 28))
     assert car.board.angles == [90, 20]
     assert (channel.session.counts.superseded, channel.session.counts.refused) == (1, 1)
 

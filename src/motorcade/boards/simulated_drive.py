@@ -19,6 +19,7 @@ from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.world import World
 from motorcade.runs.recording import Description
+from motorcade.words.switches import SWITCHES
 
 Setpoint = tuple[int, int, int]
 NEUTRAL: Setpoint = (90, 1, 0)
@@ -32,13 +33,17 @@ class SimulatedBoard(DriveBoard):
     The car's program goes on while somebody drives. When it gets the wheels back, it continues from where it is then.
 
     Attributes:
+        switched_on: the switches that are on; it has all that there are.
         setpoint: the servo's angle, the direction and the duty; None while the car's own program drives.
         battery: where the voltage of a battery is read; None for none.
         ahead_mm: what the ultrasonic sensor measured before the last ticks.
     """
 
+    switches = tuple(each.name for each in SWITCHES)
+
     def __init__(self, has_program: bool) -> None:
         self.has_program = has_program
+        self.switched_on: set[str] = set()
         self.setpoint: Setpoint | None = None
         self.battery: BatteryFile | None = None
         self.ahead_mm = NOTHING_IN_SIGHT_MM
@@ -48,6 +53,9 @@ class SimulatedBoard(DriveBoard):
 
     def neutral(self) -> None:
         self.setpoint = NEUTRAL
+
+    def set_switch(self, name: str, is_on: bool) -> None:
+        (self.switched_on.add if is_on else self.switched_on.discard)(name)
 
     def battery_mv(self) -> int | None:
         return self.battery.read_mv() if self.battery else None

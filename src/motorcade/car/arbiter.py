@@ -201,6 +201,16 @@ class Arbiter:
             self._pass_on(now)
         return APPLIED
 
+    def may_switch(self, session: int, now: int) -> int:
+        """Return the outcome of a command that moves no wheels: APPLIED where ``session`` drives."""
+        self.tick(now)
+        if not self._may_drive(session):
+            return WATCHING
+        for state, outcome in _HELD:
+            if self.state == state:
+                return outcome
+        return APPLIED if self.driver == session else WATCHING
+
     def request(self, session: int, now: int) -> bool:
         """Ask for the wheel; return whether ``session`` has it now.
 

@@ -18,9 +18,11 @@ class DriveBoard:
 
     Attributes:
         has_program: whether the image can drive the car; an upload may change it.
+        switches: the names of those of `motorcade.words.switches` that it has.
     """
 
     has_program = False
+    switches: "tuple[str, ...]" = ()
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         """Steer and drive.
@@ -47,6 +49,9 @@ class DriveBoard:
         `motorcade.car.board.NOTHING_IN_SIGHT_MM`.
         """
         return None
+
+    def set_switch(self, name: str, is_on: bool) -> None:
+        """Switch something on or off; only what is in ``switches``."""
 
     def begin_program(self) -> None:
         """Give the wheels to the codeword image, at its present state. Called only where ``has_program`` is true."""

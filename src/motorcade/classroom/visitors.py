@@ -163,10 +163,10 @@ class _TurnControl(PageControl):
         self._drove = False
         self._releasing: asyncio.Task[None] | None = None
 
-    def steer(self, throttle: float, steering: float) -> None:
+    def steer(self, throttle: float, steering: float, **switches: int) -> None:
         self._check()
         self._drove = True
-        self._control.steer(throttle, steering)
+        self._control.steer(throttle, steering, **switches)
 
     async def act(self, action: Action) -> None:
         if action not in _ALWAYS:

@@ -239,7 +239,7 @@ def _send(
     parsed = [_parse(command) for command in commands]
     with BlockingDriveClient(*address_of(car), **_options(telemetry_port, keys, car_name)) as client:
         for each in parsed:
-            client.drive_for(**each)
+            client.drive_for(each["seconds"], each["throttle"], each["steering"])
         telemetry = client.next_telemetry()
         if not client.you.get("applied"):
             if telemetry.state == "stopped":

@@ -11,6 +11,7 @@ from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.words.switches import SWITCHES, Switch
 
 AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
 _OPPOSITE = {AHEAD: BACK, BACK: AHEAD, LEFT: RIGHT, RIGHT: LEFT}
@@ -72,6 +73,9 @@ class DriveTerminal:
         self._terminal = Terminal()
         self._stick = KeyStick(hold_s)
         self._drives = self._is_done = False
+        self._hold_s = hold_s
+        # When the key of a switch that is held was last pressed, by the switch's name.
+        self._pressed_s: dict[str, float] = {}
 
     def drive(self, client: BlockingDriveClient) -> None:
         """Drive until the user quits."""
@@ -90,19 +94,28 @@ class DriveTerminal:
 
     def _steer(self, client: BlockingDriveClient) -> None:
         """Send the car what the keys command."""
+        switches: dict[str, int] = {}
         while key := self._terminal.inkey(timeout=0):
             if direction := _ARROWS.get(key.name or ""):
                 self._stick.press(direction, time.monotonic())
+            elif switch := next((each for each in SWITCHES if each.key == key.lower()), None):
+                if switch.is_held:
+                    self._pressed_s[switch.name] = time.monotonic()
+                elif client.telemetry:
+                    switches[switch.name] = 1 - client.telemetry.switches.get(switch.name, 0)
             else:
                 with suppress(CarError):
                     self._obey("q" if key.name == "KEY_ESCAPE" else key.lower(), client)
         throttle, steering = self._stick.axes(time.monotonic())
-        is_held = bool(throttle or steering)
+        for name, pressed_s in self._pressed_s.items():
+            if time.monotonic() - pressed_s <= self._hold_s:
+                switches[name] = 1
+        is_held = bool(throttle or steering or switches)
         # A release is one command to stand still, which the client repeats; then others can have the wheel.
         if is_held or self._drives:
             self._drives = is_held
             with suppress(CarError):
-                client.drive(throttle * self._throttle, steering)
+                client.drive(throttle * self._throttle, steering, **switches)
 
     def _obey(self, letter: str, client: BlockingDriveClient) -> None:
         """Do what a letter orders. Raises CarError."""
@@ -123,6 +136,10 @@ class DriveTerminal:
             if client.waits_for_release:
                 lines.append(terminal.bold(_text("let-go")))
         lines += ["", *terminal.wrap(_text("keys"), width)]
+        if client.telemetry:
+            lines += [
+                _switch_line(each, client.telemetry) for each in SWITCHES if each.name in client.telemetry.switches
+            ]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
 
@@ -144,6 +161,11 @@ def _telemetry_lines(telemetry: Telemetry) -> list[str]:
     if telemetry.battery_mv is not None:
         lines.append(f"{_text('battery')}: {telemetry.battery_mv / 1000:.2f} V")
     return lines
+
+
+def _switch_line(switch: Switch, telemetry: Telemetry) -> str:
+    state = _text("on" if telemetry.switches[switch.name] else "off")
+    return _text("switch", letter=switch.key, name=Phrase(f"device-{switch.name}"), state=state)
 
 
 def _text(key: str, **details: object) -> str:

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 from motorcade.config.check import Schema, choice, line, list_of, load, shown, table, whole
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.words.switches import SWITCHES
 
 FORMAT = "motorcade-pins/1"
 DUTY_MAX = 255
@@ -229,6 +230,7 @@ DEVICES = (
     Device("voice", "3.3 V, GND", (Role("receive", False, True, "TX"),)),
     Device("servo", "5 V, GND", (Role("signal", True, True, "SIG"),)),
     _motor("drive_motor", ("IN1", "IN2", "ENA")),
+    *(Device(each.name, each.supply, (Role("signal", True, True, each.terminal),)) for each in SWITCHES),
 )
 
 

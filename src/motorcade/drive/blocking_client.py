@@ -57,11 +57,11 @@ class BlockingDriveClient:
     def waits_for_release(self) -> bool:
         return self._client.waits_for_release
 
-    def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
-        self._wait(self._client.drive(throttle, steering))
+    def drive(self, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
+        self._wait(self._client.drive(throttle, steering, **switches))
 
-    def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
-        self._wait(self._client.drive_for(seconds, throttle, steering))
+    def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
+        self._wait(self._client.drive_for(seconds, throttle, steering, **switches))
 
     def next_telemetry(self) -> Telemetry:
         return self._wait(self._client.next_telemetry())

@@ -297,7 +297,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         """Look for the client's connection for commands, and share its session where it is found."""
         self.commands = self.clients.find_commands(self, by_port)
         if self.commands:
-            self.own.give_up_place()
+            self.control.end(self.own)
         if self.commands and self._is_joining:
             self._is_joining = False
             self._send({"kind": "answer", "do": "join", "ok": True})

@@ -16,6 +16,7 @@ from motorcade.drive.tls.keys import client_context
 from motorcade.drive.wire import Telemetry, stick_word
 from motorcade.errors import Phrase
 from motorcade.timing import to_ticks
+from motorcade.words.switches import switch_words
 
 DRIVE_PORT = 5005
 FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
@@ -142,35 +143,39 @@ class DriveClient:
         """Whether the car stopped by itself and stands still until the caller releases the stick (see ``rearm``)."""
         return self._switch.is_locked
 
-    async def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
+    async def drive(self, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
         """Command the car for the next ``fresh_s``, unless another command comes first.
 
         Args:
             throttle: -1 full speed back, 0 standing still, 1 full speed ahead.
             steering: -1 full left, 0 straight on, 1 full right.
+            switches: what else the car has (`telemetry.switches`), by name: 1 or True switches it on, 0 off. A horn is
+                on for the time of the command; others stay on until they are switched off, or this client leaves.
 
         Raises:
-            ValueError: one of them is out of range.
+            ValueError: one of the axes is out of range.
+            MotorcadeError: no car has such a switch.
             CarError: the car could not be reached for longer than ``patience_s``.
         """
-        self.steer(throttle, steering)
+        self.steer(throttle, steering, **switches)
         if lost := self._lost():
             raise lost
 
-    def steer(self, throttle: float, steering: float) -> None:
-        """Do what `drive` does; a car that can't be reached is no error. Raises ValueError."""
-        # Raises where an axis is out of range.
+    def steer(self, throttle: float, steering: float, **switches: int) -> None:
+        """Do what `drive` does; a car that can't be reached is no error. Raises ValueError, MotorcadeError."""
+        # These raise where an axis is out of range, or no such switch is known.
         stick_word(throttle, steering)
-        self._switch.command(throttle, steering, _ticks())
+        switch_words(switches, {})
+        self._switch.command(throttle, steering, _ticks(), switches)
         if _now_s() - self._sent_s >= _SHORTEST_PERIOD_S:
             self._send()
 
-    async def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
+    async def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
         """Command the same for a time, then to stand still. Raises what `drive` raises."""
         end_s = _now_s() + seconds
         try:
             while (left_s := end_s - _now_s()) > 0:
-                await self.drive(throttle, steering)
+                await self.drive(throttle, steering, **switches)
                 await asyncio.sleep(min(left_s, _PERIOD_S))
         finally:
             self._switch.command(0, 0, _ticks())
@@ -302,6 +307,9 @@ class DriveClient:
         if axes is not None:
             self._sent_s = _now_s()
             self._connection.send(self._stamped(stick_word(*axes) if self._may_move else NEUTRAL))
+            present = self.telemetry.switches if self.telemetry else {}
+            for word in switch_words(self._switch.switches(_ticks()), present or {}):
+                self._connection.send(self._stamped(word))
 
     @property
     def _may_move(self) -> bool:

@@ -9,6 +9,9 @@ Pure, with the time as an argument in milliseconds that wrap (`motorcade.words.t
 tests/drive/deadman_cases.json.
 """
 
+from collections.abc import Mapping
+
+from motorcade.words.switches import SWITCHES
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 IDLE, ARMING, DRIVING, RESTING, LOCKED = range(5)
@@ -64,6 +67,7 @@ Axes = tuple[float, float]
 _AT_REST: Axes = (0.0, 0.0)
 _NEXT = {(state, event): following for state, event, following in TABLE}
 _LASTS_MS = dict(LASTS_MS)
+_HELD = [each.name for each in SWITCHES if each.is_held]
 
 
 class DeadmanSwitch:
@@ -83,19 +87,27 @@ class DeadmanSwitch:
         self._since_ms: int | None = None
         self._axes = _AT_REST
         self._commanded_ms = 0
+        # What is switched beside the wheels, by name: 0 or 1, and when that was commanded.
+        self._switches: dict[str, tuple[int, int]] = {}
 
     @property
     def is_locked(self) -> bool:
         """Whether nothing is sent until speed 0 or nothing is commanded."""
         return self._state == LOCKED
 
-    def command(self, throttle: float, steering: float, now_ms: int) -> None:
-        """Command throttle and steering, -1 to 1, for the next ``fresh_ms``."""
+    def command(self, throttle: float, steering: float, now_ms: int, switches: Mapping[str, int] | None = None) -> None:
+        """Command throttle and steering, -1 to 1, for the next ``fresh_ms``; and ``switches``, 0 or 1 by name.
+
+        A switch that was held and isn't named is switched off.
+        """
         self._axes, self._commanded_ms = (throttle, steering), now_ms
+        self._lift(now_ms)
+        self._switches |= {name: (value, now_ms) for name, value in (switches or {}).items()}
         self._take(SPEED if throttle else STILL)
 
-    def release(self) -> None:
+    def release(self, now_ms: int) -> None:
         """Command nothing any more."""
+        self._lift(now_ms)
         self._take(NOTHING)
 
     def order(self) -> None:
@@ -126,6 +138,19 @@ class DeadmanSwitch:
             self._since_ms = now_ms
         throttle, steering = self._axes
         return {ARMING: (0.0, steering), DRIVING: (throttle, steering), RESTING: _AT_REST}.get(self._state)
+
+    def switches(self, now_ms: int) -> dict[str, int]:
+        """What to switch now, behind `next`: what was commanded in the last ``fresh_ms``."""
+        if self._state in (IDLE, LOCKED):
+            return {}
+        switches = self._switches.items()
+        return {name: value for name, (value, at_ms) in switches if elapsed_ms(now_ms, at_ms) <= self._fresh_ms}
+
+    def _lift(self, now_ms: int) -> None:
+        """Switch off what is held."""
+        for name in _HELD:
+            if self._switches.get(name, (0, 0))[0]:
+                self._switches[name] = (0, now_ms)
 
     @property
     def _needs_release(self) -> bool:

@@ -1,19 +1,25 @@
-"""What a car's hardware was commanded and accepted within its limits, so that a write that failed is made again."""
+"""What a car's hardware was commanded and accepted within its limits, so that a write that failed is made again.
+
+`Wheels` are the wheels, `Switchboard` is what is switched beside them.
+"""
 
 from collections.abc import Callable
 from functools import lru_cache
 
-from motorcade.car.arbiter import DISCHARGED, MOVING, PROGRAM, STANDING, Arbiter
+from motorcade.car.arbiter import DISCHARGED, FAILSAFE, MOVING, NOBODY, PROGRAM, STANDING, STOPPED, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.drive_limits import DutyLimiter, duty_per_s
 from motorcade.config.profile import Profile
 from motorcade.words.formats import DRIVE
+from motorcade.words.switches import SWITCHES, switched_by
 from motorcade.words.ticks import elapsed_ms, later_ms
 
 # A stick repeats itself: a car gets the same words again and again.
 _REMEMBERED_WORDS = 1024
 
 Setpoint = tuple[int, int, int]
+# A setpoint of the wheels, or what is switched, by name.
+Command = Setpoint | dict[str, int]
 NEUTRAL_SETPOINT = (90, 1, 0)
 _BATTERY_MS = 1000
 # How often the limits act while a command drives.
@@ -168,6 +174,60 @@ class Wheels:
             self.before_moving()
 
 
+class Switchboard:
+    """Make a board's switches follow the driver's commands.
+
+    One that is held goes off when nobody commands it any more for ``fresh_ms``, and at once with a failsafe, a stop, a
+    low battery or another driver. The others stay as they are, until the session leaves that switched them on.
+
+    Attributes:
+        values: 1 or 0 by name, of what the board has.
+    """
+
+    def __init__(self, board: DriveBoard, fresh_ms: int) -> None:
+        self.values = dict.fromkeys(board.switches, 0)
+        self._board = board
+        self._fresh_ms = fresh_ms
+        self._held = [each.name for each in SWITCHES if each.is_held and each.name in self.values]
+        self._commanded_ms = 0
+        # The session that last switched each on.
+        self._by: dict[str, int] = {}
+        self._written: dict[str, int] = {}
+
+    def command(self, wanted: dict[str, int], session: int, now: int) -> bool:
+        """Switch what ``session``, the driver, commands. Returns False where the car has nothing of it."""
+        own = {name: value for name, value in wanted.items() if name in self.values}
+        self.values |= own
+        self._by |= dict.fromkeys(own, session)
+        self._commanded_ms = now
+        return bool(own)
+
+    def leave(self, session: int) -> None:
+        """Switch off what a session has switched on that leaves."""
+        self._switch_off([name for name, by in self._by.items() if by == session])
+
+    def follow(self, arbiter: Arbiter, now: int, count_fault: Callable[[Exception], None]) -> int:
+        """Switch off what is no longer held, and write to the board what it hasn't yet; it may fail.
+
+        Returns after how many ms something is due.
+        """
+        held = [name for name in self._held if self.values[name]]
+        age_ms = elapsed_ms(now, self._commanded_ms)
+        is_over = arbiter.state in (FAILSAFE, STOPPED, DISCHARGED, PROGRAM) or age_ms > self._fresh_ms
+        self._switch_off([name for name in held if is_over or arbiter.driver != self._by.get(name, NOBODY)])
+        for name, value in self.values.items():
+            if value != self._written.get(name, 0):
+                try:
+                    self._board.set_switch(name, bool(value))
+                    self._written[name] = value
+                except OSError as problem:
+                    count_fault(problem)
+        return self._fresh_ms + 1 - age_ms if any(self.values[name] for name in held) else _BATTERY_MS
+
+    def _switch_off(self, names: list[str]) -> None:
+        self.values |= dict.fromkeys(names, 0)
+
+
 def limiter_of(profile: Profile) -> DutyLimiter:
     """The limits of a driver's commands. Without a limit of acceleration a low battery ends in a stop within 1 s."""
     drive, most_duty = profile.drive, profile.motor.pwm_max
@@ -183,7 +243,9 @@ def limiter_of(profile: Profile) -> DutyLimiter:
 
 
 @lru_cache(_REMEMBERED_WORDS)
-def setpoint_of(word: int) -> Setpoint:
-    """The setpoint in a DRIVE word without its stamp. Raises WordError where it is none."""
+def command_in(word: int) -> Command:
+    """What a drive command without its stamp commands. Raises WordError where it is none."""
+    if switched := switched_by(word):
+        return switched
     setpoint: Setpoint = DRIVE.decode(word, strict=True)[1:4]
     return setpoint

@@ -12,12 +12,13 @@ from motorcade.car.arbiter import APPLIED, FAILSAFE, MOVING, STATES, WATCHING, A
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile
 from motorcade.drive.activity_log import Record
-from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels, setpoint_of
+from motorcade.drive.motors import NEUTRAL_SETPOINT, Command, Setpoint, Switchboard, Wheels, command_in
 from motorcade.drive.places import who_gives_way
 from motorcade.drive.stamps import STAMP_MASK, Freshness
-from motorcade.drive.wire import OVER_RATE, STALE, Counts, DriveError, Telemetry, stick_word
+from motorcade.drive.wire import NO_HARDWARE, OVER_RATE, STALE, Counts, DriveError, Telemetry, stick_word
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
+from motorcade.words.switches import switch_words
 from motorcade.words.ticks import elapsed_ms
 
 _RATE_WINDOW_MS = 100
@@ -33,7 +34,7 @@ class CarControl:
 
     Attributes:
         board: its hardware.
-        wheels: what was done with the board's wheels.
+        wheels, switchboard: what was done with the board's wheels, and what is switched on beside them.
         limits: those of the car's profile.
         clock: gives the time.
         arbiter: says who drives; only this class changes it.
@@ -56,6 +57,7 @@ class CarControl:
         self._beat_ms: int | None = None
         self._is_stuck = self._is_closed = False
         self.wheels = Wheels(board, profile, clock())
+        self.switchboard = Switchboard(board, profile.drive.failsafe_ms)
         self._recorded_driver: ControlSession | None = None
         self.record: Record = lambda did, who: None
 
@@ -110,22 +112,28 @@ class CarControl:
             self._follow()
             return result
 
-    def apply(self, session: "ControlSession", word: int, setpoint: Setpoint, number: int) -> int:
+    def apply(self, session: "ControlSession", word: int, command: Command, number: int) -> int:
         """Take the command ``number`` of ``session``. Returns its outcome, see `motorcade.drive.wire.OUTCOMES`."""
+        is_off = not any(command.values()) if isinstance(command, dict) else command[2] == 0
         with self._lock:
             now = self.clock()
-            if not session.freshness.is_fresh(word & STAMP_MASK, now, number, stands=setpoint[2] == 0):
+            if not session.freshness.is_fresh(word & STAMP_MASK, now, number, is_off, isinstance(command, tuple)):
                 return STALE
             session.commanded_ms = now
             if not session.has_place:
                 return WATCHING
-            # A command that stops is never over the rate.
-            if setpoint[2] and not session.rate.allows(now):
+            # A command that stops or switches off is never over the rate.
+            if not is_off and not session.rate.allows(now):
                 return OVER_RATE
-            outcome = self.arbiter.command(session.number, word & ~STAMP_MASK, now)
-            if outcome == APPLIED:
-                self._setpoint = setpoint
-            self._follow(outcome == APPLIED)
+            if isinstance(command, dict):
+                outcome = self.arbiter.may_switch(session.number, now)
+                if outcome == APPLIED and not self.switchboard.command(command, session.number, now):
+                    outcome = NO_HARDWARE
+            else:
+                outcome = self.arbiter.command(session.number, word & ~STAMP_MASK, now)
+                if outcome == APPLIED:
+                    self._setpoint = command
+            self._follow(outcome == APPLIED and isinstance(command, tuple))
             return outcome
 
     def end(self, session: "ControlSession") -> None:
@@ -136,6 +144,7 @@ class CarControl:
     def _end(self, session: "ControlSession") -> None:
         if self._sessions.pop(session.number, None):
             session.has_place = False
+            self.switchboard.leave(session.number)
             self.arbiter.gone(session.number, self.clock())
             self._follow()
 
@@ -160,6 +169,7 @@ class CarControl:
                 self.wheels.faults,
                 self.wheels.last_fault,
                 self.turned_away,
+                dict(self.switchboard.values),
                 self.wheels.limiter.obstacle_mm,
             )
 
@@ -226,6 +236,7 @@ class CarControl:
         arbiter = self.arbiter
         self._failsafes += arbiter.state == FAILSAFE and self._state == MOVING
         rest_ms = self.wheels.follow(arbiter, self._setpoint, self.clock(), is_fresh)
+        rest_ms = min(rest_ms, self.switchboard.follow(arbiter, self.clock(), self.wheels.count_fault))
         self._state = arbiter.state
         driver = self._sessions.get(arbiter.driver)
         if driver is not self._recorded_driver:
@@ -289,14 +300,16 @@ class ControlSession:
         """Take a place at the car, unless it has one. Raises DriveError: "full"."""
         self._control.take_place(self)
 
-    def steer(self, throttle: float, steering: float) -> None:
-        """Take the position of a page's stick, both axes -1 to 1. Raises DriveError: "full"."""
+    def steer(self, throttle: float, steering: float, **switches: int) -> None:
+        """Take the position of a page's stick, both axes -1 to 1, and what it switches. Raises MotorcadeError."""
         self.command(stick_word(throttle, steering))
+        for word in switch_words(switches, self._control.switchboard.values):
+            self.command(word)
 
-    def check(self, word: int) -> Setpoint:
-        """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
+    def check(self, word: int) -> Command:
+        """What a DRIVE word commands. Raises WordError, and counts it, where the word is none."""
         try:
-            return setpoint_of(word & ~STAMP_MASK)
+            return command_in(word & ~STAMP_MASK)
         except WordError as problem:
             self._control.refused += 1
             self.counts.refused += 1
@@ -314,9 +327,9 @@ class ControlSession:
             WordError: it is no DRIVE word, which is counted.
             DriveError: "full".
         """
-        setpoint = self.check(word)
+        command = self.check(word)
         self.take_place()
-        outcome = self._control.apply(self, word, setpoint, number)
+        outcome = self._control.apply(self, word, command, number)
         self.counts.outcomes[outcome] += 1
         return outcome
 
@@ -339,10 +352,7 @@ class ControlSession:
         self._control.change(self, lambda arbiter, now: self.freshness.take_answer(clock, number, stamp, now))
 
     async def act(self, action: str) -> None:
-        """Do `request`, `release`, `stop`, `clear` or `resume_program`, as for a car behind a network.
-
-        Raises DriveError.
-        """
+        """Do `request`, `release`, `stop`, `clear` or `resume_program`; a remote car waits there. Raises DriveError."""
         getattr(self, action)()
 
     def request(self) -> bool:
@@ -380,13 +390,9 @@ class ControlSession:
             raise DriveError("not-yours")
         self._control.record("resumes", self.name)
 
-    def give_up_place(self) -> None:
-        """Give the place to others: the wheels stand still if it moved them."""
-        self._control.end(self)
-
     def leave(self) -> None:
         """End the session for good: the wheels stand still if it moved them. A second call does nothing."""
         if not self.is_over:
             self.is_over = True
-            self.give_up_place()
+            self._control.end(self)
             self._left()

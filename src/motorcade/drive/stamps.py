@@ -67,7 +67,7 @@ class Freshness:
         self._newest_number = 0
         self._answer: _Answer | None = None
 
-    def is_fresh(self, stamp: int, now: int, number: int = 0, stands: bool = False) -> bool:
+    def is_fresh(self, stamp: int, now: int, number: int = 0, stands: bool = False, drives: bool = True) -> bool:
         """Whether a word is fresh that came at ``now`` (ticks).
 
         Without stamps every word is fresh; a client that has once stamped must go on.
@@ -76,6 +76,7 @@ class Freshness:
             stamp: 0 for none.
             number: of the word among those of its connection, from 1; 0 where it is unknown.
             stands: whether it commands speed 0, as the first word after a silence has to; the first of all needn't.
+            drives: whether it commands the wheels; others come behind one that does.
         """
         self._advance(now)
         if stamp == 0:
@@ -85,7 +86,7 @@ class Freshness:
         self._newest_number = max(self._newest_number, number)
         difference_ms = (self._now_ms - (stamp - 1) * STEP_MS) % _ROUND_MS
         if self._needs_answer:
-            is_fresh = self._fits_answer(number, stands, difference_ms)
+            is_fresh = drives and self._fits_answer(number, stands, difference_ms)
         else:
             is_fresh = not is_overtaken and self._fits_last_minute(difference_ms)
         if is_fresh:

@@ -15,10 +15,14 @@ WORD_BYTES = 4
 MOST_REQUEST_BYTES = 1024
 MOST_FRAME_BYTES = 1 << 16
 REQUESTS = ("join", "request", "release", "stop", "clear", "resume", "sync")
-# What became of a command: the arbiter's six outcomes, and two of `motorcade.drive.session`.
-OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "discharged", "over-rate", "stale")
+# What became of a command: the arbiter's six outcomes, and three of `motorcade.drive.session`.
+OUTCOMES = (
+    *("applied", "watching", "needs-neutral", "stopped", "program", "discharged"),
+    *("over-rate", "stale", "no-hardware"),
+)
 OVER_RATE = 6
 STALE = 7
+NO_HARDWARE = 8
 
 _FULL_DUTY = 255
 _CENTRE_DEG = 90
@@ -135,6 +139,7 @@ class Telemetry(NamedTuple):
         stalls: how often the car's own software was stuck.
         faults: how often its hardware failed; ``last_fault`` is the last reason.
         turned_away: number of connections that got or kept no place, or failed to prove who they are.
+        switches: what is switched on beside the wheels (1) or off (0), by name; only what the car has.
         obstacle_mm: the distance of the obstacle ahead that stops the car while its driver drives forward, or None.
     """
 
@@ -153,6 +158,7 @@ class Telemetry(NamedTuple):
     faults: int
     last_fault: str
     turned_away: int
+    switches: dict[str, int]
     obstacle_mm: int | None = None
 
 

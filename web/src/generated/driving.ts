@@ -67,3 +67,11 @@ export const FRESH_MS = 300;
 /** A stamp counts steps of so many milliseconds, and comes round after so many of them. */
 export const STAMP_STEP_MS = 4;
 export const STAMP_STEPS = 2047;
+
+/** What a driver switches beside the wheels, with its key; one that is held goes off when released. */
+export interface Switch {
+  name: string;
+  held: boolean;
+  key: string;
+}
+export const SWITCHES: readonly Switch[] = [];

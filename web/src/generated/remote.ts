@@ -20,6 +20,7 @@ export interface Drive {
   cars: string[];
   throttle: number;
   steering: number;
+  switches?: Record<string, number>;
   number?: number;
   stamp?: number;
 }
@@ -106,6 +107,7 @@ export interface CarTelemetry {
   faults: number;
   last_fault: string;
   turned_away: number;
+  switches: Record<string, number>;
   obstacle_mm: number | null;
   paused: boolean;
   silent_ms: number;

@@ -1,11 +1,12 @@
 import { type PointerEvent, useRef, useState } from "react";
+import { SWITCHES } from "../generated/driving";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
 import { fingerAxes } from "./input";
 import { AT_REST, type Axes, FIRST_LIMIT, inputs, link, stopAll, useRemote } from "./link";
 import css from "./remote.module.css";
-import { useTexts } from "./texts";
+import { type Key, useTexts } from "./texts";
 
 /** How far the knob can go, as a share of the pad's half. */
 const REACH = 0.72;
@@ -101,7 +102,29 @@ export function Stop() {
   );
 }
 
-/** The requests to a car, and the limit of the speed. */
+/** A button for each switch that the car has: one that is held is on while it is pressed. */
+function Switches({ car }: { car: string }) {
+  const t = useTexts();
+  const switches = useRemote(({ telemetry }) => telemetry[car]?.switches);
+  return SWITCHES.filter(({ name }) => switches?.[name] !== undefined).map(({ name, held, key }) => {
+    const isOn = switches![name] === 1;
+    const events = held
+      ? {
+          onPointerDown: () => inputs.press(name),
+          onPointerUp: () => inputs.lift(name),
+          onPointerLeave: () => inputs.lift(name),
+          onPointerCancel: () => inputs.lift(name),
+        }
+      : { onClick: () => inputs.set(name, isOn ? 0 : 1) };
+    return (
+      <button key={name} type="button" className={buttons.button} aria-pressed={isOn} {...events}>
+        {t(`switch_${name}` as Key)} <kbd>{key.toUpperCase()}</kbd>
+      </button>
+    );
+  });
+}
+
+/** The requests to a car, what can be switched, and the limit of the speed. */
 export function Controls({ car }: { car: string | null }) {
   const t = useTexts();
   const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
@@ -131,6 +154,7 @@ export function Controls({ car }: { car: string | null }) {
               {t("resume")}
             </button>
           )}
+          <Switches car={car} />
         </div>
       )}
       <Limit />

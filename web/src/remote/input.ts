@@ -1,6 +1,6 @@
 /** The inputs that steer cars: finger, keys and gamepads as axes, null where nothing is held; and who listens to them. */
 
-import { PERIOD_MS } from "../generated/driving";
+import { PERIOD_MS, type Switch, SWITCHES } from "../generated/driving";
 import { type Axes, FIRST_LIMIT, inputs, link, stopAll, useRemote } from "./link";
 
 const clamp = (value: number) => Math.min(1, Math.max(-1, value));
@@ -67,11 +67,26 @@ function keyDown(event: KeyboardEvent): void {
     event.preventDefault();
     keys.add(event.code);
     holdKeys();
-  }
+  } else if (!event.repeat) pressSwitch(switchOf(event));
+}
+
+const switchOf = ({ code }: KeyboardEvent) => SWITCHES.find(({ key }) => code === `Key${key.toUpperCase()}`);
+
+function pressSwitch(pressed: Switch | undefined): void {
+  if (pressed?.held) inputs.press(pressed.name);
+  else if (pressed) inputs.set(pressed.name, isSwitchedOn(pressed.name) ? 0 : 1);
+}
+
+/** Whether a switch of the first car that has it is on. */
+function isSwitchedOn(name: string): boolean {
+  const { joined, telemetry } = useRemote.getState();
+  return joined.map((car) => telemetry[car]?.switches[name]).find((value) => value !== undefined) === 1;
 }
 
 function keyUp(event: KeyboardEvent): void {
   if (keys.delete(event.code)) holdKeys();
+  const released = switchOf(event);
+  if (released) inputs.lift(released.name);
   // Some browsers press a button when the space bar comes up.
   if (event.code === "Space" && !isForField(event)) event.preventDefault();
 }

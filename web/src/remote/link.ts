@@ -4,7 +4,7 @@ import { create } from "zustand";
 import { LastingStream, openSocket } from "../api/connection";
 import type { Stream, StreamListeners } from "../api/service";
 import type { Sentence } from "../generated/messages";
-import { type Event, FRESH_MS, LASTS_MS, NEXT, type State, STAMP_STEP_MS, STAMP_STEPS } from "../generated/driving";
+import { type Event, FRESH_MS, LASTS_MS, NEXT, type State, STAMP_STEP_MS, STAMP_STEPS, SWITCHES } from "../generated/driving";
 import type { CarTelemetry, ListedCar, RemoteAnswer, RemoteMessage } from "../generated/remote";
 import { useSettings } from "../state/settings";
 
@@ -50,6 +50,9 @@ const elapsedMs = (nowMs: number, thenMs: number) => Math.floor(nowMs - thenMs) 
 /** A server finds positions that a stalled network delivers late by when they were sent. */
 export const stampAt = (nowMs: number) => 1 + (Math.floor(nowMs / STAMP_STEP_MS) % STAMP_STEPS);
 
+/** What is switched beside the wheels: 0 or 1 by name. */
+export type Switches = Record<string, number>;
+
 /** Decide what is sent when, by the table of motorcade/drive/deadman.py. */
 export class DeadmanSwitch {
   private state: State = "idle";
@@ -57,16 +60,21 @@ export class DeadmanSwitch {
   private sinceMs: number | null = null;
   private axes = AT_REST;
   private commandedMs = 0;
+  /** What is switched, by name, and when that was commanded. */
+  private switched = new Map<string, { value: number; atMs: number }>();
 
-  /** Command these axes for the next FRESH_MS. */
-  command(axes: Axes, nowMs: number): void {
+  /** Command these axes for the next FRESH_MS, and switches; one that was held and isn't named is switched off. */
+  command(axes: Axes, nowMs: number, switches: Switches = {}): void {
     this.axes = axes;
     this.commandedMs = nowMs;
+    this.lift(nowMs);
+    for (const [name, value] of Object.entries(switches)) this.switched.set(name, { value, atMs: nowMs });
     this.take(axes.throttle === 0 ? "still" : "speed");
   }
 
   /** Command nothing any more. */
-  release(): void {
+  release(nowMs: number): void {
+    this.lift(nowMs);
     this.take("nothing");
   }
 
@@ -90,6 +98,20 @@ export class DeadmanSwitch {
     return this.state === "resting" ? AT_REST : null;
   }
 
+  /** What to switch now, behind `next`: what was commanded in the last FRESH_MS. */
+  switches(nowMs: number): Switches {
+    if (this.state === "idle" || this.state === "locked") return {};
+    const due = [...this.switched].filter(([, { atMs }]) => elapsedMs(nowMs, atMs) <= FRESH_MS);
+    return Object.fromEntries(due.map(([name, { value }]) => [name, value]));
+  }
+
+  /** Switch off what is held. */
+  private lift(nowMs: number): void {
+    for (const { name, held } of SWITCHES) {
+      if (held && this.switched.get(name)?.value) this.switched.set(name, { value: 0, atMs: nowMs });
+    }
+  }
+
   private take(event: Event): void {
     const following = NEXT[this.state][event];
     if (following === undefined) return;
@@ -106,15 +128,17 @@ export class HeldInputs {
   limit = 1;
   private readonly deadman = new DeadmanSwitch();
   private held = new Map<InputName, Axes>();
+  /** The switches that are held. */
+  private pressed = new Set<string>();
 
   constructor(
-    private readonly send: (axes: Axes) => void,
+    private readonly send: (axes: Axes, switches: Switches) => void,
     private readonly now: () => number,
   ) {}
 
   /** Note what an input holds now. The input that was taken last counts; the others wait. */
   hold(input: InputName, axes: Axes): void {
-    const isFirst = this.held.size === 0;
+    const isFirst = !this.holdsAnything();
     // A key that a map has keeps its place.
     this.held.set(input, axes);
     if (isFirst) this.tick();
@@ -122,12 +146,29 @@ export class HeldInputs {
 
   release(input: InputName): void {
     if (!this.held.delete(input) || this.held.size > 0) return;
-    this.deadman.release();
+    this.rest();
+  }
+
+  /** Hold a switch, such as a horn. A car without a driver is driven then, standing still. */
+  press(name: string): void {
+    this.pressed.add(name);
     this.tick();
   }
 
+  lift(name: string): void {
+    if (this.pressed.delete(name)) this.rest();
+  }
+
+  /** Switch something on or off that stays so. */
+  set(name: string, value: number): void {
+    this.command({ [name]: value });
+    this.rest();
+  }
+
   releaseAll(): void {
-    for (const input of [...this.held.keys()]) this.release(input);
+    this.held.clear();
+    if (this.pressed.size > 0) this.pressed.clear();
+    this.rest();
   }
 
   /** Send nothing more of what is held now: it was meant for a connection that is lost. */
@@ -142,12 +183,29 @@ export class HeldInputs {
 
   /** Send what is due. To be called every PERIOD_MS. */
   tick(): void {
-    const axes = [...this.held.values()].at(-1);
-    if (axes) this.deadman.command({ throttle: axes.throttle * this.limit, steering: axes.steering }, this.now());
+    if (this.holdsAnything()) this.command({});
     const due = this.deadman.next(this.now());
-    if (due) this.send(due);
+    if (due) this.send(due, this.deadman.switches(this.now()));
+  }
+
+  private holdsAnything(): boolean {
+    return this.held.size > 0 || this.pressed.size > 0;
+  }
+
+  private command(switches: Switches): void {
+    const { throttle, steering } = [...this.held.values()].at(-1) ?? AT_REST;
+    const pressed = Object.fromEntries([...this.pressed].map((name) => [name, 1]));
+    this.deadman.command({ throttle: throttle * this.limit, steering }, this.now(), { ...pressed, ...switches });
+  }
+
+  /** Send at once what is still held; nothing more where nothing is. */
+  private rest(): void {
+    if (!this.holdsAnything()) this.deadman.release(this.now());
+    this.tick();
   }
 }
+
+const withSwitches = (switches: Switches) => (Object.keys(switches).length > 0 ? { switches } : {});
 
 export class Link {
   private readonly stream: LastingStream;
@@ -204,11 +262,11 @@ export class Link {
     this.send({ do: "stop", cars: useRemote.getState().joined });
   }
 
-  drive({ throttle, steering }: Axes): void {
+  drive({ throttle, steering }: Axes, switches: Switches = {}): void {
     const cars = useRemote.getState().joined;
     if (cars.length === 0) return;
     const number = this.number + 1;
-    if (!this.send({ do: "drive", cars, throttle, steering, number, stamp: stampAt(this.now()) })) return;
+    if (!this.send({ do: "drive", cars, throttle, steering, ...withSwitches(switches), number, stamp: stampAt(this.now()) })) return;
     this.number = number;
     this.sentMs.set(number, this.now());
     this.sentMs.delete(number - MOST_UNANSWERED);
@@ -274,7 +332,7 @@ export const FIRST_LIMIT = 0.6;
 const now = () => performance.now();
 
 export const link = new Link((listeners) => openSocket(socketAddress(), listeners), now);
-export const inputs = new HeldInputs((axes) => link.drive(axes), now);
+export const inputs = new HeldInputs((axes, switches) => link.drive(axes, switches), now);
 
 /** The emergency stop of all cars; what is held has to be released before it drives again. */
 export function stopAll(): void {

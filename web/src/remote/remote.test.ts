@@ -139,6 +139,7 @@ describe("a dead-man switch", () => {
     const deadman = new DeadmanSwitch();
     for (const [atMs, does, axes, sends] of steps as Step[]) {
       if (does === "command") deadman.command(toAxes(axes!), atMs);
+      else if (does === "release") deadman.release(atMs);
       else if (does !== "") deadman[does]();
       expect(deadman.next(atMs), `at ${atMs} ms`).toEqual(sends && toAxes(sends));
     }

@@ -11,6 +11,7 @@ from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
+from motorcade.words.switches import SWITCHES
 
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
 _KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
@@ -62,7 +63,8 @@ def motor_pins(pins: PinMap) -> list[int]:
 
 
 def _pull_low_arguments(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
-    return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins)))
+    switched = [wire.pin for wire in pins.wires if wire.device.key in [each.name for each in SWITCHES]]
+    return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins) + switched))
 
 
 def _open_sender(pins: PinMap, profile: Profile, factory: Any) -> LircSender | None:

@@ -10,6 +10,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
+from gpiozero import OutputDevice
+
 from motorcade.boards.computer import TICK_S, BatteryFile, Equipment, HardwareWatchdog
 from motorcade.boards.linux.chassis import Chassis, open_chassis
 from motorcade.boards.linux.gpio_chip import HardwareError
@@ -23,6 +25,7 @@ from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import HEADER
 from motorcade.words.image import bytes_to_words
+from motorcade.words.switches import SWITCHES
 from motorcade.words.ticks import elapsed_ms
 
 # Longer than a write to healthy hardware takes, short enough for an emergency stop to wait.
@@ -208,6 +211,12 @@ class ProgrammedDrive(SharedWheels):
         chassis = open_chassis(pins, profile, factory, self._resources)
         if chassis is None:
             raise MotorcadeError("no-wheels", car=pins.name)
+        self._switches = {
+            each.name: self._resources.enter_context(OutputDevice(pins.pin(each.name, "signal"), pin_factory=factory))
+            for each in SWITCHES
+            if pins.has(each.name)
+        }
+        self.switches = tuple(self._switches)
         limit_ms = profile.drive.watchdog_ms
         max_silence_ms = max(limit_ms // 2, limit_ms - _CHECK_PERIOD_MS)
         self._equipment = equipment
@@ -218,6 +227,9 @@ class ProgrammedDrive(SharedWheels):
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="car program", daemon=True)
         self._thread.start()
+
+    def set_switch(self, name: str, is_on: bool) -> None:
+        self._switches[name].value = is_on
 
     def battery_mv(self) -> int | None:
         return self._battery.read_mv() if self._battery else None

@@ -37,10 +37,11 @@ def has_user(page: str) -> bool:
 class PageControl(Protocol):
     """One page's connection to one car."""
 
-    def steer(self, throttle: float, steering: float) -> None:
-        """Set the stick's position, both axes -1 to 1; a car that can't be reached stands still.
+    def steer(self, throttle: float, steering: float, **switches: int) -> None:
+        """Set the stick's position, both axes -1 to 1, and switches, 0 or 1 by name.
 
-        Raises MotorcadeError where others have all places at the car.
+        A car that can't be reached stands still. Raises MotorcadeError: others have all places at the car, or there is
+        no such switch.
         """
 
     async def act(self, action: Action) -> None:

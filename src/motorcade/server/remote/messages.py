@@ -13,6 +13,7 @@ from motorcade.service.world_messages import Refused
 Name = Annotated[str, Meta(max_length=40)]
 Names = Annotated[list[Name], Meta(max_length=16)]
 Axis = Annotated[float, Meta(ge=-1, le=1)]
+Bit = Annotated[int, Meta(ge=0, le=1)]
 Stamp = Annotated[int, Meta(ge=0, le=2047)]
 Number = Annotated[int, Meta(ge=0, lt=1 << 53)]
 
@@ -39,6 +40,7 @@ class Drive(_Message):
     Attributes:
         throttle: -1 full speed back to 1 full speed ahead.
         steering: -1 full left to 1 full right.
+        switches: what is switched beside the wheels, 0 or 1 by name.
         number: the page's own count; the answer `Received` has it.
         stamp: when it was sent, as `motorcade.drive.stamps.stamp_at` has it; 0: not said.
     """
@@ -46,6 +48,7 @@ class Drive(_Message):
     cars: Names
     throttle: Axis
     steering: Axis
+    switches: dict[Name, Bit] = {}
     number: Number = 0
     stamp: Stamp = 0
 
@@ -143,6 +146,7 @@ class CarTelemetry(Struct, kw_only=True):
     faults: int = 0
     last_fault: str = ""
     turned_away: int = 0
+    switches: dict[str, int] = {}
     obstacle_mm: int | None = None
     paused: bool = False
     silent_ms: int = 0

@@ -169,7 +169,7 @@ class PageSession:
     def _steer_car(self, name: str, stick: messages.Drive) -> None:
         """Steer a car; where it refuses, send the page the error once, not for each position."""
         try:
-            self._controls[name].steer(stick.throttle, stick.steering)
+            self._controls[name].steer(stick.throttle, stick.steering, **stick.switches)
             self._refused.discard(name)
         except MotorcadeError as problem:
             if name not in self._refused:

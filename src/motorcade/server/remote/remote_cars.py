@@ -93,10 +93,10 @@ class RemoteControl(PageControl):
             self._end(self._client)
         self._client = None
 
-    def steer(self, throttle: float, steering: float) -> None:
-        """Set the stick's position; do nothing while an emergency stop is pending. Raises DriveError."""
+    def steer(self, throttle: float, steering: float, **switches: int) -> None:
+        """Set the stick's position; do nothing while an emergency stop is pending. Raises MotorcadeError."""
         if not self._stop_pending:
-            self._used().steer(throttle, steering)
+            self._used().steer(throttle, steering, **switches)
 
     async def act(self, action: Action) -> None:
         """Request an action of the car. Raises MotorcadeError where it refuses.
