@@ -1,7 +1,7 @@
-"""The four word formats of Motorcade, each declared once, and the fingerprints of formats.
+"""The five word formats of Motorcade, each declared once, and the fingerprints of formats.
 
-Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE, the protocol's section "Tagged words" for
-FRAME.
+Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE, docs/drive.md for LIGHTS, which is a second
+code of drive commands, the protocol's section "Tagged words" for FRAME.
 """
 
 from binascii import crc32
@@ -71,6 +71,17 @@ DRIVE = WordFormat(
     ),
 )
 
+LIGHTS = WordFormat(
+    "lights",
+    (
+        Field("code", 31, 28, "what the command is", "lights", Values(only=((2, "lights and horn"),), default=2)),
+        Field("head_light", 27, 27, "the head light is on", "lights"),
+        Field("horn", 26, 26, "the horn sounds", "lights"),
+        Field("reserved", 25, 11, "for extensions", "lights", RESERVED),
+        Field("stamp", 10, 0, "0, or a stamp: when the word was sent", "lights"),
+    ),
+)
+
 # A control word as it is on the air. A wrong check or parity decodes with a warning; followers drop such a frame.
 FRAME = WordFormat(
     "frame",
@@ -97,11 +108,11 @@ FRAME = WordFormat(
     ),
 )
 
-FORMATS = (HEADER, CONTROL, DRIVE, FRAME)
+FORMATS = (HEADER, CONTROL, DRIVE, LIGHTS, FRAME)
 
 
 def format_named(name: str) -> WordFormat:
-    """Return the WordFormat called ``name``: header, control, drive or frame. Raises WordError."""
+    """Return the WordFormat called ``name``: header, control, drive, lights or frame. Raises WordError."""
     for word_format in FORMATS:
         if word_format.name == name:
             return word_format

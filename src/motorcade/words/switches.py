@@ -7,7 +7,7 @@ from collections import namedtuple
 
 from motorcade.errors import MotorcadeError
 from motorcade.words.field import Field, Values, WordError, WordFormat
-from motorcade.words.formats import DRIVE
+from motorcade.words.formats import DRIVE, LIGHTS
 
 # For the type checker alone: MicroPython has no typing.
 MYPY = False
@@ -20,7 +20,10 @@ if MYPY:
 # supply, terminal: what a computer's pin is wired to, as `motorcade.config.pins` has it of every device.
 Switch = namedtuple("Switch", ("name", "word_format", "is_held", "key", "supply", "terminal"))
 
-SWITCHES: "tuple[Switch, ...]" = ()
+SWITCHES = (
+    Switch("head_light", LIGHTS, False, "l", "5 V, GND", "IN"),
+    Switch("horn", LIGHTS, True, "h", "5 V, GND", "IN"),
+)
 
 # The formats of drive commands by their code.
 _FORMATS: "dict[int, WordFormat]" = {

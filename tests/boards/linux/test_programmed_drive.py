@@ -10,13 +10,14 @@ import pytest
 from motorcade import Program, compile_program, forward, led, left, right, together
 from motorcade.boards.computer import Equipment, HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
+from motorcade.car.arbiter import APPLIED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
 from motorcade.drive.session import CarControl
 from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
-from motorcade.words.formats import DRIVE
+from motorcade.words.formats import DRIVE, LIGHTS
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import ok_line
 from support.mock_pi import (
@@ -144,6 +145,17 @@ def test_a_driver_takes_the_wheels_at_once_and_the_program_goes_on(made, pins):
     assert (car.state, wheels(pins)) == ("program", TURNING_RIGHT)
     car.go_on(2000)
     assert (wheels(pins), shown(pins, LEDS_AT)) == (STRAIGHT, ONE_LIT)
+
+
+def test_lights_and_horn_are_pins_that_are_low_at_the_end(made, pins):
+    car = made(ENABLED + "[horn]\nsignal = 8\n[head_light]\nsignal = 7\n")
+    both = DRIVE.encode(angle=90, direction=1, speed=0), LIGHTS.encode(head_light=1, horn=1)
+    assert [car.session.command(word) for word in both] == [APPLIED, APPLIED]
+    assert shown(pins, (7, 8)) == (255, 255)
+    car.session.stop()
+    assert shown(pins, (7, 8)) == (255, 0)
+    car.session.leave()
+    assert shown(pins, (7, 8)) == (0, 0)
 
 
 def test_a_car_with_a_servo_runs_its_program_and_is_driven_too(made, pins):

@@ -74,4 +74,15 @@ export interface Switch {
   held: boolean;
   key: string;
 }
-export const SWITCHES: readonly Switch[] = [];
+export const SWITCHES: readonly Switch[] = [
+  {
+    "name": "head_light",
+    "held": false,
+    "key": "l"
+  },
+  {
+    "name": "horn",
+    "held": true,
+    "key": "h"
+  }
+];

@@ -4,7 +4,7 @@ import type { Stream, StreamListeners } from "../api/service";
 import { PERIOD_MS } from "../generated/driving";
 import { useSettings } from "../state/settings";
 import { asksToStop, fingerAxes, gamepadAxes, isDrivingKey, keyAxes } from "./input";
-import { AT_REST, type Axes, DeadmanSwitch, HeldInputs, Link, socketAddress, stampAt, useRemote, userOf } from "./link";
+import { AT_REST, type Axes, DeadmanSwitch, HeldInputs, Link, socketAddress, stampAt, type Switches, useRemote, userOf } from "./link";
 
 const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
 
@@ -214,6 +214,30 @@ describe("what is held", () => {
     inputs.hold("stick", AHEAD);
     expect(sent.slice(-2)).toEqual([AT_REST, AT_REST]);
     expect(pass(3)).toEqual([AHEAD, AHEAD, AHEAD]);
+  });
+
+  it("switches a horn on while it is pressed, off at once when it is lifted, and a light until it is switched again", () => {
+    const switched: Switches[] = [];
+    let nowMs = 0;
+    const inputs = new HeldInputs((axes, switches) => switched.push({ ...switches, moves: axes.throttle }), () => nowMs);
+    inputs.press("horn");
+    expect(switched).toEqual([{ horn: 1, moves: 0 }]);
+    nowMs = 50;
+    inputs.lift("horn");
+    expect(switched.at(-1)).toEqual({ horn: 0, moves: 0 });
+    nowMs = 100;
+    inputs.set("head_light", 1);
+    expect(switched.at(-1)).toEqual({ head_light: 1, horn: 0, moves: 0 });
+    nowMs = 600;
+    inputs.tick();
+    inputs.press("horn");
+    inputs.releaseAll();
+    expect(switched.at(-1)).toEqual({ horn: 0, moves: 0 });
+    inputs.press("horn");
+    inputs.order();
+    const before = switched.length;
+    inputs.releaseAll();
+    expect(switched.slice(before).filter(({ horn }) => horn === 1)).toEqual([]);
   });
 
   it("goes no faster than the limit", () => {
