@@ -112,7 +112,7 @@ def spread(mat: Mat, tagged: int, seed: int = 1) -> Spread:
     for slot in range(SLOTS):
         in_time = events[events["t_ms"] >= slot * DWELL_MS]
         if tagged:
-            its = in_time[in_time["other"] == slot % 63 + 1]
+            its = in_time[in_time["other"] == slot % 31 + 1]
         else:
             during = in_time[in_time["t_ms"] < (slot + 1) * DWELL_MS]
             its = during[during["word"] == WORDS[slot % len(WORDS)]]
@@ -160,13 +160,13 @@ def _wrong_words(frames: int, rate: float, seed: int, tagged: bool) -> int:
         frame = (at - 1) // 32
         if frame != last or at > bits:
             if last >= 0:
-                is_bare = received & 0xFFE == 0
+                is_bare = received & 0x7FE == 0
                 is_good = check_is_good(received) and tag_of(received) > 0 if tagged else is_bare
                 taken += 1 if parity_is_even(received) and is_good else 0
             if at > bits:
                 return taken
-            word = np.random.randint(0, 1 << 20) << 12
-            sent = tagged_frame(word, np.random.randint(1, 64)) if tagged else to_frame(word)
+            word = np.random.randint(0, 1 << 21) << 11
+            sent = tagged_frame(word, np.random.randint(1, 32)) if tagged else to_frame(word)
             received, last = sent, frame
         received ^= 1 << (at - 1) % 32
 

@@ -212,9 +212,9 @@ _IMAGES = (
 # Words and their tags.
 _FRAMES = (
     *((word, 0) for word in (0x00000000, 0x80280000, 0xC0280000, 0x64800000, 0xFFFFF000, WORD_MASK)),
-    *((0xC0280000, tag) for tag in (1, 2, 62, 63)),
+    *((0xC0280000, tag) for tag in (1, 2, 30, 31)),
     (0x00000000, 1),
-    (0xFFFFF000, 63),
+    (0xFFFFF000, 31),
 )
 
 

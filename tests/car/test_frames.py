@@ -119,7 +119,7 @@ def test_followers_begin_each_slot_once_beyond_a_round_of_tags():
     leader, *followers = cars = [RadioCar(0, image(WORDS[:1])), RadioCar(1), RadioCar(2)]
     Hall(*cars).run(70 * DWELL_MS)
     for car in followers:
-        assert begun_words(car) == [(slot, slot % 63 + 1) for slot in range(70)]
+        assert begun_words(car) == [(slot, slot % 31 + 1) for slot in range(70)]
         # The same word begins in every slot at the same time, but for the leader's wait for free air.
         lags_ms = [at_ms % DWELL_MS for at_ms, _, _ in car.began]
         assert max(lags_ms) - min(lags_ms) < 100
@@ -138,7 +138,7 @@ def test_a_follower_that_was_away_takes_the_next_word(away_s):
     hall.run(2 * DWELL_MS)
     slot = back_ms // DWELL_MS
     begun = begun_words(cars[2], back_ms)
-    assert (slot + 1, (slot + 1) % 63 + 1) in begun
+    assert (slot + 1, (slot + 1) % 31 + 1) in begun
     assert len(begun) == len(set(begun)) <= 3
 
 
@@ -246,7 +246,7 @@ def follower(*heard, at_ms=0):
 
 @pytest.mark.parametrize(
     ("held", "tag", "begins"),
-    [(5, 5, 0), (5, 6, 1), (5, 36, 1), (5, 37, 0), (5, 4, 0), (63, 1, 1), (1, 63, 0), (40, 8, 1)],
+    [(5, 5, 0), (5, 6, 1), (5, 20, 1), (5, 21, 0), (5, 4, 0), (31, 1, 1), (1, 31, 0), (20, 4, 1)],
 )
 def test_a_car_begins_a_word_with_a_newer_tag_only(held, tag, begins):
     car = follower(tagged_frame(WORDS[0], held))
@@ -312,10 +312,10 @@ def test_a_car_that_receives_its_tag_twice_in_an_interval_is_silent_in_it(replac
     assert sent == []
 
 
-@given(st.integers(0, 0xFFFFF), st.integers(1, 63), st.lists(st.integers(0, 31), min_size=1, max_size=3, unique=True))
+@given(st.integers(0, 0x1FFFFF), st.integers(1, 31), st.lists(st.integers(0, 31), min_size=1, max_size=3, unique=True))
 def test_a_tagged_frame_with_one_to_three_flipped_bits_is_lost(word, tag, bits):
-    car = follower(tagged_frame(WORDS[0], tag - 1 or 63))
-    car.arriving.append(tagged_frame(word << 12, tag) ^ sum(1 << bit for bit in bits))
+    car = follower(tagged_frame(WORDS[0], tag - 1 or 31))
+    car.arriving.append(tagged_frame(word << 11, tag) ^ sum(1 << bit for bit in bits))
     step.step(car, 1)
     assert len(car.began) == 1
     lost = [car.memory[place] for place in (brain.LOST_PARITY, brain.LOST_CHECK, brain.LOST_RESERVED)]

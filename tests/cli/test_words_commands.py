@@ -172,7 +172,7 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
     [
         ("decode motor 1", "'motor'", "header, control, drive, frame"),
         ("encode motor", "'motor'", "header, control, drive, frame"),
-        ("encode frame tag=64", "tag is 64", "0 to 63"),
+        ("encode frame tag=32", "tag is 32", "0 to 31"),
         ("encode frame reserved=1", "'reserved'", "tag, check, parity"),
         ("encode frame tag=5 check=28", "check is computed", "leave it out"),
         ("encode frame parity=0", "parity is computed", "leave it out"),

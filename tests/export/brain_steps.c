@@ -25,7 +25,7 @@ static const uint32_t LEVELS[3][25] = {
      66000, 1048575, 1048575, 1048575, 70000, 66000, 1048575, 1048575, 1048575},
 };
 static const uint16_t ADVANCES_MS[16] = {0, 1, 3, 4, 4, 7, 12, 20, 20, 20, 20, 50, 100, 300, 700, 5000};
-static const uint8_t FROM_OWN_TAG[4] = {62, 62, 0, 61};
+static const uint8_t FROM_OWN_TAG[4] = {30, 30, 0, 29};
 static const uint32_t OBSTACLES_MM[4] = {50, 150, 350, 1048576};
 
 static uint32_t state, sum, now;
@@ -66,12 +66,12 @@ void motorcade_car_note(struct motorcade_car *of, uint8_t kind, uint32_t at_ms, 
 /* A frame of the held word or another; some have one or two bits flipped, half of them a tag near the car's own. */
 static uint32_t draw_frame(void)
 {
-    const uint32_t word = draw() & 0xFFFFF000U;
+    const uint32_t word = draw() & 0xFFFFF800U;
     const uint8_t kind = draw() >> 24;
     uint32_t frame = motorcade_infrared_to_frame(kind & 1 ? word | 0x80000000U : memory[MOTORCADE_BRAIN_WORD]);
     if (kind & 2) {
         const uint8_t own = memory[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK;
-        frame = motorcade_infrared_tagged_frame(frame, (uint8_t)((own + FROM_OWN_TAG[kind >> 6]) % 63 + 1));
+        frame = motorcade_infrared_tagged_frame(frame, (uint8_t)((own + FROM_OWN_TAG[kind >> 6]) % 31 + 1));
     }
     if ((kind & 12) == 0) frame ^= (kind & 16 ? 3UL : 1UL) << (draw() >> 27);
     return frame;
@@ -130,7 +130,7 @@ static void new_car(void)
     const uint8_t leader_states = random & 7, follower_words = random >> 3 & 7, is_tagged = random >> 6 & 1;
     image.words[0] = (uint32_t)leader_states << 24 | (uint32_t)follower_words << 16;
     if (follower_words) image.words[0] |= 256UL << (random >> 7 & 7) | is_tagged;
-    for (uint8_t i = 0; i < leader_states + follower_words; i++) image.words[1 + i] = draw() & 0xFFFFF000U;
+    for (uint8_t i = 0; i < leader_states + follower_words; i++) image.words[1 + i] = draw() & 0xFFFFF800U;
     /* Every fourth car begins shortly before the clock wraps. */
     now = draw() & MOTORCADE_TICKS_TICKS_MASK;
     if ((random >> 10 & 3) == 0) now |= 0x3FFF0000U;
@@ -161,7 +161,7 @@ static void new_line(void)
     line_end += begin;
     put_word((uint32_t)leader_states << 24 | (uint32_t)follower_words << 16
              | (follower_words ? 256UL << (random >> 11 & 7) | (random >> 14 & 1) : 0));
-    for (uint8_t i = 0; i < leader_states + follower_words; i++) put_word(draw() & 0xFFFFF000U);
+    for (uint8_t i = 0; i < leader_states + follower_words; i++) put_word(draw() & 0xFFFFF800U);
     if (begin) {
         const uint8_t end = line_end;
         const uint32_t crc = motorcade_blocks_crc32_of(line, at + begin, end, 0);

@@ -31,8 +31,8 @@ def draw_frame(random, held, tag):
         return to_frame(held)
     frame = to_frame(draw_word(random))
     if random.one_in(2):
-        near = (tag + random.pick((0, 0, 0, 1, 1, 2, 31, 32, 62))) % 63 + 1
-        frame = tagged_frame(frame, near if random.one_in(2) else random.between(1, 63))
+        near = (tag + random.pick((0, 0, 0, 1, 1, 2, 15, 16, 30))) % 31 + 1
+        frame = tagged_frame(frame, near if random.one_in(2) else random.between(1, 31))
     if kind == 1:
         return frame ^ 1 << random.below(32)
     if kind == 2:

@@ -33,7 +33,7 @@ def slots_of(events, tagged: bool, slot: int, followers: range) -> tuple[int, in
         if event["kind"] != START:
             continue
         if tagged:
-            is_its = event["other"] == slot % 63 + 1 and 0 <= at_slot - slot < 32
+            is_its = event["other"] == slot % 31 + 1 and 0 <= at_slot - slot < 32
         else:
             word = WORDS[slot % len(WORDS)]
             is_its = event["word"] == word and at_slot in (slot, slot + 1)
@@ -47,7 +47,7 @@ def test_slots_count_the_beginnings_among_the_events(tagged: int) -> None:
     run = simulate(image(tagged), seconds=140, mat=chain(5))
     assert [slot.begin_ms for slot in run.slots] == list(range(0, 140_000, DWELL_MS))
     for number, slot in enumerate(run.slots):
-        assert (slot.leader, slot.tag) == (0, number % 63 + 1 if tagged else 0)
+        assert (slot.leader, slot.tag) == (0, number % 31 + 1 if tagged else 0)
         counted = (slot.once, slot.again, slot.never)
         assert counted == slots_of(run.events, bool(tagged), number, range(1, 5)), slot
 

@@ -24,7 +24,7 @@ LEVELS = (
     (*SLOW, 1_048_575, 1_048_575, 1_048_575, 70_000, 66_000, 1_048_575, 1_048_575, 1_048_575),
 )
 ADVANCES_MS = (0, 1, 3, 4, 4, 7, 12, 20, 20, 20, 20, 50, 100, 300, 700, 5000)
-FROM_OWN_TAG = (62, 62, 0, 61)
+FROM_OWN_TAG = (30, 30, 0, 29)
 OBSTACLES_MM = (50, 150, 350, 1_048_576)
 
 
@@ -67,12 +67,12 @@ class Steps:
             yield self._draw_frame()
 
     def _draw_frame(self) -> int:
-        word = self.draw() & 0xFFFFF000
+        word = self.draw() & 0xFFFFF800
         kind = self.draw() >> 24
         frame = to_frame(word | 0x80000000 if kind & 1 else self.memory[brain.WORD])
         if kind & 2:
             own = self.memory[brain.TAG] & brain.TAG_MASK
-            frame = tagged_frame(frame, (own + FROM_OWN_TAG[kind >> 6]) % 63 + 1)
+            frame = tagged_frame(frame, (own + FROM_OWN_TAG[kind >> 6]) % 31 + 1)
         if kind & 12 == 0:
             frame ^= (3 if kind & 16 else 1) << (self.draw() >> 27) & 0xFFFFFFFF
         return frame
@@ -113,7 +113,7 @@ class Steps:
 
     def _drawn_image(self, leader_states: int, follower_words: int, low: int) -> tuple[int, ...]:
         header = leader_states << 24 | follower_words << 16 | (low if follower_words else 0)
-        return (header, *[self.draw() & 0xFFFFF000 for _ in range(leader_states + follower_words)])
+        return (header, *[self.draw() & 0xFFFFF800 for _ in range(leader_states + follower_words)])
 
     def _new_line(self) -> None:
         random = self.draw()

@@ -192,7 +192,7 @@ class PlainWorld:
                 if (
                     bits != frame.bits
                     and ones(bits) % 2 == 0
-                    and (check_is_good(bits) if tag_of(bits) else not bits & 0xFFE)
+                    and (check_is_good(bits) if tag_of(bits) else not bits & 0x7FE)
                 ):
                     self.undetected += not self._is_deaf(receiver)
                 self.boards[receiver].inbox.append((bits, frame.sender))

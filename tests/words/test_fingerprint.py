@@ -25,7 +25,7 @@ def test_the_canonical_text_has_a_line_for_each_field():
         "reserved 7 0 0 255 reserved\n"
     )
     assert canonical_text(FRAME).splitlines()[-3:] == [
-        "tag 11 6 0 63",
+        "tag 10 6 0 31",
         "check 5 1 0 31 parities=0x001FFFC0,0x0FE03FC0,0x71E3C3C0,0xB66CCCC0,0xDAB55540 needs=tag",
         "parity 0 0 0 1 parities=0xFFFFFFFE",
     ]

@@ -174,9 +174,9 @@ def test_bits_without_effect_are_decoded_with_a_warning(word_format, word, sente
 # Words on the air
 
 
-@given(word=ANY_WORD, tag=st.integers(0, 63))
+@given(word=ANY_WORD, tag=st.integers(0, 31))
 def test_a_frame_is_completed_as_a_car_sends_it(word, tag):
-    actions = word & 0xFFFFF000
+    actions = word & 0xFFFFF800
     sent = tagged_frame(actions, tag) if tag else to_frame(actions)
     # What stands at check and parity before doesn't matter.
     assert FRAME.complete(actions | tag << 6 | word & 0x3F) == sent
@@ -200,9 +200,9 @@ def test_a_frame_is_warned_of_exactly_where_a_follower_drops_it(word):
     assert codes(word) == expected
 
 
-@given(word=ANY_WORD, tag=st.integers(1, 63), flipped=st.sets(st.integers(0, 31), min_size=1, max_size=3))
+@given(word=ANY_WORD, tag=st.integers(1, 31), flipped=st.sets(st.integers(0, 31), min_size=1, max_size=3))
 def test_up_to_three_flipped_bits_of_a_tagged_frame_are_warned_of(word, tag, flipped):
-    assert codes(tagged_frame(word & 0xFFFFF000, tag) ^ sum(1 << bit for bit in flipped)) != []
+    assert codes(tagged_frame(word & 0xFFFFF800, tag) ^ sum(1 << bit for bit in flipped)) != []
 
 
 @pytest.mark.parametrize(

@@ -66,8 +66,8 @@ SENT: uint8_at = 17  # leader: how many frames it has sent in this slot; it coun
 SIZE = 18
 
 # Added to the tag of a word that was begun FORGET_MS ago: a frame with any other tag, or a bare one, replaces it.
-FORGOTTEN = 64
-TAG_MASK = 63
+FORGOTTEN = 32
+TAG_MASK = 31
 # A car that took a word only because it had forgotten its tag remembers that tag here. Neighbours that forget later
 # still send it, and it may count as newer.
 REPLACED_TAG_AT = 8

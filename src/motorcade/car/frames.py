@@ -43,7 +43,7 @@ from motorcade.car.brain import (
     draw,
     draw_headings,
 )
-from motorcade.words.formats import CONTROL
+from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.infrared import (
     air_us,
     check_is_good,
@@ -53,6 +53,7 @@ from motorcade.words.infrared import (
     tag_of,
     tagged_frame,
     to_frame,
+    word_of,
 )
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 from motorcade.words.widths import uint8
@@ -79,8 +80,7 @@ BAD_CHECK = 5
 
 _ACCEPT_IR_AT = CONTROL.field("accept_ir").low
 _FORWARD_AT = CONTROL.field("forward").low
-_RESERVED_MASK = CONTROL.reserved_mask
-_WORD_MASK = 0xFFFFF000  # a word without tag, check and parity
+_CHECK_MASK = FRAME.field("check").word_mask
 
 
 def dwell_ms(image: ImageWords, levels: tuple[int, ...]) -> int:
@@ -231,12 +231,12 @@ def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) 
         return BAD_PARITY
     if tag_of(frame):
         return _hears_tagged(s, frame, now, levels)
-    if frame & _RESERVED_MASK:
+    if frame & _CHECK_MASK:
         s[LOST_RESERVED] = s[LOST_RESERVED] + 1
         return BAD_RESERVED
     if s[TAG] and s[TAG] & FORGOTTEN == 0:
         return IGNORED
-    word = frame & _WORD_MASK
+    word = word_of(frame)
     if s[RUNNING] and s[WORD] == word:
         return IGNORED
     if s[TAG]:
@@ -259,7 +259,7 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
     if tag == s[TAG] >> REPLACED_TAG_AT:
         is_newer = 0
     if is_newer or (s[TAG] & FORGOTTEN and tag != own_tag):
-        _replace(s, frame & _WORD_MASK, now, levels)
+        _replace(s, word_of(frame), now, levels)
         s[TAG] = tag
         if is_newer == 0:
             s[TAG] = tag | own_tag << REPLACED_TAG_AT

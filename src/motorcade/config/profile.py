@@ -14,7 +14,7 @@ from motorcade.car.board import make_levels
 from motorcade.config.check import Schema, flag, list_of, load, table, whole
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.words.infrared import air_us
+from motorcade.words.infrared import NEWER_SLOTS, air_us
 
 _MOST = (1 << 20) - 1
 # A car that drives on for longer without a command is nobody's car.
@@ -201,6 +201,9 @@ def _check_times(profile: Profile, file: Phrase) -> None:
     if not 1 < infrared.first_interval_ms <= infrared.last_interval_ms:
         times = {key: getattr(infrared, key) for key in ("first_interval_ms", "last_interval_ms")}
         raise MotorcadeError("intervals-not-rising", file=file, **times)
+    if infrared.forget_ms > NEWER_SLOTS * profile.dwell_ms[0]:
+        times = {"forget_ms": infrared.forget_ms, "slots": NEWER_SLOTS, "most_ms": NEWER_SLOTS * profile.dwell_ms[0]}
+        raise MotorcadeError("forgets-too-late", file=file, **times)
     if not drive.watchdog_ms < drive.failsafe_ms < drive.hand_over_ms:
         times = {key: getattr(drive, key) for key in ("watchdog_ms", "failsafe_ms", "hand_over_ms")}
         raise MotorcadeError("drive-times-not-rising", file=file, **times)

@@ -15,6 +15,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.parameters import Value, kind_of
 from motorcade.experiments.plan import Batch, Task, code_hash, describe
 from motorcade.words.image import bytes_to_words
+from motorcade.words.infrared import word_of
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World
@@ -162,7 +163,7 @@ def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) ->
             frame = frames.leader_frame(memory, words)
             if now_ms + frames.frame_ms(frame, levels) > duration_ms:
                 break
-            last = frame & 0xFFFFF000
+            last = word_of(frame)
         due_ms = now_ms + max(next_wakeup.frames_rest_ms(memory, words, 0, now_ms, levels), 1)
         now_ms = -(-due_ms // tick_ms) * tick_ms
     return last

@@ -31,7 +31,7 @@ class Slot(NamedTuple):
 
     Attributes:
         leader: the number of the leader.
-        tag: 1 to 63; 0 for a bare word.
+        tag: 1 to 31; 0 for a bare word.
         begin_ms: when the slot began.
         once, again, never: how many of all followers began its word once, more than once, and not at all, whichever
             car they received it from.

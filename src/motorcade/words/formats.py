@@ -6,6 +6,7 @@ code of drive commands, the protocol's section "Tagged words" for FRAME.
 
 from binascii import crc32
 
+from motorcade.devices import DEVICES
 from motorcade.words.field import RESERVED, WORD_MASK, Field, Values, WordError, WordFormat
 from motorcade.words.infrared import CHECK_MASKS
 
@@ -27,28 +28,28 @@ HEADER = WordFormat(
     ),
 )
 
-# c1 to c7: what a car does. The bits below are c8 and c9.
-_ACTIONS = (
-    Field("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
-    Field("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
-    Field("motor_enable", 29, 29, "the wheels are driven", "seed 000, c3"),
-    Field("motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", needs="motor_enable"),
-    Field("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", needs="motor_enable"),
-    Field("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", needs="motor_enable"),
-    Field("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
-    Field("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
-    Field("avoid_enable", 18, 18, "obstacles are avoided", "seed 000, c5"),
-    Field("avoid_radius", 17, 16, "level 0 (nearest) to 3", "seed 000, c5", needs="avoid_enable"),
-    Field("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", needs="avoid_enable"),
-    Field("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),
-    Field("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),
-)
+# The lowest bit of a control word that says what a car does. The bits below are c9 and, on the air, tag and check.
+_LOWEST = 11
+
+
+def _actions() -> "tuple[Field, ...]":
+    """Return the fields of all devices, the most significant first; bits that no device has are reserved."""
+    rows = [bits for device in DEVICES for bits in device.bits]
+    fields = [Field(row.name, row.high, row.low, row.meaning, row.source, needs=row.needs) for row in rows]
+    taken = sum([field.word_mask for field in fields])
+    for bit in range(_LOWEST, 32):
+        if not taken >> bit & 1:
+            fields.append(Field(f"extension_{bit}", bit, bit, "for an extension", "seed 000, c8", RESERVED))
+    return tuple(sorted(fields, key=lambda field: -field.low))
+
+
+_ACTIONS = _actions()
 
 CONTROL = WordFormat(
     "control",
     _ACTIONS
     + (
-        Field("reserved", 11, 1, "for extensions", "seed 000, c8", RESERVED),
+        Field("reserved", 10, 1, "tag and check on the air", "seed 000, c8", RESERVED),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
     ),
 )
@@ -87,7 +88,7 @@ FRAME = WordFormat(
     "frame",
     _ACTIONS
     + (
-        Field("tag", 11, 6, "number of the leader's slot, 1 to 63; 0: a bare word", "tagged words"),
+        Field("tag", 10, 6, "number of the leader's slot, 1 to 31; 0: a bare word", "tagged words"),
         Field(
             "check",
             5,

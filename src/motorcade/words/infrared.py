@@ -5,7 +5,7 @@ shape of an NEC remote control's, with 32 free bits: a mark of 16 units and a
 space of 8, then for each bit, most significant first, a mark of 1 unit and a
 space of 1 (a zero) or 3 (a one), and one mark at the end. A unit is 560 µs.
 
-A tagged frame has a tag in bits 11 to 6, the number of the leader's slot, and five
+A tagged frame has a tag in bits 10 to 6, the number of the leader's slot, and five
 check bits in bits 5 to 1. With the parity bit the 32 bits are an extended Hamming
 code (32,26), which finds every one, two or three flipped bits. Source: the
 protocol's section "Tagged words".
@@ -13,7 +13,11 @@ protocol's section "Tagged words".
 
 from motorcade.words.widths import uint8
 
-TAGS = 63
+TAGS = 31
+# A tag is newer than another from 1 to so many slots after it.
+NEWER_SLOTS = 15
+# Bits 31 to 11: the word of a frame, without tag, check and parity.
+ACTION_BITS = 0xFFFFF800
 
 # In FrameReceiver: no header came.
 _NO_FRAME = -1
@@ -79,13 +83,13 @@ def check_of(frame: int) -> uint8:
 
 
 def tag_of(frame: int) -> uint8:
-    """Return the tag of a frame: 1 to 63, or 0 for a bare frame."""
-    return frame >> 6 & 63
+    """Return the tag of a frame: 1 to 31, or 0 for a bare frame."""
+    return frame >> 6 & 31
 
 
 def word_of(frame: int) -> int:
     """Return the control word of a frame: without tag, check and parity."""
-    return frame & 0xFFFFF000
+    return frame & ACTION_BITS
 
 
 def check_is_good(frame: int) -> uint8:
@@ -94,20 +98,20 @@ def check_is_good(frame: int) -> uint8:
 
 
 def tagged_frame(word: int, tag: uint8) -> int:
-    """Return the frame of ``word``, of which bits 31 to 12 count, with ``tag``, 1 to 63."""
-    frame = (word & 0xFFFFF000) | tag << 6
+    """Return the frame of ``word``, of which bits 31 to 11 count, with ``tag``, 1 to 31."""
+    frame = (word & ACTION_BITS) | tag << 6
     return to_frame(frame | check_of(frame) << 1)
 
 
 def next_tag(tag: uint8) -> uint8:
-    """Return the tag of the slot after the one with ``tag``: after 63 comes 1."""
+    """Return the tag of the slot after the one with ``tag``: after 31 comes 1."""
     return tag % TAGS + 1
 
 
 def tag_is_newer(tag: uint8, other: uint8) -> uint8:
-    """Return 1 where ``tag`` is 1 to 31 slots after ``other``, else 0."""
+    """Return 1 where ``tag`` is 1 to 15 slots after ``other``, else 0."""
     slots = (tag + TAGS - other) % TAGS
-    return 1 if 1 <= slots <= 31 else 0
+    return 1 if 1 <= slots <= NEWER_SLOTS else 0
 
 
 def air_us(frame: int, unit_us: int) -> int:

@@ -1,0 +1,11 @@
+"""What a car has: each device is declared in one module, as data."""
+
+from motorcade.devices.infrared import INFRARED
+from motorcade.devices.led import LED
+from motorcade.devices.motor import MOTOR
+from motorcade.devices.pir import PIR
+from motorcade.devices.ultrasonic import ULTRASONIC
+from motorcade.devices.voice import VOICE
+
+# In the order in which the page, tables and a board's contract show them.
+DEVICES = (INFRARED, MOTOR, LED, ULTRASONIC, VOICE, PIR)

@@ -1,0 +1,197 @@
+"""What a device declares; portable, and without imports, since all other packages may read it.
+
+A device is data: `motorcade.devices` lists those that there are. These follow from it: fields of words and frames
+(`words.formats`), steps with their blocks, Python names and tables of the documentation (`program.step_kinds`), the
+record of what a car senses (`car.senses`), methods of a board (`car.board`, MotorcadeBoard.h) and their checks, tables
+of pin files, and what the Arduino library reads. CONTRIBUTING.md says how a device is added.
+"""
+
+
+class Bits:
+    """Consecutive bits of a control word.
+
+    Args:
+        name: the field's name.
+        high, low: its first and last bit, 31 to 11; bit 31 is the most significant.
+        meaning: one phrase for tables and documentation.
+        source: the document that defines it.
+        needs: name of the one-bit field without which this one should be 0.
+    """
+
+    def __init__(self, name: str, high: int, low: int, meaning: str, source: str, needs: str = "") -> None:
+        self.name = name
+        self.high = high
+        self.low = low
+        self.meaning = meaning
+        self.source = source
+        self.needs = needs
+
+
+class Input:
+    """What is chosen in a step, and its block: one of ``options``, a level from a menu, or seconds.
+
+    Args:
+        name: the step's field.
+        bits: the field of the control word that the value goes into.
+        options: for a choice, the names of the raw values 0, 1, ...
+        menu: for a level, the menu of the page that shows what levels mean: speed, light or radius.
+        first: the level of a new block.
+        least: the smallest level that may be chosen.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bits: str,
+        options: "tuple[str, ...]" = (),
+        menu: str = "",
+        first: int = 0,
+        least: int = 0,
+    ) -> None:
+        self.name = name
+        self.bits = bits
+        self.options = options
+        self.menu = menu
+        self.first = first
+        self.least = least
+
+
+def seconds(bits: str = "") -> Input:
+    """Return the input for a duration, whose level goes into the field ``bits``; without it the step has its own."""
+    return Input("seconds", bits)
+
+
+class Call:
+    """A function of Python that makes a step.
+
+    Args:
+        name: its name.
+        about: its docstring.
+        sets: the inputs that the name decides, as (name, value) pairs.
+        order: the other inputs in the order of its parameters; one with a ``first`` other than 0 has that default.
+    """
+
+    def __init__(
+        self, name: str, about: str, sets: "tuple[tuple[str, str], ...]" = (), order: "tuple[str, ...]" = ()
+    ) -> None:
+        self.name = name
+        self.about = about
+        self.sets = sets
+        self.order = order
+
+
+class StepKind:
+    """A kind of step, and its block.
+
+    Args:
+        kind: its name in JSON, in a block's type, and in the keys of its texts (blocks, startBlocks, tooltips, ...).
+        about: the docstring of its class.
+        drawer: the drawer of the page's toolbox that has its block; empty for a block that only programs bring.
+        icon: the path, in a square of 24, of the block's icon.
+        inputs: what is chosen in it.
+        sets: fields of the control word that are the same in every step of the kind, as (name, value) pairs.
+        calls: its functions in Python; without them the class itself is called by the kind's name.
+        in_start: whether the page's first level, with few kinds of blocks, has its block.
+        accompanies: the step has a bit of the word but no duration of its own.
+        group: the part of a word that it fills, where that isn't the device's own: of one group a car does one thing
+            at a time.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        about: str,
+        drawer: str,
+        icon: str,
+        inputs: "tuple[Input, ...]",
+        sets: "tuple[tuple[str, int], ...]" = (),
+        calls: "tuple[Call, ...]" = (),
+        in_start: bool = False,
+        accompanies: bool = False,
+        group: str = "",
+    ) -> None:
+        self.kind = kind
+        self.about = about
+        self.drawer = drawer
+        self.icon = icon
+        self.inputs = inputs
+        self.sets = sets
+        self.calls = calls
+        self.in_start = in_start
+        self.accompanies = accompanies
+        self.group = group
+
+
+class Method:
+    """A method of a board.
+
+    Args:
+        name: its name.
+        about: its docstring, which says what it returns and in which unit.
+        arguments: (name, smallest, largest) of each argument, all integers.
+        returns: the type that it returns: int, bool, a list of frames, or None.
+        missing: what it returns where the hardware isn't there.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        about: str,
+        arguments: "tuple[tuple[str, int, int], ...]" = (),
+        returns: str = "None",
+        missing: str = "",
+    ) -> None:
+        self.name = name
+        self.about = about
+        self.arguments = arguments
+        self.returns = returns
+        self.missing = missing
+
+
+class Sense:
+    """What a car senses in each tick by a method of its board: a field of `motorcade.car.senses.Senses`.
+
+    Args:
+        name: the field.
+        method: the method of the board.
+        about: what the value is, with its unit.
+        only_if: the argument of the reading without which the sensor stays off and senses nothing, such as looks_mm.
+    """
+
+    def __init__(self, name: str, method: str, about: str, only_if: str = "") -> None:
+        self.name = name
+        self.method = method
+        self.about = about
+        self.only_if = only_if
+
+
+class Device:
+    """Something that a car has, with all that other packages need to know of it.
+
+    Args:
+        name: its name.
+        bits: its fields of a control word.
+        group: the name of its part of a word, for colours and for what can't start together.
+        hue: the colour of this part in the page, in degrees.
+        steps: the kinds of steps that fill its fields.
+        methods: its methods of a board.
+        senses: what a car senses by it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bits: "tuple[Bits, ...]" = (),
+        group: str = "",
+        hue: int = 0,
+        steps: "tuple[StepKind, ...]" = (),
+        methods: "tuple[Method, ...]" = (),
+        senses: "tuple[Sense, ...]" = (),
+    ) -> None:
+        self.name = name
+        self.bits = bits
+        self.group = group
+        self.hue = hue
+        self.steps = steps
+        self.methods = methods
+        self.senses = senses

@@ -1,0 +1,30 @@
+"""Infrared: a leader sends words, and followers receive them and pass them on (c1, c2)."""
+
+from motorcade.devices.declaration import Bits, Device, Method
+
+INFRARED = Device(
+    "infrared",
+    bits=(
+        Bits("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
+        Bits("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
+    ),
+    group="infrared",
+    methods=(
+        Method(
+            "received_frames",
+            "Return the 32-bit infrared frames that ended since the last call, in order.\n\n"
+            "The board doesn't check their parity.",
+            returns="list[int] | tuple[int, ...]",
+            missing="()",
+        ),
+        Method(
+            "senses_carrier", "Return whether other cars send infrared here now.", returns="bool", missing="False"
+        ),
+        Method("is_sending", "Return whether this car sends a frame now.", returns="bool", missing="False"),
+        Method(
+            "send_frame",
+            "Begin to send 32 bits by infrared; called only while nothing is being sent.",
+            (("frame", 0, 0xFFFFFFFF),),
+        ),
+    ),
+)

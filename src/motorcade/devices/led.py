@@ -1,0 +1,24 @@
+"""The LEDs: four lights, of which a word lights one (c4)."""
+
+from motorcade.devices.declaration import Bits, Device, Input, Method, StepKind, seconds
+
+LED = Device(
+    "led",
+    bits=(
+        Bits("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
+        Bits("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
+    ),
+    group="led",
+    hue=41,
+    steps=(
+        StepKind(
+            "led",
+            "Light one of the LEDs 0 to 3 for some seconds (c4).",
+            drawer="light",
+            icon="M9 18h6M10 21h4M12 3a6 6 0 0 0-3.500 10.900V16h7v-2.100A6 6 0 0 0 12 3Z",
+            inputs=(Input("which", "led_which", menu="light"), seconds("led_duration")),
+            in_start=True,
+        ),
+    ),
+    methods=(Method("set_led", "Light LED 0 to 3 and no other; 4 for none.", (("which", 0, 4),)),),
+)

@@ -1,0 +1,52 @@
+"""The motor: two wheels that drive forward or turn on the spot (c3)."""
+
+from motorcade.devices.declaration import Bits, Call, Device, Input, Method, StepKind, seconds
+
+DIRECTIONS = ("forward", "left", "right", "random")
+SPEED = Input("speed", "motor_speed", menu="speed", first=2)
+SECONDS = seconds("motor_duration")
+
+MOTOR = Device(
+    "motor",
+    bits=(
+        Bits("motor_enable", 29, 29, "the wheels are driven", "seed 000, c3"),
+        Bits("motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", "motor_enable"),
+        Bits("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", "motor_enable"),
+        Bits("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", "motor_enable"),
+    ),
+    group="motor",
+    hue=219,
+    steps=(
+        StepKind(
+            "drive",
+            "Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3).",
+            drawer="drive",
+            icon="M4 15v-3l3-5h8l4 5h1v3zM7 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4ZM17 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4Z",
+            inputs=(Input("direction", "motor_direction", options=DIRECTIONS), SPEED, SECONDS),
+            sets=(("motor_enable", 1),),
+            calls=(
+                Call("forward", "Drive straight on.", (("direction", "forward"),), ("seconds", "speed")),
+                Call("left", "Turn left on the spot.", (("direction", "left"),), ("seconds", "speed")),
+                Call("right", "Turn right on the spot.", (("direction", "right"),), ("seconds", "speed")),
+                Call("wander", "Drive on with random turns.", (("direction", "random"),), ("seconds", "speed")),
+            ),
+            in_start=True,
+        ),
+        StepKind(
+            "wait",
+            "Stand still for some seconds (c3 at speed 0).",
+            drawer="drive",
+            icon="M7 3h10M7 21h10M8 3c0 5 8 5 8 9s-8 4-8 9M16 3c0 5-8 5-8 9s8 4 8 9",
+            inputs=(SECONDS,),
+            sets=(("motor_enable", 1), ("motor_direction", 0), ("motor_speed", 0)),
+            in_start=True,
+        ),
+    ),
+    methods=(
+        Method(
+            "set_wheels",
+            "Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stop) to 3.",
+            (("direction", 0, 2), ("speed_level", 0, 3)),
+        ),
+    ),
+)
