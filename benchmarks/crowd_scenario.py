@@ -9,7 +9,8 @@ from motorcade.mats import Mat, parse_mat
 from motorcade.mats.schema import FORMAT
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
-from motorcade.program.steps import Step, avoid, forward, led, left, pir, together, voice, wander
+from motorcade.program.step import Step
+from motorcade.program.steps import avoid, forward, led, left, pir, together, voice, wander
 
 TICK_MS = 20
 NEIGHBOURS = 6.5  # mean number of cars within a car's range of infrared

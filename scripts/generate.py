@@ -1,84 +1,27 @@
-"""Write the generated files; with --check, write nothing and name those that are out of date."""
+"""Write the generated files; with --check, write nothing and name those that are out of date.
 
-import json
+Three stages, each made of the one before: Python sources from the devices' declarations, the engine, all other files.
+"""
+
+import subprocess
 import sys
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
-from scripts.arbiter_diagram import arbiter_svg
-from scripts.arduino_files import arduino_files
-from scripts.clips import block_clips, example_clips
-from scripts.commands_page import commands_page
-from scripts.driving_types import driving_types
-from scripts.engine_module import FILES, engine_files, fingerprints, obstacle
-from scripts.exports import exported_files, markdown
-from scripts.goal_kinds import goal_kinds
-from scripts.message_types import class_types, message_types, remote_types
-from scripts.step_files import step_types, with_step_names, with_steps_table
-from scripts.wiring_pages import wiring_files
-from scripts.world_types import world_types
-
-from motorcade.config.check import published
-from motorcade.mats.schema import mat_schema
-from motorcade.missions.schema import mission_schema
-from motorcade.program.model import program_schema
+from scripts.step_kinds import step_kinds
 
 ROOT = Path(__file__).resolve().parent.parent
-
-
-def _exports() -> dict[str, Callable[[], str]]:
-    """Return what makes each file of `motorcade export`, by its path in the repository."""
-    made: dict[str, Callable[[], str]] = {}
-    for name, text in exported_files().items():
-        folder = "firmware/arduino/src/" if "brain" in name else "src/motorcade/export/"
-        made[folder + name] = partial(str, text)
-    return made
-
-
-GENERATED = {
-    "docs/commands.md": lambda: commands_page("en"),
-    "docs/commands.zh.md": lambda: commands_page("zh"),
-    "docs/drive-states.svg": lambda: arbiter_svg("en"),
-    "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
-    "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
-    "docs/motorcade-mission-1.schema.json": lambda: _json(published(mission_schema())),
-    "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
-    "docs/api.md": lambda: with_step_names(_text("docs/api.md")),
-    "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),
-    "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
-    "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
-    "docs/words.md": lambda: markdown("en"),
-    "docs/words.zh.md": lambda: markdown("zh"),
-    "web/src/generated/classroom.ts": class_types,
-    "web/src/generated/blockClips.json": block_clips,
-    "web/src/generated/clips.json": example_clips,
-    "web/src/generated/driving.ts": driving_types,
-    "web/src/generated/goals.ts": goal_kinds,
-    "web/src/generated/messages.ts": message_types,
-    "web/src/generated/remote.ts": remote_types,
-    "web/src/generated/steps.ts": step_types,
-    "web/src/generated/world.ts": world_types,
-    **wiring_files(),
-    **arduino_files(),
-    **_exports(),
-}
+# Modules that others import. Only declarations are imported to make them, so they can be made where nothing else works.
+SOURCES = {"src/motorcade/program/step_kinds.py": step_kinds}
 
 ENGINE = ROOT / "src" / "motorcade" / "engine"
 # What the committed engine was made of. `make soak` makes it again and compares its bytes.
 ENGINE_DIGESTS = ROOT / "scripts" / "engine.digests"
 
 
-def _text(name: str) -> str:
-    return (ROOT / name).read_text(encoding="utf-8")
-
-
-def _json(schema: dict[str, Any]) -> str:
-    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
-
-
 def _engine_is_stale() -> bool:
+    from scripts.engine_module import FILES, fingerprints
+
     if not all(path.exists() for path in (ENGINE_DIGESTS, *(ENGINE / name for name in FILES))):
         return True
     made = {name: (ENGINE / name).read_bytes() for name in FILES}
@@ -87,6 +30,8 @@ def _engine_is_stale() -> bool:
 
 def _make_engine() -> None:
     """Make the engine where it is stale: before all else, since other files show runs of it."""
+    from scripts.engine_module import engine_files, fingerprints, obstacle
+
     if not _engine_is_stale():
         return
     if reason := obstacle():
@@ -100,16 +45,10 @@ def _make_engine() -> None:
     ENGINE_DIGESTS.write_text(fingerprints(made), encoding="utf-8")
 
 
-def main() -> int:
-    """Return the exit code: 1 where --check finds a file that is out of date, else 0."""
-    check = sys.argv[1:] == ["--check"]
-    if check and _engine_is_stale():
-        print(f"Out of date: {ENGINE.relative_to(ROOT)}. Run `make generate` and commit.")
-        return 1
-    if not check:
-        _make_engine()
+def _write(files: Mapping[str, Callable[[], str]], check: bool) -> list[str]:
+    """Return which files are out of date; write them anew unless ``check``."""
     stale = []
-    for name, make in GENERATED.items():
+    for name, make in files.items():
         path, text = ROOT / name, make()
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             stale.append(name)
@@ -117,6 +56,24 @@ def main() -> int:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(text.encode())
                 print(f"wrote {name}")
+    return stale
+
+
+def main() -> int:
+    """Return the exit code: 1 where --check finds a file that is out of date, else 0."""
+    check = sys.argv[1:] == ["--check"]
+    stale = _write(SOURCES, check)
+    if check and _engine_is_stale():
+        stale.append(str(ENGINE.relative_to(ROOT)))
+    if not check:
+        if stale:
+            # What was imported so far is older than the sources.
+            return subprocess.call([sys.executable, "-m", "scripts.generate"])
+        _make_engine()
+    if not (check and stale):
+        from scripts.generated_files import GENERATED
+
+        stale = _write(GENERATED, check)
     if check and stale:
         print(f"Out of date: {', '.join(stale)}. Run `make generate` and commit.")
         return 1

@@ -9,7 +9,8 @@ from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.parts import word_fields
-from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
+from motorcade.program.step import COMMON, Step, first_value, own_fields
+from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 
@@ -47,6 +48,7 @@ def _step_kinds() -> list[dict[str, Any]]:
         {
             "kind": kind.kind,
             "category": kind.category,
+            "icon": kind.icon,
             "in_start": kind.in_start,
             "accompanies": kind.accompanies,
             "holds": kind in (TogetherStep, RepeatStep),

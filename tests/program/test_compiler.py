@@ -28,7 +28,8 @@ from motorcade import (
 from motorcade.config.profile import Profile
 from motorcade.locales import languages
 from motorcade.program.compiler import Compiled
-from motorcade.program.steps import LedStep, Step
+from motorcade.program.step import Step
+from motorcade.program.steps import LedStep
 from motorcade.words.formats import CONTROL
 from support.strategies import BRISK, CLASSROOM, rows, sums
 from support.timelines import length_ms, unrolled

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from motorcade.program.steps import DIRECTIONS, DriveStep, LedStep, RepeatStep, Step, TogetherStep
+from motorcade.devices.motor import DIRECTIONS
+from motorcade.program.step import Step
+from motorcade.program.steps import DriveStep, LedStep, RepeatStep, TogetherStep
 from support.plain_world import PlainWorld
 
 STILL = (0, 0)

@@ -11,10 +11,11 @@ from rich.text import Text
 from motorcade.car.brain import TAGGED
 from motorcade.cli.language import current_language, in_language, translated
 from motorcade.config.profile import Profile
+from motorcade.devices.motor import DIRECTIONS
 from motorcade.errors import Phrase
 from motorcade.locales import catalogue
 from motorcade.program.diagnostics import Diagnostic
-from motorcade.program.steps import DIRECTIONS, SIMPLE_KINDS
+from motorcade.program.steps import SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
 from motorcade.words.formats import CONTROL, HEADER, fingerprint
 from motorcade.words.image import parse_image

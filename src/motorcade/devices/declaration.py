@@ -86,7 +86,7 @@ class StepKind:
     Args:
         kind: its name in JSON, in a block's type, and in the keys of its texts (blocks, startBlocks, tooltips, ...).
         about: the docstring of its class.
-        drawer: the drawer of the page's toolbox that has its block; empty for a block that only programs bring.
+        drawer: the drawer of the page's toolbox that has its block.
         icon: the path, in a square of 24, of the block's icon.
         inputs: what is chosen in it.
         sets: fields of the control word that are the same in every step of the kind, as (name, value) pairs.

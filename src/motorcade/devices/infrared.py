@@ -17,9 +17,7 @@ INFRARED = Device(
             returns="list[int] | tuple[int, ...]",
             missing="()",
         ),
-        Method(
-            "senses_carrier", "Return whether other cars send infrared here now.", returns="bool", missing="False"
-        ),
+        Method("senses_carrier", "Return whether other cars send infrared here now.", returns="bool", missing="False"),
         Method("is_sending", "Return whether this car sends a frame now.", returns="bool", missing="False"),
         Method(
             "send_frame",

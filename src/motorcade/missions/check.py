@@ -14,7 +14,8 @@ from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program
-from motorcade.program.steps import RepeatStep, Step, TogetherStep
+from motorcade.program.step import Step
+from motorcade.program.steps import RepeatStep, TogetherStep
 from motorcade.words.image import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.

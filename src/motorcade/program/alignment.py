@@ -8,7 +8,8 @@ from functools import cache
 from typing import Any
 
 from motorcade.program.model import Program
-from motorcade.program.steps import RepeatStep, Step, TogetherStep
+from motorcade.program.step import Step
+from motorcade.program.steps import RepeatStep, TogetherStep
 
 # Of old and new steps that are compared step by step: 200 with 200.
 _MOST_PAIRS = 40_000

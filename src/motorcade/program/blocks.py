@@ -11,7 +11,8 @@ from typing import Any
 
 from motorcade.program.diagnostics import BEHIND, DELETE, Fix, ProgramError, error
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
-from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.step import Step, own_fields
+from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
 
 Workspace = dict[str, Any]
 Block = dict[str, Any]

@@ -14,20 +14,8 @@ from motorcade.config.check import Fault, Schema, check, choice, flag, table
 from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.diagnostics import Diagnostic, Fix, ProgramError, error
-from motorcade.program.steps import (
-    COMMON,
-    KINDS,
-    SECONDS,
-    SHORTEST_DWELL_S,
-    SIMPLE_KINDS,
-    RepeatStep,
-    Step,
-    TogetherStep,
-    as_steps,
-    check_value,
-    first_value,
-    own_fields,
-)
+from motorcade.program.step import COMMON, SECONDS, SHORTEST_DWELL_S, Step, check_value, first_value, own_fields
+from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, TogetherStep, as_steps
 
 FORMAT = "motorcade-program/1"
 # What may stand beside a program in its file, for the page alone.

@@ -7,7 +7,7 @@ from typing import Any
 
 from motorcade.program.diagnostics import TEXT, Fix
 from motorcade.program.python_syntax import MOST_TRIED, Source, is_python
-from motorcade.program.steps import Step, first_value, own_fields
+from motorcade.program.step import Step, first_value, own_fields
 
 _PACKAGE = "motorcade"
 

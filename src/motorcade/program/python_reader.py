@@ -22,7 +22,8 @@ from motorcade.program.blocks import MOST_DEEP
 from motorcade.program.diagnostics import TEXT, Diagnostic, Fix, ProgramError, Span, error, warning
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.python_syntax import Source
-from motorcade.program.steps import COMMON, KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep
+from motorcade.program.step import COMMON, Step
+from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, TogetherStep
 
 # The kind behind each name of a step.
 STEP_NAMES: dict[str, type[Step]] = {name: kind for kind in KINDS.values() for name in kind.names}

@@ -12,7 +12,8 @@ from motorcade.program.alignment import align, without_ids
 from motorcade.program.model import Followers, Program
 from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
 from motorcade.program.python_syntax import Comment, Source
-from motorcade.program.steps import COMMON, RepeatStep, Step, TogetherStep
+from motorcade.program.step import COMMON, Step
+from motorcade.program.steps import RepeatStep, TogetherStep
 
 _INDENT = "    "
 _LONGEST_LINE = 100

@@ -18,7 +18,8 @@ from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program
 from motorcade.program.parts import MOST_PIECES, word_fields
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.step import Step, own_fields
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, TogetherStep
 from motorcade.service import messages
 from motorcade.service.documents import project_of
 from motorcade.words.image import bytes_to_words, words_to_bytes

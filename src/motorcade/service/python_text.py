@@ -11,7 +11,8 @@ from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
 from motorcade.program.model import Program
 from motorcade.program.python_reader import PythonProgram, read_python
 from motorcade.program.python_writer import python_text, updated_text
-from motorcade.program.steps import RepeatStep, Step, TogetherStep
+from motorcade.program.step import Step
+from motorcade.program.steps import RepeatStep, TogetherStep
 from motorcade.service import messages
 from motorcade.service.programs import diagnostics_in_all_languages, profile_named
 

@@ -4,6 +4,7 @@ export const STEP_KINDS = [
   {
     "kind": "drive",
     "category": "drive",
+    "icon": "M4 15v-3l3-5h8l4 5h1v3zM7 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4ZM17 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4Z",
     "in_start": true,
     "accompanies": false,
     "holds": false,
@@ -41,6 +42,7 @@ export const STEP_KINDS = [
   {
     "kind": "wait",
     "category": "drive",
+    "icon": "M7 3h10M7 21h10M8 3c0 5 8 5 8 9s-8 4-8 9M16 3c0 5-8 5-8 9s8 4 8 9",
     "in_start": true,
     "accompanies": false,
     "holds": false,
@@ -56,6 +58,7 @@ export const STEP_KINDS = [
   {
     "kind": "led",
     "category": "light",
+    "icon": "M9 18h6M10 21h4M12 3a6 6 0 0 0-3.500 10.900V16h7v-2.100A6 6 0 0 0 12 3Z",
     "in_start": true,
     "accompanies": false,
     "holds": false,
@@ -83,6 +86,7 @@ export const STEP_KINDS = [
   {
     "kind": "avoid",
     "category": "sense",
+    "icon": "M12 3l8 3v6c0 5-4 8-8 9-4-1-8-4-8-9V6zM9 9l6 6M15 9l-6 6",
     "in_start": false,
     "accompanies": false,
     "holds": false,
@@ -110,6 +114,7 @@ export const STEP_KINDS = [
   {
     "kind": "voice",
     "category": "sense",
+    "icon": "M12 3a3 3 0 0 0-3 3v6a3 3 0 0 0 6 0V6a3 3 0 0 0-3-3ZM6 11a6 6 0 0 0 12 0M12 17v4M9 21h6",
     "in_start": true,
     "accompanies": true,
     "holds": false,
@@ -125,6 +130,7 @@ export const STEP_KINDS = [
   {
     "kind": "pir",
     "category": "sense",
+    "icon": "M12 4a3 3 0 1 0 0 6 3 3 0 0 0 0-6ZM5.500 20a6.500 6.500 0 0 1 13 0",
     "in_start": false,
     "accompanies": true,
     "holds": false,
@@ -140,6 +146,7 @@ export const STEP_KINDS = [
   {
     "kind": "repeat",
     "category": "order",
+    "icon": "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5",
     "in_start": true,
     "accompanies": false,
     "holds": true,
@@ -155,6 +162,7 @@ export const STEP_KINDS = [
   {
     "kind": "together",
     "category": "order",
+    "icon": "M4 6h16M4 12h16M4 18h16M8 3v18",
     "in_start": true,
     "accompanies": false,
     "holds": true,
@@ -263,8 +271,13 @@ export const FORMATS = {
       "low": 12
     },
     {
-      "name": "reserved",
+      "name": "extension_11",
       "high": 11,
+      "low": 11
+    },
+    {
+      "name": "reserved",
+      "high": 10,
       "low": 1
     },
     {
