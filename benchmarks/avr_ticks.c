@@ -23,7 +23,8 @@ struct motorcade_image {
 
 static const uint32_t LEVELS[25] = {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
                                     200, 300, 400, 100, 560, 5, 250, 6, 110, 3520, 2, 10000};
-static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE], senses[2] = {1000, 0};
+static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE];
+static struct motorcade_senses senses = {1000};
 static uint8_t buffer[UPLOAD_WORDS * 4];
 static struct motorcade_image image;
 static struct motorcade_car car = {0, memory, &image, LEVELS};
@@ -67,8 +68,11 @@ void motorcade_car_note_frame(struct motorcade_car *of, uint32_t frame, uint8_t 
     (void)of, (void)frame, (void)result;
 }
 uint8_t motorcade_car_heard_voice(struct motorcade_car *of) { return (void)of, 0; }
-const uint32_t *motorcade_car_sense(struct motorcade_car *of, uint32_t looks_mm) { return (void)of, (void)looks_mm, senses; }
-void motorcade_car_set_outputs(struct motorcade_car *of, uint8_t wheels, const uint32_t *sensed)
+const struct motorcade_senses *motorcade_car_sense(struct motorcade_car *of, uint32_t looks_mm)
+{
+    return (void)of, (void)looks_mm, &senses;
+}
+void motorcade_car_set_outputs(struct motorcade_car *of, uint8_t wheels, const struct motorcade_senses *sensed)
 {
     (void)wheels, (void)sensed;
     motorcade_brain_lit_led(of->memory, now, of->levels);

@@ -7,6 +7,7 @@ import ast
 from pathlib import Path
 
 from motorcade.car import brain, frames, step
+from motorcade.car.senses import Senses
 from motorcade.words import blocks, check, infrared, receiver, ticks
 
 from .c_expressions import declared_function
@@ -51,6 +52,7 @@ def files(program: Program) -> dict[str, str]:
     header = filled_template(
         "brain.h",
         PREFIX=PREFIX,
+        SENSES="\n".join(f"    uint32_t {name};" for name in Senses._fields),
         CAR="\n".join(_car(program.sources["step"])),
         MODULES="\n".join(line for source in program.sources.values() for line in _public(program, source)),
     )

@@ -2,13 +2,16 @@
 
 import ast
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeGuard
+
+from motorcade.car.senses import Senses
 
 from .c_source import (
     BYTE,
     CAR,
     IMAGE,
     PREFIX,
+    SENSES,
     SHORT,
     SIGNED,
     UNSIGNED,
@@ -191,10 +194,18 @@ class Expressions:
         found = self._constant(node)
         if found is not None:
             return found
+        if self._is_sense(node):
+            return Part(f"{ast.unparse(node.value)}->{node.attr}", UNSIGNED)
         if isinstance(node, ast.Attribute) and (method := self._member(node)) is not None and method.decorator_list:
             kind = self._source.type_of(method.returns, method)
             return Part(f"{self._expression(node.value).text}->{node.attr}", kind)
         raise self._source.fault(node, "c-unknown")
+
+    def _is_sense(self, node: ast.Name | ast.Attribute) -> TypeGuard[ast.Attribute]:
+        """Return whether ``node`` is a field of the record of senses that a parameter or variable holds."""
+        if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
+            return False
+        return self._types.get(node.value.id) == SENSES and node.attr in Senses._fields
 
     def _origin(self, node: ast.expr) -> tuple[Source, str] | None:
         """Return the translated module that defines a global name, and the name there."""

@@ -31,6 +31,7 @@ WORDS = CType("uint32_t *", "uint32_t")
 READ_ONLY_WORDS = CType("const uint32_t *", "uint32_t")
 IMAGE = CType(f"const struct {PREFIX}_image *", "uint32_t")
 CAR = CType(f"struct {PREFIX}_car *")
+SENSES = CType(f"const struct {PREFIX}_senses *")
 TYPES = {
     "int": UNSIGNED,
     "int32": SIGNED,
@@ -42,7 +43,7 @@ TYPES = {
     "tuple[int, ...]": READ_ONLY_WORDS,
     "bytearray": CType("uint8_t *", "uint8_t"),
     "ImageWords": IMAGE,
-    "Senses": READ_ONLY_WORDS,
+    "Senses": SENSES,
     "Turn": CAR,
     "Done": NOTHING,
     # A method that returns it writes the next integer to a pointer, and returns 0 where there is none.

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.car import brain, frames, step
-from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.senses import NOTHING
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words
@@ -63,7 +63,7 @@ class RadioCar:
         return brain.NO_VOICE
 
     def sense(self, looks_mm):
-        return NOTHING_IN_SIGHT_MM, 0
+        return NOTHING
 
     def set_outputs(self, wheels, senses):
         pass
@@ -123,7 +123,7 @@ def test_followers_begin_each_slot_once_beyond_a_round_of_tags():
         # The same word begins in every slot at the same time, but for the leader's wait for free air.
         lags_ms = [at_ms % DWELL_MS for at_ms, _, _ in car.began]
         assert max(lags_ms) - min(lags_ms) < 100
-    assert leader.memory[brain.TAG] == 7
+    assert leader.memory[brain.TAG] == 8
 
 
 @pytest.mark.parametrize("away_s", [5, 15, 40, 600])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, make_levels
+from motorcade.car.senses import NOTHING, Senses
 from motorcade.config.profile import levels_of
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import bytes_to_words
@@ -86,10 +87,11 @@ class BareCar:
     def heard_voice(self) -> int:
         return self.inputs.voice if self.is_new else brain.NO_VOICE
 
-    def sense(self, looks_mm: int) -> tuple[int, int]:
-        return self.inputs.obstacle_mm if looks_mm else NOTHING_IN_SIGHT_MM, self.inputs.person
+    def sense(self, looks_mm: int) -> Senses:
+        seen_mm = self.inputs.obstacle_mm if looks_mm else NOTHING.obstacle_mm
+        return NOTHING._replace(obstacle_mm=seen_mm, person=self.inputs.person)
 
-    def set_outputs(self, wheels: int, senses: tuple[int, int]) -> tuple[int, int]:
+    def set_outputs(self, wheels: int, senses: Senses) -> tuple[int, int]:
         return wheels, brain.lit_led(self.memory, self.now_ms, self.levels)
 
     def air_is_busy(self) -> int:

@@ -29,7 +29,8 @@ static const uint8_t FROM_OWN_TAG[4] = {30, 30, 0, 29};
 static const uint32_t OBSTACLES_MM[4] = {50, 150, 350, 1048576};
 
 static uint32_t state, sum, now;
-static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE], senses[2];
+static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE];
+static struct motorcade_senses senses;
 static uint8_t buffer[MOST_IMAGE_WORDS * 4], line[LINE_BYTES], line_at, line_end;
 static struct motorcade_image image;
 static struct motorcade_car car;
@@ -98,18 +99,18 @@ uint8_t motorcade_car_heard_voice(struct motorcade_car *of)
     return (bits >> 8 & 15) < 3 ? bits >> 8 & 15 : 0;
 }
 
-const uint32_t *motorcade_car_sense(struct motorcade_car *of, uint32_t looks_mm)
+const struct motorcade_senses *motorcade_car_sense(struct motorcade_car *of, uint32_t looks_mm)
 {
     (void)of;
     add(looks_mm);
-    senses[0] = OBSTACLES_MM[bits >> 12 & 3];
-    senses[1] = (bits >> 14 & 3) == 0;
-    return senses;
+    senses.obstacle_mm = OBSTACLES_MM[bits >> 12 & 3];
+    senses.person = (bits >> 14 & 3) == 0;
+    return &senses;
 }
 
-void motorcade_car_set_outputs(struct motorcade_car *of, uint8_t wheels, const uint32_t *sensed)
+void motorcade_car_set_outputs(struct motorcade_car *of, uint8_t wheels, const struct motorcade_senses *sensed)
 {
-    add(wheels + (uint32_t)(sensed == senses ? motorcade_brain_lit_led(of->memory, now, of->levels) : 99) * 16);
+    add(wheels + (uint32_t)(sensed == &senses ? motorcade_brain_lit_led(of->memory, now, of->levels) : 99) * 16);
 }
 
 uint8_t motorcade_car_air_is_busy(struct motorcade_car *of)

@@ -4,6 +4,7 @@ import pytest
 
 from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
 from motorcade.car import brain
+from motorcade.car.senses import NOTHING
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.locales import catalogue
 from motorcade.words.field import WordError
@@ -185,7 +186,7 @@ def wheels(word, heard=(), person=0):
     brain.leader_start(memory, (0x01000000, word), 0)
     for voice_heard in heard:
         brain.hear_voice(memory, voice_heard)
-    return brain.wheels(memory, 1 << 20, person, 500, LEVELS)
+    return brain.wheels(memory, NOTHING._replace(person=person), 500, LEVELS)
 
 
 @pytest.mark.parametrize(

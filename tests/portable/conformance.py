@@ -17,6 +17,7 @@ from randomness import Random
 from motorcade.car import brain, frames, next_wakeup
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
+from motorcade.car.senses import NOTHING, Senses
 from motorcade.errors import Phrase
 from motorcade.words.check import check_request, ready_line
 from motorcade.words.field import WordError
@@ -53,6 +54,9 @@ NOTED = {
     "start": "words begun",
     "over": "words over",
 }
+
+
+AT_A_WALL = Senses(*[0 for _ in NOTHING])
 
 
 def total_names():
@@ -218,8 +222,8 @@ class Pair:
 
     def _look_inside(self, car):
         memory, levels, record = car.memory, car.board.levels, self._record
-        in_the_way = brain.wheels(memory, 0, 0, self._clock_ms, levels)
-        free = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, self._clock_ms, levels)
+        in_the_way = brain.wheels(memory, AT_A_WALL, self._clock_ms, levels)
+        free = brain.wheels(memory, NOTHING, self._clock_ms, levels)
         record.add(in_the_way, free, *memory)
         record.add(*car.image)
         record.add(next_wakeup.word_rest_ms(memory, self._clock_ms, levels))

@@ -12,6 +12,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))
 from scripts.engine_code import OPTIONS, register
 
 from motorcade.car import brain, frames, loop, next_wakeup, step
+from motorcade.car.senses import Senses
 
 SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, LEADER_FRAME, FRAMES_REST = range(6)
 FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, RELAY_REST = range(6, 10)
@@ -47,7 +48,7 @@ def call(which: int, memory: Any, images: Any, first: int, second: int, now: int
     if which == LOOKS:
         return brain.looks_mm(s, now, levels)
     if which == WHEELS:
-        return brain.wheels(s, first, second, now, levels)
+        return brain.wheels(s, Senses(first, second), now, levels)
     if which == LED:
         return brain.lit_led(s, now, levels)
     if which == WORD_REST:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from motorcade.car import brain, step
+from motorcade.car.senses import Senses
 from motorcade.words import check, receiver
 from motorcade.words.blocks import crc32_of
 from motorcade.words.image import bytes_to_words
@@ -84,11 +85,11 @@ class Steps:
         voice = self.bits >> 8 & 15
         return voice if voice < 3 else 0
 
-    def sense(self, looks_mm: int) -> tuple[int, int]:
+    def sense(self, looks_mm: int) -> Senses:
         self.add(looks_mm)
-        return OBSTACLES_MM[self.bits >> 12 & 3], 1 if self.bits >> 14 & 3 == 0 else 0
+        return Senses(OBSTACLES_MM[self.bits >> 12 & 3], 1 if self.bits >> 14 & 3 == 0 else 0)
 
-    def set_outputs(self, wheels: int, senses: tuple[int, int]) -> None:
+    def set_outputs(self, wheels: int, senses: Senses) -> None:
         self.add(wheels + brain.lit_led(self.memory, self.now, self.levels) * 16)
 
     def air_is_busy(self) -> int:

@@ -59,10 +59,13 @@ class Board {
   // Begin to send 32 bits by infrared; called only while nothing is being sent.
   virtual void send_frame(uint32_t frame) { (void)frame; }
 
-  // The distance to the nearest obstacle ahead in mm; NOTHING_IN_SIGHT_MM for none.
+  // Written by scripts/generate.py from motorcade.devices; don't edit.
+  // Return the distance to the nearest obstacle ahead; NOTHING_IN_SIGHT_MM for none.
   virtual uint32_t obstacle_mm() { return NOTHING_IN_SIGHT_MM; }
-  // Whether the PIR sensor detects somebody.
+  // Return whether the PIR sensor detects somebody.
   virtual bool sees_person() { return false; }
+  // End of the section.
+
   // The voice command since the last call.
   virtual uint8_t heard_voice() { return NO_VOICE; }
 

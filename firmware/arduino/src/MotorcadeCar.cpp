@@ -195,11 +195,13 @@ uint32_t Car::received_frame(uint32_t *frame) {
   return 1;
 }
 
-const uint32_t *Car::sense(uint32_t looks_mm) {
-  senses_[0] = looks_mm ? board_.obstacle_mm() : NOTHING_IN_SIGHT_MM;
-  senses_[1] = board_.sees_person() ? 1 : 0;
-  return senses_;
+// Written by scripts/generate.py from motorcade.devices; don't edit.
+const motorcade_senses *Car::sense(uint32_t looks_mm) {
+  senses_.obstacle_mm = looks_mm ? board_.obstacle_mm() : NOTHING_IN_SIGHT_MM;
+  senses_.person = board_.sees_person();
+  return &senses_;
 }
+// End of the section.
 
 void Car::set_outputs(uint32_t wheels) {
   if (wheels != wheels_) {
@@ -239,11 +241,11 @@ void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint8_t
 
 uint8_t motorcade_car_heard_voice(struct motorcade_car *car) { return motorcade::car_of(car)->heard_voice(); }
 
-const uint32_t *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm) {
+const struct motorcade_senses *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm) {
   return motorcade::car_of(car)->sense(looks_mm);
 }
 
-void motorcade_car_set_outputs(struct motorcade_car *car, uint8_t wheels, const uint32_t *senses) {
+void motorcade_car_set_outputs(struct motorcade_car *car, uint8_t wheels, const struct motorcade_senses *senses) {
   (void)senses;
   motorcade::car_of(car)->set_outputs(wheels);
 }

@@ -41,7 +41,7 @@ class Car {
   void note(uint32_t kind, uint32_t at_ms, uint32_t word, uint32_t detail) { board_.note(kind, at_ms, word, detail); }
   uint32_t received_frame(uint32_t *frame);
   uint8_t heard_voice() { return board_.heard_voice(); }
-  const uint32_t *sense(uint32_t looks_mm);
+  const motorcade_senses *sense(uint32_t looks_mm);
   void set_outputs(uint32_t wheels);
   bool air_is_busy() { return board_.is_sending() || board_.senses_carrier(); }
   void send_frame(uint32_t frame);
@@ -72,7 +72,7 @@ class Car {
   uint8_t buffer_[4 * MOST_WORDS];
   Board &board_;
   uint32_t now_ms_ = 0;
-  uint32_t senses_[2];
+  motorcade_senses senses_;
   uint8_t line_[56];
   uint8_t line_count_ = 0;
   uint8_t line_sent_ = 0;

@@ -79,7 +79,7 @@ uint32_t motorcade_infrared_air_us(uint32_t frame, uint32_t unit_us)
     return (MOTORCADE_INFRARED_FIXED_UNITS + ((uint32_t)MOTORCADE_INFRARED_ONE_SPACE_UNITS - MOTORCADE_INFRARED_ZERO_SPACE_UNITS) * motorcade_infrared_ones(frame)) * unit_us;
 }
 
-/* Return the tag of the slot after the one with `tag`: after 63 comes 1. */
+/* Return the tag of the slot after the one with `tag`: after 31 comes 1. */
 uint8_t motorcade_infrared_next_tag(uint8_t tag)
 {
     return (uint8_t)((uint32_t)(tag % MOTORCADE_INFRARED_TAGS) + 1);
@@ -100,10 +100,10 @@ uint32_t motorcade_infrared_to_frame(uint32_t word)
     return word | (motorcade_infrared_ones(word) & 1);
 }
 
-/* Return the frame of `word`, of which bits 31 to 12 count, with `tag`, 1 to 63. */
+/* Return the frame of `word`, of which bits 31 to 11 count, with `tag`, 1 to 31. */
 uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag)
 {
-    uint32_t frame = (word & 0xFFFFF000U) | ((uint32_t)tag << 6);
+    uint32_t frame = (word & MOTORCADE_INFRARED_ACTION_BITS) | ((uint32_t)tag << 6);
     return motorcade_infrared_to_frame(frame | ((uint32_t)motorcade_infrared_check_of(frame) << 1));
 }
 
@@ -113,10 +113,10 @@ uint8_t motorcade_infrared_parity_is_even(uint32_t frame)
     return (uint8_t)((uint32_t)1 - (motorcade_infrared_ones(frame) & 1));
 }
 
-/* Return the tag of a frame: 1 to 63, or 0 for a bare frame. */
+/* Return the tag of a frame: 1 to 31, or 0 for a bare frame. */
 uint8_t motorcade_infrared_tag_of(uint32_t frame)
 {
-    return BITS(frame, 6, 63);
+    return BITS(frame, 6, 31);
 }
 
 /* Return 1 where the check of a tagged frame belongs to its word and tag, else 0. */
@@ -125,11 +125,17 @@ uint8_t motorcade_infrared_check_is_good(uint32_t frame)
     return motorcade_infrared_check_of(frame) == BITS(frame, 1, 31) ? 1 : 0;
 }
 
-/* Return 1 where `tag` is 1 to 31 slots after `other`, else 0. */
+/* Return 1 where `tag` is 1 to 15 slots after `other`, else 0. */
 uint8_t motorcade_infrared_tag_is_newer(uint8_t tag, uint8_t other)
 {
     uint32_t slots = ((uint32_t)tag + MOTORCADE_INFRARED_TAGS - other) % MOTORCADE_INFRARED_TAGS;
-    return (1 <= slots && slots <= 31) ? 1 : 0;
+    return (1 <= slots && slots <= MOTORCADE_INFRARED_NEWER_SLOTS) ? 1 : 0;
+}
+
+/* Return the control word of a frame: without tag, check and parity. */
+uint32_t motorcade_infrared_word_of(uint32_t frame)
+{
+    return frame & MOTORCADE_INFRARED_ACTION_BITS;
 }
 
 /* receiver */
@@ -620,10 +626,9 @@ uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *level
 
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
  *
- * `obstacle_mm` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
- * off; `person` is 1 while the PIR sensor sees somebody.
+ * `senses` has what the sensors tell: a large distance where the ultrasonic sensor finds nothing or is off.
  */
-uint8_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint8_t person, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
     uint8_t speed = BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3);
@@ -642,11 +647,11 @@ uint8_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint8_t person
     if ((uint8_t)s[MOTORCADE_BRAIN_STOPPED]) {
         return MOTORCADE_BRAIN_STILL;
     }
-    if (person && BITS(word, MOTORCADE_BRAIN_PIR_AT, 1)) {
+    if (senses->person && BITS(word, MOTORCADE_BRAIN_PIR_AT, 1)) {
         return MOTORCADE_BRAIN_STILL;
     }
     if (running_ms < motorcade_brain_avoid_ms(word, levels)) {
-        if (obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)]) {
+        if (senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)]) {
             direction = MOTORCADE_BRAIN_RIGHT;
         }
     }
@@ -666,8 +671,7 @@ uint8_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *level
 
 #define MOTORCADE_FRAMES_ACCEPT_IR_AT 31
 #define MOTORCADE_FRAMES_FORWARD_AT 30
-#define MOTORCADE_FRAMES_RESERVED_MASK 4094
-#define MOTORCADE_FRAMES_WORD_MASK 0xFFFFF000U /* a word without tag, check and parity */
+#define MOTORCADE_FRAMES_CHECK_MASK 62
 
 /* Return how long a leader with `image` sends each follower word. */
 uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const uint32_t *levels)
@@ -941,7 +945,7 @@ static uint8_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32
         is_newer = 0;
     }
     if (is_newer || (((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) && tag != own_tag)) {
-        motorcade_frames_replace(s, frame & MOTORCADE_FRAMES_WORD_MASK, now, levels);
+        motorcade_frames_replace(s, motorcade_infrared_word_of(frame), now, levels);
         s[MOTORCADE_BRAIN_TAG] = tag;
         if (is_newer == 0) {
             s[MOTORCADE_BRAIN_TAG] = tag | ((uint32_t)own_tag << MOTORCADE_BRAIN_REPLACED_TAG_AT);
@@ -981,14 +985,14 @@ uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t no
     if (motorcade_infrared_tag_of(frame)) {
         return motorcade_frames_hears_tagged(s, frame, now, levels);
     }
-    if (frame & MOTORCADE_FRAMES_RESERVED_MASK) {
+    if (frame & MOTORCADE_FRAMES_CHECK_MASK) {
         s[MOTORCADE_BRAIN_LOST_RESERVED] = s[MOTORCADE_BRAIN_LOST_RESERVED] + 1;
         return MOTORCADE_FRAMES_BAD_RESERVED;
     }
     if ((uint16_t)s[MOTORCADE_BRAIN_TAG] && ((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) == 0) {
         return MOTORCADE_FRAMES_IGNORED;
     }
-    uint32_t word = frame & MOTORCADE_FRAMES_WORD_MASK;
+    uint32_t word = motorcade_infrared_word_of(frame);
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && s[MOTORCADE_BRAIN_WORD] == word) {
         return MOTORCADE_FRAMES_IGNORED;
     }
@@ -1078,8 +1082,8 @@ void motorcade_step_act(struct motorcade_car *car, uint32_t now)
     if (voice != MOTORCADE_BRAIN_NO_VOICE) {
         motorcade_brain_hear_voice(s, voice);
     }
-    const uint32_t *senses = motorcade_car_sense(car, motorcade_brain_looks_mm(s, now, levels));
-    uint8_t wheels = motorcade_brain_wheels(s, senses[0], (uint8_t)senses[1], now, levels);
+    const struct motorcade_senses *senses = motorcade_car_sense(car, motorcade_brain_looks_mm(s, now, levels));
+    uint8_t wheels = motorcade_brain_wheels(s, senses, now, levels);
     motorcade_car_set_outputs(car, wheels, senses);
     return;
 }

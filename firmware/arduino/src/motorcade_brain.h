@@ -22,6 +22,12 @@ struct motorcade_image;
 /* Return the word of an image at `index`; the header is at 0. */
 uint32_t motorcade_image_word(const struct motorcade_image *image, uint32_t index);
 
+/* What a car senses; motorcade/car/senses.py says what each is. */
+struct motorcade_senses {
+    uint32_t obstacle_mm;
+    uint32_t person;
+};
+
 /* A car. The board may put it first into a larger struct of its own. */
 struct motorcade_car {
     uint8_t leads; /* Whether the car leads or follows. */
@@ -46,19 +52,19 @@ void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint8_t
 /* Return the voice command since the last tick, NO_VOICE for none. */
 uint8_t motorcade_car_heard_voice(struct motorcade_car *car);
 
-/* Read the sensors; return the distance of the nearest obstacle in mm, and whether a person is near.
+/* Read the sensors.
  *
- * With `looks_mm` 0 no obstacle matters and the ultrasonic sensor stays off. More values may follow these
- * two; `set_outputs` gets them all.
+ * With `looks_mm` 0 no obstacle matters and the ultrasonic sensor stays off. The record may have further
+ * fields; `set_outputs` gets them all.
  */
-const uint32_t *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm);
+const struct motorcade_senses *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm);
 
 /* Set the wheels, and what follows from the memory alone, such as the LED.
  *
  * `motorcade.car.brain` gives the state of the wheels (`wheels`) and the LED (`lit_led`); `senses` is
  * what `sense` returned.
  */
-void motorcade_car_set_outputs(struct motorcade_car *car, uint8_t wheels, const uint32_t *senses);
+void motorcade_car_set_outputs(struct motorcade_car *car, uint8_t wheels, const struct motorcade_senses *senses);
 
 /* Return 1 while infrared of any car, this one included, is on the air here, else 0. */
 uint8_t motorcade_car_air_is_busy(struct motorcade_car *car);
@@ -81,7 +87,11 @@ uint8_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms);
 
 /* infrared */
 
-#define MOTORCADE_INFRARED_TAGS 63
+#define MOTORCADE_INFRARED_TAGS 31
+/* A tag is newer than another from 1 to so many slots after it. */
+#define MOTORCADE_INFRARED_NEWER_SLOTS 15
+/* Bits 31 to 11: the word of a frame, without tag, check and parity. */
+#define MOTORCADE_INFRARED_ACTION_BITS 0xFFFFF800U
 #define MOTORCADE_INFRARED_ZERO_SPACE_UNITS 1
 #define MOTORCADE_INFRARED_ONE_SPACE_UNITS 3
 
@@ -97,19 +107,22 @@ uint8_t motorcade_infrared_parity_is_even(uint32_t frame);
 /* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
 uint8_t motorcade_infrared_check_of(uint32_t frame);
 
-/* Return the tag of a frame: 1 to 63, or 0 for a bare frame. */
+/* Return the tag of a frame: 1 to 31, or 0 for a bare frame. */
 uint8_t motorcade_infrared_tag_of(uint32_t frame);
+
+/* Return the control word of a frame: without tag, check and parity. */
+uint32_t motorcade_infrared_word_of(uint32_t frame);
 
 /* Return 1 where the check of a tagged frame belongs to its word and tag, else 0. */
 uint8_t motorcade_infrared_check_is_good(uint32_t frame);
 
-/* Return the frame of `word`, of which bits 31 to 12 count, with `tag`, 1 to 63. */
+/* Return the frame of `word`, of which bits 31 to 11 count, with `tag`, 1 to 31. */
 uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag);
 
-/* Return the tag of the slot after the one with `tag`: after 63 comes 1. */
+/* Return the tag of the slot after the one with `tag`: after 31 comes 1. */
 uint8_t motorcade_infrared_next_tag(uint8_t tag);
 
-/* Return 1 where `tag` is 1 to 31 slots after `other`, else 0. */
+/* Return 1 where `tag` is 1 to 15 slots after `other`, else 0. */
 uint8_t motorcade_infrared_tag_is_newer(uint8_t tag, uint8_t other);
 
 /* Return the duration of a frame in µs: with units of 560 µs 49,840 (all zeros) to 85,680 (all ones). */
@@ -225,8 +238,8 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_SENT 17 /* leader: how many frames it has sent in this slot; it counts up to OPENING_FRAMES */
 #define MOTORCADE_BRAIN_SIZE 18
 /* Added to the tag of a word that was begun FORGET_MS ago: a frame with any other tag, or a bare one, replaces it. */
-#define MOTORCADE_BRAIN_FORGOTTEN 64
-#define MOTORCADE_BRAIN_TAG_MASK 63
+#define MOTORCADE_BRAIN_FORGOTTEN 32
+#define MOTORCADE_BRAIN_TAG_MASK 31
 /* A car that took a word only because it had forgotten its tag remembers that tag here. Neighbours that forget later
  * still send it, and it may count as newer.
  */
@@ -307,10 +320,9 @@ uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *level
 
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
  *
- * `obstacle_mm` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
- * off; `person` is 1 while the PIR sensor sees somebody.
+ * `senses` has what the sensors tell: a large distance where the ultrasonic sensor finds nothing or is off.
  */
-uint8_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint8_t person, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
 
 /* Return the LED that is on now, 0 to 3, or NO_LED. */
 uint8_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *levels);

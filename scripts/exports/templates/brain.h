@@ -22,6 +22,11 @@ struct @PREFIX@_image;
 /* Return the word of an image at `index`; the header is at 0. */
 uint32_t @PREFIX@_image_word(const struct @PREFIX@_image *image, uint32_t index);
 
+/* What a car senses; motorcade/car/senses.py says what each is. */
+struct @PREFIX@_senses {
+@SENSES@
+};
+
 @CAR@
 
 @MODULES@

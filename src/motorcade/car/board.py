@@ -73,6 +73,8 @@ class Board:
     def write_serial(self, data: bytes) -> None:
         """Send ``data`` over the serial line."""
 
+    # Written by scripts/generate.py from motorcade.devices; don't edit.
+
     def received_frames(self) -> list[int] | tuple[int, ...]:
         """Return the 32-bit infrared frames that ended since the last call, in order.
 
@@ -91,23 +93,25 @@ class Board:
     def send_frame(self, frame: int) -> None:
         """Begin to send 32 bits by infrared; called only while nothing is being sent."""
 
-    def obstacle_mm(self) -> int:
-        """Return the distance to the nearest obstacle ahead; NOTHING_IN_SIGHT_MM for none."""
-        return NOTHING_IN_SIGHT_MM
-
-    def sees_person(self) -> bool:
-        """Return whether the PIR sensor detects somebody."""
-        return False
-
-    def heard_voice(self) -> int:
-        """Return the voice command since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
-        return 0
-
     def set_wheels(self, direction: int, speed_level: int) -> None:
         """Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stop) to 3."""
 
     def set_led(self, which: int) -> None:
         """Light LED 0 to 3 and no other; 4 for none."""
+
+    def obstacle_mm(self) -> int:
+        """Return the distance to the nearest obstacle ahead; NOTHING_IN_SIGHT_MM for none."""
+        return NOTHING_IN_SIGHT_MM
+
+    def heard_voice(self) -> int:
+        """Return the voice command since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
+        return 0
+
+    def sees_person(self) -> bool:
+        """Return whether the PIR sensor detects somebody."""
+        return False
+
+    # End of the section.
 
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         """Report an event to observers; hardware may ignore it.

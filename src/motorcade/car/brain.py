@@ -32,6 +32,8 @@ MYPY = False
 if MYPY:
     from collections.abc import Sequence
 
+    from motorcade.car.senses import Senses
+
     ImageWords = Sequence[int]
 else:
     ImageWords = tuple
@@ -244,11 +246,10 @@ def watches(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     return 1 if looks_mm(s, now, levels) else 0
 
 
-def wheels(s: list[int], obstacle_mm: int, person: uint8, now: int, levels: tuple[int, ...]) -> uint8:
+def wheels(s: list[int], senses: "Senses", now: int, levels: tuple[int, ...]) -> uint8:
     """Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
 
-    ``obstacle_mm`` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
-    off; ``person`` is 1 while the PIR sensor sees somebody.
+    ``senses`` has what the sensors tell: a large distance where the ultrasonic sensor finds nothing or is off.
     """
     word = s[WORD]
     speed = word >> _MOTOR_SPEED_AT & 3
@@ -263,10 +264,10 @@ def wheels(s: list[int], obstacle_mm: int, person: uint8, now: int, levels: tupl
         direction = s[HEADING]
     if s[STOPPED]:
         return STILL
-    if person and word >> _PIR_AT & 1:
+    if senses.person and word >> _PIR_AT & 1:
         return STILL
     if running_ms < avoid_ms(word, levels):
-        if obstacle_mm < levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]:
+        if senses.obstacle_mm < levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]:
             direction = RIGHT
     return direction * 4 + speed
 

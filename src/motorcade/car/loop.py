@@ -11,7 +11,8 @@ if MYPY:
 from array import array
 
 from motorcade.car import brain, frames, next_wakeup, step
-from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
+from motorcade.car.board import Board
+from motorcade.car.senses import Senses, read_senses
 from motorcade.words.check import ready_line
 from motorcade.words.image import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
@@ -248,12 +249,11 @@ class Car:
         """The voice command since the last tick."""
         return self._voice
 
-    def sense(self, looks_mm: int) -> tuple[int, bool]:
-        """The distance of the nearest obstacle in mm, and whether a person is near."""
-        obstacle_mm = self.board.obstacle_mm() if looks_mm else NOTHING_IN_SIGHT_MM
-        return obstacle_mm, self.board.sees_person()
+    def sense(self, looks_mm: int) -> Senses:
+        """What the sensors tell."""
+        return read_senses(self.board, looks_mm)
 
-    def set_outputs(self, wheels: int, senses: tuple[int, bool]) -> None:
+    def set_outputs(self, wheels: int, senses: Senses) -> None:
         """Set wheels and LED where they change."""
         if wheels != self._wheels:
             self._wheels = wheels

@@ -14,6 +14,7 @@ if MYPY:
     from collections.abc import Iterable
     from typing import Any, Protocol
 
+    # A record with the fields of motorcade.car.senses.Senses; the engine's has more.
     Senses = Any
     Done = Any
 
@@ -52,10 +53,10 @@ if MYPY:
             """Return the voice command since the last tick, NO_VOICE for none."""
 
         def sense(self, looks_mm: int) -> Senses:
-            """Read the sensors; return the distance of the nearest obstacle in mm, and whether a person is near.
+            """Read the sensors.
 
-            With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off. More values may follow these
-            two; ``set_outputs`` gets them all.
+            With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off. The record may have further
+            fields; ``set_outputs`` gets them all.
             """
 
         def set_outputs(self, wheels: uint8, senses: Senses) -> Done:
@@ -108,7 +109,7 @@ def act(car: "Turn", now: int) -> "Done":
     if voice != brain.NO_VOICE:
         brain.hear_voice(s, voice)
     senses = car.sense(brain.looks_mm(s, now, levels))
-    wheels = brain.wheels(s, senses[0], senses[1], now, levels)
+    wheels = brain.wheels(s, senses, now, levels)
     return car.set_outputs(wheels, senses)
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
-from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.senses import NOTHING
 from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, showing, walls
 from motorcade.engine.decorators import in_kernel, methods_in_kernel
 from motorcade.engine.state import (
@@ -35,9 +35,23 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 ALL = -1
 _PIR_AT = CONTROL.field("pir").low
 _SENSES = 1 << _PIR_AT | 1 << CONTROL.field("avoid_enable").low
-# What a car senses: distance of an obstacle in mm, 1 for a person near, whether the car looked around, for how many ms
-# none of this can change, and the push of other cars and the place in x and y.
-Senses = tuple[int, int, bool, int, float, float]
+
+
+class Sensed(NamedTuple):
+    """What a car senses, as `motorcade.car.senses.Senses`, and what its look around found besides.
+
+    Attributes:
+        looked: whether it looked around.
+        away: for how many ms none of this can change.
+        push_x, push_y: how other cars and the place push it, in µm.
+    """
+
+    obstacle_mm: int
+    person: int
+    looked: bool
+    away: int
+    push_x: float
+    push_y: float
 
 
 @methods_in_kernel
@@ -88,7 +102,7 @@ class CarTurn(NamedTuple):
         """The voice command that the car hears in this tick, NO_VOICE for none."""
         return channel.voice_at(self.i, self.arrays, self.now)
 
-    def sense(self, looks_mm: int) -> Senses:
+    def sense(self, looks_mm: int) -> Sensed:
         """Look around where the ultrasonic sensor is on, and for people where the word asks for it."""
         s, rules, people = self.memory, self.arrays.rules, self.arrays.people
         away, distance, push_x, push_y = next_wakeup.NEVER_MS, geometry.FAR_UM, 0.0, 0.0
@@ -101,15 +115,15 @@ class CarTurn(NamedTuple):
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
             away = min(away, ticks * rules.tick_ms)
-        return bodies.obstacle_mm(distance, rules), person, looks_mm > 0, away, push_x, push_y
+        return Sensed(bodies.obstacle_mm(distance, rules), person, looks_mm > 0, away, push_x, push_y)
 
-    def set_outputs(self, wheels: int, senses: Senses) -> tuple[bool, int]:
+    def set_outputs(self, wheels: int, senses: Sensed) -> tuple[bool, int]:
         """Set the wheels; return whether the car looked around, and for how many ms it needs no turn.
 
         The LED follows from the memory (`motorcade.car.brain.lit_led`), so nothing has to be set.
         """
         i, cars, rules = self.i, self.arrays.cars, self.arrays.rules
-        _, _, looked, away, push_x, push_y = senses
+        looked, away = senses.looked, senses.away
         if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
             bodies.set_way(i, wheels, cars, rules)
             cars.clear[i] = clearance.on_another_way(cars.clear[i], self.now.tick)
@@ -119,7 +133,7 @@ class CarTurn(NamedTuple):
         elif looked and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
             away = 0
         if looked:
-            clearance.push(i, push_x, push_y, self.arrays, self.now)
+            clearance.push(i, senses.push_x, senses.push_y, self.arrays, self.now)
         return looked, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
 
     def air_is_busy(self) -> int:
@@ -338,7 +352,7 @@ def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     """
     now = tick * rules.tick_ms & TICKS_MASK
     last = later_ms(now, -rules.tick_ms)
-    bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING_IN_SIGHT_MM, 0, last, rules.levels), cars, rules)
+    bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
     cars.due[i] = now
     cars.clear[i] = clearance.due_now(tick)
 

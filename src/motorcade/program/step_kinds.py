@@ -146,11 +146,11 @@ def wander(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
 
 
 __all__ = [
+    "SIMPLE_KINDS",
     "AvoidStep",
     "DriveStep",
     "LedStep",
     "PirStep",
-    "SIMPLE_KINDS",
     "VoiceStep",
     "WaitStep",
     "avoid",

@@ -1,0 +1,124 @@
+"""Write what boards and the brain need of the devices: the record of senses, and methods of a board's contract."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from textwrap import indent
+
+from motorcade.devices import DEVICES
+from motorcade.devices.declaration import Method, Sense
+
+from .step_kinds import formatted
+
+ROOT = Path(__file__).resolve().parent.parent
+_ARDUINO = "firmware/arduino/src/"
+_BEGIN, _END = "Written by scripts/generate.py from motorcade.devices; don't edit.", "End of the section."
+SENSES: tuple[Sense, ...] = tuple(sense for device in DEVICES for sense in device.senses)
+METHODS: dict[str, Method] = {method.name: method for device in DEVICES for method in device.methods}
+# What a method returns, in C++.
+_C_TYPES = {"int": "uint32_t", "bool": "bool", "bits": "uint8_t"}
+
+
+def device_files() -> dict[str, Callable[[], str]]:
+    """Return what makes each file, by its path in the repository."""
+    return {
+        "src/motorcade/car/senses.py": _senses,
+        "src/motorcade/car/board.py": partial(_with_section, "src/motorcade/car/board.py", "#", _board_methods),
+        f"{_ARDUINO}MotorcadeBoard.h": partial(_with_section, f"{_ARDUINO}MotorcadeBoard.h", "//", _c_methods),
+        f"{_ARDUINO}MotorcadeCar.cpp": partial(_with_section, f"{_ARDUINO}MotorcadeCar.cpp", "//", _c_reading),
+    }
+
+
+def _senses() -> str:
+    """Return the module of the record of senses."""
+    names = [sense.name for sense in SENSES]
+    about = "\n".join(f"{sense.name}: {sense.about}." for sense in SENSES)
+    nothing = ", ".join(
+        {"False": "0"}.get(METHODS[each.method].missing, METHODS[each.method].missing) for each in SENSES
+    )
+    readings = ",\n".join(_reading(sense) for sense in SENSES)
+    return formatted(f'''"""What a car senses: a record with a name for each sense.
+
+Portable. Written by scripts/generate.py from `motorcade.devices`; don't edit.
+"""
+
+# For the type checker alone: MicroPython has no such module.
+MYPY = False
+if MYPY:
+    from typing import NamedTuple
+
+    class Senses(NamedTuple):
+        """What a car senses in a tick.
+
+        Attributes:
+{indent(about, " " * 12)}
+        """
+
+{indent("".join(f"{name}: int" + chr(10) for name in names), " " * 8)}
+else:
+    from collections import namedtuple
+
+    Senses = namedtuple("Senses", ({", ".join(f'"{name}"' for name in names)},))
+
+from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
+
+# What a car without any sensor senses.
+NOTHING = Senses({nothing})
+
+
+def read_senses(board: Board, looks_mm: int) -> Senses:
+    """Read the sensors of ``board``; with ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off."""
+    return Senses(
+{indent(readings, " " * 8)},
+    )
+''')
+
+
+def _reading(sense: Sense) -> str:
+    method = METHODS[sense.method]
+    read = f"board.{method.name}()"
+    if sense.only_if:
+        return f"{read} if {sense.only_if} else {method.missing}"
+    return f"1 if {read} else 0" if method.returns == "bool" else read
+
+
+def _board_methods() -> str:
+    made = []
+    for method in METHODS.values():
+        arguments = "".join(f", {name}: int" for name, _, _ in method.arguments)
+        returns = "int" if method.returns == "bits" else method.returns
+        about = indent(f'"""{method.about}"""' if "\n" not in method.about else f'"""{method.about}\n"""', "    ")
+        result = f"\n    return {method.missing}" if method.missing else ""
+        made.append(f"def {method.name}(self{arguments}) -> {returns}:\n{about}{result}\n")
+    return "\n" + "\n".join(indent(each, "    ") for each in made) + "\n"
+
+
+def _c_methods() -> str:
+    lines = []
+    for sense in SENSES:
+        method = METHODS[sense.method]
+        missing = "false" if method.missing == "False" else method.missing
+        lines.append(f"  // {method.about.partition(chr(10))[0]}")
+        lines.append(f"  virtual {_C_TYPES[method.returns]} {method.name}() {{ return {missing}; }}")
+    return "\n".join(lines) + "\n"
+
+
+def _c_reading() -> str:
+    lines = ["const motorcade_senses *Car::sense(uint32_t looks_mm) {"]
+    for sense in SENSES:
+        method = METHODS[sense.method]
+        read = f"board_.{method.name}()"
+        if sense.only_if:
+            read = f"{sense.only_if} ? {read} : {method.missing}"
+        lines.append(f"  senses_.{sense.name} = {read};")
+    return "\n".join([*lines, "  return &senses_;", "}"]) + "\n"
+
+
+def _with_section(name: str, mark: str, make: Callable[[], str]) -> str:
+    """Return the file with the section between its two marks anew."""
+    before, begin, rest = (ROOT / name).read_text(encoding="utf-8").partition(f"{mark} {_BEGIN}\n")
+    _, end, after = rest.partition(f"{mark} {_END}\n")
+    if not begin or not end:
+        raise SystemExit(f"{name}: the lines '{mark} {_BEGIN}' and '{mark} {_END}' are missing")
+    # The mark of the end is indented as that of the beginning is.
+    return f"{before}{begin}{make()}{before[len(before.rstrip(' ')) :]}{end}{after}"
