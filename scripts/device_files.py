@@ -22,6 +22,7 @@ _C_TYPES = {"int": "uint32_t", "bool": "bool", "bits": "uint8_t"}
 def device_files() -> dict[str, Callable[[], str]]:
     """Return what makes each file, by its path in the repository."""
     return {
+        "src/motorcade/__init__.py": partial(_with_section, "src/motorcade/__init__.py", "#", _imports, _lazy_names),
         "src/motorcade/car/senses.py": _senses,
         "src/motorcade/car/board.py": partial(_with_section, "src/motorcade/car/board.py", "#", _board_methods),
         f"{_ARDUINO}MotorcadeBoard.h": partial(_with_section, f"{_ARDUINO}MotorcadeBoard.h", "//", _c_methods),
@@ -82,6 +83,22 @@ def _reading(sense: Sense) -> str:
     return f"1 if {read} else 0" if method.returns == "bool" else read
 
 
+def step_names() -> list[str]:
+    """Return the names in Python of all steps, in the order of the alphabet."""
+    kinds = [step for device in DEVICES for step in device.steps]
+    names = [call.name for step in kinds for call in step.calls] + [step.kind for step in kinds if not step.calls]
+    return sorted([*names, "repeat", "together"])
+
+
+def _imports() -> str:
+    return "".join(f"    from motorcade.program.steps import {name} as {name}\n" for name in step_names())
+
+
+def _lazy_names() -> str:
+    names = "".join(f'        "{name}",\n' for name in step_names())
+    return f'    "motorcade.program.steps": (\n{names}    ),\n'
+
+
 def _board_methods() -> str:
     made = []
     for method in METHODS.values():
@@ -114,11 +131,14 @@ def _c_reading() -> str:
     return "\n".join([*lines, "  return &senses_;", "}"]) + "\n"
 
 
-def _with_section(name: str, mark: str, make: Callable[[], str]) -> str:
-    """Return the file with the section between its two marks anew."""
-    before, begin, rest = (ROOT / name).read_text(encoding="utf-8").partition(f"{mark} {_BEGIN}\n")
-    _, end, after = rest.partition(f"{mark} {_END}\n")
-    if not begin or not end:
-        raise SystemExit(f"{name}: the lines '{mark} {_BEGIN}' and '{mark} {_END}' are missing")
-    # The mark of the end is indented as that of the beginning is.
-    return f"{before}{begin}{make()}{before[len(before.rstrip(' ')) :]}{end}{after}"
+def _with_section(name: str, mark: str, *makes: Callable[[], str]) -> str:
+    """Return the file with its sections, each between two marks, anew."""
+    done, rest = "", (ROOT / name).read_text(encoding="utf-8")
+    for make in makes:
+        before, begin, rest = rest.partition(f"{mark} {_BEGIN}\n")
+        _, end, rest = rest.partition(f"{mark} {_END}\n")
+        if not begin or not end:
+            raise SystemExit(f"{name}: the lines '{mark} {_BEGIN}' and '{mark} {_END}' are missing")
+        # The mark of the end is indented as that of the beginning is.
+        done += f"{before}{begin}{make()}{before[len(before.rstrip(' ')) :]}{end}"
+    return done + rest

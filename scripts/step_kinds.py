@@ -87,7 +87,8 @@ def _type(each: Input) -> str:
 
 def _field(each: Input) -> str:
     if each.options:
-        return f"chosen({each.bits!r}, {each.options!r})"
+        more = f", least={each.least}" if each.least else ""
+        return f"chosen({each.bits!r}, {each.options!r}{more})"
     if each.menu:
         more = "".join(f", {key}={value}" for key, value in (("first", each.first), ("least", each.least)) if value)
         return f"level({each.bits!r}, {each.menu!r}{more})"

@@ -30,17 +30,25 @@ if TYPE_CHECKING:
     from motorcade.program.model import Followers as Followers
     from motorcade.program.model import Program as Program
     from motorcade.program.model import read_program as read_program
+
+    # Written by scripts/generate.py from motorcade.devices; don't edit.
     from motorcade.program.steps import avoid as avoid
+    from motorcade.program.steps import floor as floor
+    from motorcade.program.steps import follow_line as follow_line
     from motorcade.program.steps import forward as forward
     from motorcade.program.steps import led as led
     from motorcade.program.steps import left as left
     from motorcade.program.steps import pir as pir
     from motorcade.program.steps import repeat as repeat
     from motorcade.program.steps import right as right
+    from motorcade.program.steps import stop_on_dark as stop_on_dark
     from motorcade.program.steps import together as together
+    from motorcade.program.steps import turn_left_to_line as turn_left_to_line
+    from motorcade.program.steps import turn_right_to_line as turn_right_to_line
     from motorcade.program.steps import voice as voice
     from motorcade.program.steps import wait as wait
     from motorcade.program.steps import wander as wander
+    # End of the section.
     from motorcade.runs.running import simulate as simulate
     from motorcade.words.field import WordError as WordError
     from motorcade.words.formats import CONTROL as CONTROL
@@ -61,19 +69,26 @@ _MODULES = {
     "motorcade.program.decompiler": ("decompile",),
     "motorcade.program.diagnostics": ("ProgramError",),
     "motorcade.program.model": ("Followers", "Program", "read_program"),
+    # Written by scripts/generate.py from motorcade.devices; don't edit.
     "motorcade.program.steps": (
         "avoid",
+        "floor",
+        "follow_line",
         "forward",
         "led",
         "left",
         "pir",
         "repeat",
         "right",
+        "stop_on_dark",
         "together",
+        "turn_left_to_line",
+        "turn_right_to_line",
         "voice",
         "wait",
         "wander",
     ),
+    # End of the section.
     "motorcade.cli.run_tables": ("show",),
     "motorcade.mats": ("Mat", "Physics", "Pose", "formation", "open_table", "read_mat"),
     "motorcade.runs.running": ("simulate",),

@@ -31,13 +31,14 @@ NOISE = st.integers(0, (1 << 32) - 1)
 
 @dataclass(frozen=True)
 class Change:
-    """The inputs of a car that change at a moment: a frame or a voice now; air, obstacle and person from then on."""
+    """The inputs of a car that change at a moment: a frame or a voice now, all others from then on."""
 
     frame: int | None
     voice: int
     air_is_busy: int
     obstacle_mm: int
     person: int
+    dark_floor: int
 
 
 changes = st.builds(
@@ -47,9 +48,10 @@ changes = st.builds(
     st.integers(0, 1),
     st.sampled_from([NOTHING_IN_SIGHT_MM, 50, 250]),
     st.integers(0, 1),
+    st.integers(0, 3),
 )
 # The inputs until the first change.
-CALM = Change(None, brain.NO_VOICE, 0, NOTHING_IN_SIGHT_MM, 0)
+CALM = Change(None, brain.NO_VOICE, 0, NOTHING_IN_SIGHT_MM, 0, 0)
 
 
 @dataclass
@@ -89,7 +91,7 @@ class BareCar:
 
     def sense(self, looks_mm: int) -> Senses:
         seen_mm = self.inputs.obstacle_mm if looks_mm else NOTHING.obstacle_mm
-        return NOTHING._replace(obstacle_mm=seen_mm, person=self.inputs.person)
+        return Senses(seen_mm, self.inputs.person, self.inputs.dark_floor)
 
     def set_outputs(self, wheels: int, senses: Senses) -> tuple[int, int]:
         return wheels, brain.lit_led(self.memory, self.now_ms, self.levels)

@@ -67,6 +67,7 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("period_ms = 20\n", "period_ms = [20]\n", "servo.period_ms"),
         ("pwm_max = 255", "pwm_max = true", "motor.pwm_max"),
         ("failsafe_ms = 300", "failsafe_ms = 200", "drive.watchdog_ms is 200, failsafe_ms 200"),
+        ("forget_ms = 10000", "forget_ms = 15001", "forget_ms is 15001; at most 15000 ms"),
         ("hand_over_ms = 5000", "hand_over_ms = 300", "hand_over_ms 300; each must be shorter"),
         ("battery_low_mv = 0", "battery_low_mv = 6400", "drive.battery_low_mv is 6400 and battery_charged_mv 0"),
         ("arming = false", "arming = 0", "drive.arming"),
@@ -97,9 +98,8 @@ def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
 
 
 def test_a_project_may_name_a_profile_beside_it(tmp_path: Path) -> None:
-    mine = TEXT.replace("[0, 1000, 2000, 3000]", "[0, 500, 1000, 1500]").replace(
-        "dwell_ms = [1000,", "dwell_ms = [500,"
-    )
+    mine = TEXT.replace("[0, 1000, 2000, 3000]", "[0, 500, 1000, 1500]")
+    mine = mine.replace("dwell_ms = [1000,", "dwell_ms = [500,").replace("forget_ms = 10000", "forget_ms = 7500")
     (tmp_path / "mine.toml").write_text(mine, encoding="utf-8")
     profile = load_profile("mine.toml", tmp_path)
     assert profile.durations_ms == (0, 500, 1000, 1500)

@@ -105,6 +105,7 @@ const struct motorcade_senses *motorcade_car_sense(struct motorcade_car *of, uin
     add(looks_mm);
     senses.obstacle_mm = OBSTACLES_MM[bits >> 12 & 3];
     senses.person = (bits >> 14 & 3) == 0;
+    senses.dark_floor = bits >> 16 & 3;
     return &senses;
 }
 

@@ -173,6 +173,9 @@ class ScriptedBoard(Board):
     def sees_person(self):
         return self._random.one_in(4)
 
+    def dark_floor(self):
+        return self._random.pick((0, 0, 1, 2, 3))
+
     def heard_voice(self):
         return self._random.pick((brain.VOICE_STOP, brain.VOICE_GO)) if self._random.one_in(12) else brain.NO_VOICE
 

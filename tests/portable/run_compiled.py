@@ -48,7 +48,7 @@ def call(which: int, memory: Any, images: Any, first: int, second: int, now: int
     if which == LOOKS:
         return brain.looks_mm(s, now, levels)
     if which == WHEELS:
-        return brain.wheels(s, Senses(first, second), now, levels)
+        return brain.wheels(s, Senses(first, second & 1, second >> 1), now, levels)
     if which == LED:
         return brain.lit_led(s, now, levels)
     if which == WORD_REST:
@@ -119,8 +119,9 @@ class CompiledBrain:
     def looks_mm(self, s, now, levels):
         return self._run(LOOKS, s, now=now, levels=levels)
 
-    def wheels(self, s, obstacle_mm, person, now, levels):
-        return self._run(WHEELS, s, now=now, levels=levels, first=obstacle_mm, second=person)
+    def wheels(self, s, senses, now, levels):
+        second = senses.person | senses.dark_floor << 1
+        return self._run(WHEELS, s, now=now, levels=levels, first=senses.obstacle_mm, second=second)
 
     def lit_led(self, s, now, levels):
         return self._run(LED, s, now=now, levels=levels)

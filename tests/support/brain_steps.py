@@ -87,7 +87,7 @@ class Steps:
 
     def sense(self, looks_mm: int) -> Senses:
         self.add(looks_mm)
-        return Senses(OBSTACLES_MM[self.bits >> 12 & 3], 1 if self.bits >> 14 & 3 == 0 else 0)
+        return Senses(OBSTACLES_MM[self.bits >> 12 & 3], 1 if self.bits >> 14 & 3 == 0 else 0, self.bits >> 16 & 3)
 
     def set_outputs(self, wheels: int, senses: Senses) -> None:
         self.add(wheels + brain.lit_led(self.memory, self.now, self.levels) * 16)

@@ -8,6 +8,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import layout
 from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
 from motorcade.mats import Person
+from motorcade.mats.lines import way_of
 
 if TYPE_CHECKING:
     from support.plain_world import PlainWorld
@@ -39,6 +40,39 @@ def obstacle_mm(world: "PlainWorld", car: int) -> int:
         nearest = min(nearest, segment_in_cone(*ends, *cone))
     whole = int(nearest) // 1000
     return whole if nearest < FAR_UM and whole <= world.rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
+
+
+def dark_floor(world: "PlainWorld", car: int) -> int:
+    floor, (ahead_x, ahead_y) = world.profile.floor, ahead_of(world.heading[car])
+    front_x, front_y = (at[car] + floor.ahead_mm * 1000 * by for at, by in ((world.x, ahead_x), (world.y, ahead_y)))
+    dark = 0
+    for sensor, side in ((1, 1), (2, -1)):
+        aside = side * floor.apart_mm * 500
+        x, y = front_x - aside * ahead_y, front_y + aside * ahead_x
+        dark += sensor * is_dark(world, math.floor(x + 0.5), math.floor(y + 0.5))
+    return dark
+
+
+def is_dark(world: "PlainWorld", x: int, y: int) -> bool:
+    mat = world.mat
+    for line in mat.lines:
+        way = [(round(px * 1e6), round(py * 1e6)) for px, py in way_of(line)]
+        for (x0, y0), (x1, y1) in pairwise(way):
+            squared = (x1 - x0) ** 2 + (y1 - y0) ** 2
+            part = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / squared if squared else 0.0
+            part = min(max(part, 0.0), 1.0)
+            if math.hypot(x - x0 - part * (x1 - x0), y - y0 - part * (y1 - y0)) <= round(line.width_m / 2 * 1e6) + 0.5:
+                return True
+    for spot_x, spot_y, radius in mat.spots:
+        if math.hypot(x - round(spot_x * 1e6), y - round(spot_y * 1e6)) <= round(radius * 1e6) + 0.5:
+            return True
+    for patch in mat.patches:
+        corners = [(round(cx * 1e6), round(cy * 1e6)) for cx, cy in patch]
+        sides = pairwise([*corners, corners[0]])
+        crossed = [x < x0 + (y - y0) / (y1 - y0) * (x1 - x0) for (x0, y0), (x1, y1) in sides if (y0 > y) != (y1 > y)]
+        if sum(crossed) % 2:
+            return True
+    return False
 
 
 def sees_person(world: "PlainWorld", car: int) -> bool:

@@ -81,6 +81,9 @@ class PlainBoard(Board):
     def sees_person(self) -> bool:
         return plain_senses.sees_person(self._world, self.index)
 
+    def dark_floor(self) -> int:
+        return plain_senses.dark_floor(self._world, self.index)
+
     def heard_voice(self) -> int:
         return plain_senses.voice_at(self._world, self.index)
 

@@ -20,6 +20,7 @@ BRISK = replace(
     CLASSROOM,
     durations_ms=(0, 400, 800, 1200),
     dwell_ms=tuple(400 * (level + 1) for level in range(8)),
+    infrared=replace(CLASSROOM.infrared, forget_ms=6000),
 )
 
 LEVELS = st.integers(0, 3)
@@ -137,6 +138,7 @@ def words(draw: st.DrawFn, leads: bool = False) -> int:
         avoid_duration=draw(levels) * avoids,
         voice=int(draw(st.booleans())),
         pir=int(draw(st.booleans())),
+        floor=int(draw(st.booleans())),
     )
 
 

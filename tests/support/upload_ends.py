@@ -22,7 +22,7 @@ STARTS_MS = st.sampled_from([0, 12_345, LAST_TICK - 700, LAST_TICK])
 @st.composite
 def images(draw):
     # Control words as an image holds them: bits 11-1 (reserved) and 0 (parity) are 0.
-    row = st.lists(st.integers(0, 0xFFFFF).map(lambda upper_bits: upper_bits << 12), max_size=5)
+    row = st.lists(st.integers(0, 0x1FFFFF).map(lambda upper_bits: upper_bits << 11), max_size=5)
     leader, followers = draw(row), draw(row)
     return words_to_bytes(image_words(Image(leader, followers, draw(st.integers(0, 7)), 0)))
 

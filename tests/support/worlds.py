@@ -12,6 +12,7 @@ from motorcade import Followers, Program, avoid, compile_program, forward, led, 
 from motorcade.config.profile import Profile
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
+from motorcade.mats.lines import Line
 from support.strategies import BRISK, images
 
 # With these, every body is larger than the way of four ticks.
@@ -51,6 +52,9 @@ def cases(draw: st.DrawFn, tick_ms: int | None = None) -> Case:
         tuple(draw(st.lists(st.builds(Person, paths(point), st.booleans()), max_size=2))),
         tuple(draw(st.lists(voices(length), max_size=3))),
         draw(physics()),
+        tuple(draw(st.lists(lines(point), max_size=2))),
+        tuple(draw(st.lists(st.tuples(length, length, st.sampled_from([0.02, 0.2, 1.0])), max_size=1))),
+        tuple(draw(st.lists(st.lists(point, min_size=3, max_size=4).map(tuple), max_size=1))),
     )
     programs = draw(st.lists(images(states=1, followers=1), min_size=1, max_size=2))
     return Case(mat, programs, draw(profiles()), draw(st.integers(0, (1 << 32) - 1)))
@@ -61,6 +65,11 @@ def paths(draw: st.DrawFn, point: st.SearchStrategy[tuple[float, float]]) -> tup
     """A path, or one place."""
     legs_ms = draw(st.lists(st.integers(1, 3000), max_size=3))
     return tuple((sum(legs_ms[:leg]) / 1000, *draw(point)) for leg in range(len(legs_ms) + 1))
+
+
+def lines(point: st.SearchStrategy[tuple[float, float]]) -> st.SearchStrategy[Line]:
+    points = st.lists(point, min_size=2, max_size=4).map(tuple)
+    return st.builds(Line, points, st.sampled_from([0.03, 0.1]), st.sampled_from([0.0, 0.2]), st.booleans())
 
 
 def voices(length: st.SearchStrategy[float]) -> st.SearchStrategy[Voice]:

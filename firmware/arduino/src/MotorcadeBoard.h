@@ -64,6 +64,8 @@ class Board {
   virtual uint32_t obstacle_mm() { return NOTHING_IN_SIGHT_MM; }
   // Return whether the PIR sensor detects somebody.
   virtual bool sees_person() { return false; }
+  // Return which floor sensors are over dark floor: 1 for the left one plus 2 for the right one.
+  virtual uint8_t dark_floor() { return 0; }
   // End of the section.
 
   // The voice command since the last call.

@@ -199,6 +199,7 @@ uint32_t Car::received_frame(uint32_t *frame) {
 const motorcade_senses *Car::sense(uint32_t looks_mm) {
   senses_.obstacle_mm = looks_mm ? board_.obstacle_mm() : NOTHING_IN_SIGHT_MM;
   senses_.person = board_.sees_person();
+  senses_.dark_floor = board_.dark_floor();
   return &senses_;
 }
 // End of the section.

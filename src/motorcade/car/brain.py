@@ -44,7 +44,7 @@ HOLDS: uint8_at = 1  # 1 once there is such a word
 STARTED_MS = 2  # when it began
 RUNNING: uint8_at = 3  # 1 while the word runs: until its length is over
 STOPPED: uint8_at = 4  # 1 after the car heard 'stop', until it hears 'go'
-DRAWS: uint16_at = 5  # directions drawn so far in this word, for random forward
+DRAWS: uint16_at = 5  # directions drawn so far in this word, for random forward; 1 after a turn found its line
 HEADING: uint8_at = 6  # the last direction drawn: FORWARD, LEFT or RIGHT
 RANDOM = 7  # the generator's state, never 0
 # A car leads or follows for as long as it is on, so leaders and followers share the following places.
@@ -97,6 +97,11 @@ RANDOM_FORWARD = 3
 STILL = 0
 NO_LED = 4
 RANDOM_STEP_MS = 500
+# Over dark floor: the left floor sensor, the right one.
+DARK_LEFT = 1
+DARK_RIGHT = 2
+# A turn to a line begins by leaving the line that is under the car.
+LEAVE_LINE_MS = 200
 
 # What a microphone heard.
 NO_VOICE = 0
@@ -114,6 +119,7 @@ _AVOID_RADIUS_AT = CONTROL.field("avoid_radius").low
 _AVOID_DURATION_AT = CONTROL.field("avoid_duration").low
 _VOICE_AT = CONTROL.field("voice").low
 _PIR_AT = CONTROL.field("pir").low
+_FLOOR_AT = CONTROL.field("floor").low
 
 
 def motor_ms(word: int, levels: tuple[int, ...]) -> int:
@@ -239,9 +245,19 @@ def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     return levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]
 
 
+def minds_floor(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
+    """Return 1 while dark or light floor can change what the wheels do, else 0."""
+    word = s[WORD]
+    if s[RUNNING] == 0 or word >> _FLOOR_AT & 1 == 0 or word >> _MOTOR_SPEED_AT & 3 == 0:
+        return 0
+    return 1 if elapsed_ms(now, s[STARTED_MS]) < motor_ms(word, levels) else 0
+
+
 def watches(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
-    """Return 1 while the running word reacts to an obstacle or to a person, else 0."""
+    """Return 1 while the running word reacts to an obstacle, a person or the floor, else 0."""
     if s[RUNNING] and s[WORD] >> _PIR_AT & 1:
+        return 1
+    if minds_floor(s, now, levels):
         return 1
     return 1 if looks_mm(s, now, levels) else 0
 
@@ -268,8 +284,28 @@ def wheels(s: list[int], senses: "Senses", now: int, levels: tuple[int, ...]) ->
         return STILL
     if running_ms < avoid_ms(word, levels):
         if senses.obstacle_mm < levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]:
-            direction = RIGHT
+            return RIGHT * 4 + speed
+    if word >> _FLOOR_AT & 1:
+        return _over_floor(s, direction, speed, senses.dark_floor, running_ms)
     return direction * 4 + speed
+
+
+def _over_floor(s: list[int], direction: uint8, speed: uint8, dark: int, running_ms: int) -> uint8:
+    """Return the state of the wheels of a word with the bit floor: follow a line, turn to one, or stay on dark.
+
+    A turn that has found its line stands until the motor's time is over; ``s[DRAWS]`` remembers it.
+    """
+    if s[WORD] >> _MOTOR_DIRECTION_AT & 3 == RANDOM_FORWARD:
+        return STILL if dark else direction * 4 + speed
+    if direction == FORWARD:
+        if dark == DARK_LEFT:
+            return LEFT * 4 + speed
+        if dark == DARK_RIGHT:
+            return RIGHT * 4 + speed
+        return FORWARD * 4 + speed
+    if dark and running_ms >= LEAVE_LINE_MS:
+        s[DRAWS] = 1
+    return STILL if s[DRAWS] else direction * 4 + speed
 
 
 def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:

@@ -82,6 +82,9 @@ def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
             step = brain.RANDOM_STEP_MS - running_ms % brain.RANDOM_STEP_MS
             if step < rest:
                 rest = step
+        leave = brain.LEAVE_LINE_MS - running_ms
+        if running_ms < brain.LEAVE_LINE_MS and leave < rest and brain.minds_floor(s, now, levels):
+            rest = leave
     led = brain.led_ms(word, levels) - running_ms
     if led > 0 and led < rest:
         rest = led

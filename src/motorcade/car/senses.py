@@ -14,10 +14,12 @@ if MYPY:
         Attributes:
             obstacle_mm: the distance of the nearest obstacle ahead in mm.
             person: 1 while a person is near, else 0.
+            dark_floor: the floor sensors over dark floor, 1 the left plus 2 the right one.
         """
 
         obstacle_mm: int
         person: int
+        dark_floor: int
 
 else:
     from collections import namedtuple
@@ -27,13 +29,14 @@ else:
         (
             "obstacle_mm",
             "person",
+            "dark_floor",
         ),
     )
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 
 # What a car without any sensor senses.
-NOTHING = Senses(NOTHING_IN_SIGHT_MM, 0)
+NOTHING = Senses(NOTHING_IN_SIGHT_MM, 0, 0)
 
 
 def read_senses(board: Board, looks_mm: int) -> Senses:
@@ -41,4 +44,5 @@ def read_senses(board: Board, looks_mm: int) -> Senses:
     return Senses(
         board.obstacle_mm() if looks_mm else NOTHING_IN_SIGHT_MM,
         1 if board.sees_person() else 0,
+        board.dark_floor(),
     )

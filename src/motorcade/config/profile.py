@@ -56,6 +56,14 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
+class FloorSensors:
+    """The two floor sensors: how far in front of the axle they are, and how far from each other."""
+
+    ahead_mm: int = 60
+    apart_mm: int = 45
+
+
+@dataclass(frozen=True, slots=True)
 class Servo:
     """The steering servo's period and pulse widths, and how far it turns the front wheels at 0 and 180 degrees."""
 
@@ -103,6 +111,7 @@ class Profile:
     infrared: Infrared
     serial: Serial
     body: Body
+    floor: FloorSensors
     servo: Servo
     motor: DriveMotor
     drive: DriveLimits
@@ -121,6 +130,7 @@ _TABLES: dict[str, type[Any]] = {
     "infrared": Infrared,
     "serial": Serial,
     "body": Body,
+    "floor": FloorSensors,
     "servo": Servo,
     "motor": DriveMotor,
     "drive": DriveLimits,
@@ -132,6 +142,8 @@ def profile_schema() -> Schema:
     """The JSON Schema of a profile. A field that its class gives a default may be left out."""
     lists = {name: _levels(count, starts_at_zero) for name, (count, starts_at_zero) in _LISTS.items()}
     tables = {name: table(**{each.name: _schema_of(each) for each in fields(kind)}) for name, kind in _TABLES.items()}
+    # A table whose keys all have defaults may be left out.
+    tables = {name: schema if schema["required"] else schema | {"default": {}} for name, schema in tables.items()}
     return table(**lists, idle_state_ms=whole(1, _MOST), **tables)
 
 

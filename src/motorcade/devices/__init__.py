@@ -1,5 +1,6 @@
 """What a car has: each device is declared in one module, as data."""
 
+from motorcade.devices.floor import FLOOR
 from motorcade.devices.infrared import INFRARED
 from motorcade.devices.led import LED
 from motorcade.devices.motor import MOTOR
@@ -8,4 +9,4 @@ from motorcade.devices.ultrasonic import ULTRASONIC
 from motorcade.devices.voice import VOICE
 
 # In the order in which the page, tables and a board's contract show them.
-DEVICES = (INFRARED, MOTOR, LED, ULTRASONIC, VOICE, PIR)
+DEVICES = (INFRARED, MOTOR, LED, ULTRASONIC, VOICE, PIR, FLOOR)

@@ -33,10 +33,10 @@ class Input:
     Args:
         name: the step's field.
         bits: the field of the control word that the value goes into.
-        options: for a choice, the names of the raw values 0, 1, ...
+        options: for a choice, the names of raw values that follow each other.
         menu: for a level, the menu of the page that shows what levels mean: speed, light or radius.
         first: the level of a new block.
-        least: the smallest level that may be chosen.
+        least: the smallest level that may be chosen; for a choice, the raw value of its first option.
     """
 
     def __init__(

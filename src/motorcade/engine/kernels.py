@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.senses import NOTHING
-from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, showing, walls
+from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing, walls
 from motorcade.engine.decorators import in_kernel, methods_in_kernel
 from motorcade.engine.state import (
     DRIVEN,
@@ -34,7 +34,8 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 ALL = -1
 _PIR_AT = CONTROL.field("pir").low
-_SENSES = 1 << _PIR_AT | 1 << CONTROL.field("avoid_enable").low
+_FLOOR_AT = CONTROL.field("floor").low
+_SENSES = 1 << _PIR_AT | 1 << _FLOOR_AT | 1 << CONTROL.field("avoid_enable").low
 
 
 class Sensed(NamedTuple):
@@ -48,6 +49,7 @@ class Sensed(NamedTuple):
 
     obstacle_mm: int
     person: int
+    dark_floor: int
     looked: bool
     away: int
     push_x: float
@@ -103,7 +105,7 @@ class CarTurn(NamedTuple):
         return channel.voice_at(self.i, self.arrays, self.now)
 
     def sense(self, looks_mm: int) -> Sensed:
-        """Look around where the ultrasonic sensor is on, and for people where the word asks for it."""
+        """Look around where the ultrasonic sensor is on, and for people and at the floor where the word asks for it."""
         s, rules, people = self.memory, self.arrays.rules, self.arrays.people
         away, distance, push_x, push_y = next_wakeup.NEVER_MS, geometry.FAR_UM, 0.0, 0.0
         if looks_mm > 0:
@@ -115,7 +117,11 @@ class CarTurn(NamedTuple):
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
             away = min(away, ticks * rules.tick_ms)
-        return Sensed(bodies.obstacle_mm(distance, rules), person, looks_mm > 0, away, push_x, push_y)
+        dark = 0
+        if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> _FLOOR_AT & 1:
+            dark, ticks = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
+            away = min(away, ticks * rules.tick_ms)
+        return Sensed(bodies.obstacle_mm(distance, rules), person, dark, looks_mm > 0, away, push_x, push_y)
 
     def set_outputs(self, wheels: int, senses: Sensed) -> tuple[bool, int]:
         """Set the wheels; return whether the car looked around, and for how many ms it needs no turn.

@@ -103,6 +103,9 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         beam_cos=_cosine(physics.beam_half_angle_deg) if physics.beam_half_angle_deg < 180 else -2.0,
         capture=float(physics.capture_ratio or 0.0),
         wheel_noise=float(physics.wheel_noise),
+        floor_ahead=profile.floor.ahead_mm * 1000.0,
+        floor_aside=profile.floor.apart_mm * 500.0,
+        floor_step=_floor_step(profile, float(fastest), max(turns)),
         drift=float(sort_every * fastest),
         sort_every=int(sort_every),
         cell=FAR_UM if few else CELL_UM,
@@ -283,6 +286,14 @@ def _flips(rate: float) -> tuple[float, ...]:
 
 def _cosine(degrees: float) -> float:
     return round(math.cos(math.radians(degrees)) * 2**40) / 2**40
+
+
+def _floor_step(profile: Profile, fastest: float, turn: int) -> float:
+    """How many µm a floor sensor moves at most in a tick: with its car, and around it."""
+    reach = math.hypot(profile.floor.ahead_mm, profile.floor.apart_mm / 2) * 1000
+    # Wheel noise turns a car at most as fast as one wheel at full speed forward and the other backward.
+    most_turn = max(turn / FULL_TURN * math.tau, 2 * fastest / (profile.body.wheel_base_mm * 1000))
+    return float(math.ceil(fastest + reach * most_turn) + 2)
 
 
 def _person_step(mat: Mat) -> float:

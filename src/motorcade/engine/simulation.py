@@ -13,7 +13,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine import bicycle, events, layout
+from motorcade.engine import bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
 from motorcade.engine.kernels import ALL
@@ -155,6 +155,7 @@ class Simulation:
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
         self._place = layout.place_of(mat, rules, memory, self._look_mm)
         self._rules = allocate_all(memory, rules)
+        self._floor = memory.allocate("floor", floor.floor_of(mat))
         self._people, self._voices = allocate_all(memory, people), allocate_all(memory, layout.voices_of(mat))
 
     def _with_room(self, counts: BackendArray, room: int) -> events.Counters:
@@ -294,7 +295,7 @@ class Simulation:
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
         around = self._place, self._people, self._voices
-        return Arrays(self.state, self._cells, *around, self._driven, self._rules, self._counters)
+        return Arrays(self.state, self._cells, *around, self._driven, self._floor, self._rules, self._counters)
 
     def _read_counts(self) -> "array[int]":
         return array("q", self.backend.read(self._counters.counts))

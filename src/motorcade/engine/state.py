@@ -36,6 +36,8 @@ DRIVEN = 3 * 4
 # The cars that somebody drives, of all worlds: (7, driven), rows as in `motorcade.engine.bicycle`. It is one matrix
 # because a kernel gets slower with every array.
 Driven = Ints
+# The marks on the floor, in the layout of `motorcade.engine.floor`; one array for the same reason.
+Floor = Floats
 # Strips of a large world; more than threads, so that threads need not wait for a strip with many cars.
 MOST_PARTS = 32
 
@@ -149,6 +151,9 @@ class Rules(NamedTuple):
     beam_cos: float  # -2: in all directions
     capture: float  # 0: no frame survives a collision
     wheel_noise: float
+    floor_ahead: float  # µm of the floor sensors in front of the axle
+    floor_aside: float  # and to either side
+    floor_step: float  # µm a tick that a floor sensor moves at most
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
     cell: float  # side of a cell
@@ -163,6 +168,7 @@ class Arrays(NamedTuple):
     people: People
     voices: Voices
     driven: Driven
+    floor: Floor
     rules: Rules
     counters: Counters
 

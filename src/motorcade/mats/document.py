@@ -13,6 +13,7 @@ from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.crowd import Crowd, place_crowd
 from motorcade.mats.geometry import Budget, Points, SweepLine, close_pair, obstructed
+from motorcade.mats.lines import Line
 from motorcade.mats.model import Mat, Person, Physics, Starts, Voice, flags, floats
 from motorcade.mats.outlines import check_outlines
 from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, mat_schema
@@ -57,6 +58,9 @@ def mat_of(document: Any, file: Text) -> Mat:
         walls=tuple((*_pair(wall["from_m"]), *_pair(wall["to_m"])) for wall in checked["wall"]),
         discs=tuple((*_pair(disc["centre_m"]), float(disc["radius_m"])) for disc in checked["disc"]),
         polygons=tuple(tuple(map(_pair, polygon["corners_m"])) for polygon in checked["polygon"]),
+        lines=tuple(_line(line) for line in checked["line"]),
+        spots=tuple((*_pair(spot["centre_m"]), float(spot["radius_m"])) for spot in checked["spot"]),
+        patches=tuple(tuple(map(_pair, patch["corners_m"])) for patch in checked["patch"]),
         people=tuple(_person(person) for person in checked["person"]),
         voices=tuple(_voice(voice) for voice in checked["voice"]),
         physics=Physics(**{key: _float(value) for key, value in checked["physics"].items()}),
@@ -129,6 +133,9 @@ def document_of(mat: Mat) -> dict[str, Any]:
         "wall": [{"from_m": wall[:2], "to_m": wall[2:]} for wall in mat.walls],
         "disc": [{"centre_m": [x, y], "radius_m": radius} for x, y, radius in mat.discs],
         "polygon": [{"corners_m": corners} for corners in mat.polygons],
+        "line": [asdict(line) for line in mat.lines],
+        "spot": [{"centre_m": [x, y], "radius_m": radius} for x, y, radius in mat.spots],
+        "patch": [{"corners_m": corners} for corners in mat.patches],
         "person": [asdict(person) for person in mat.people],
         "voice": [{"at_s": voice.at_s, "word": voice.word} | _area_of(voice) for voice in mat.voices],
         "physics": {key: value for key, value in asdict(mat.physics).items() if value is not None},
@@ -158,6 +165,11 @@ def _pair(values: list[float]) -> tuple[float, float]:
 
 def _float(value: Any) -> Any:
     return value if isinstance(value, bool) else float(value)
+
+
+def _line(line: dict[str, Any]) -> Line:
+    points = tuple(map(_pair, line["points_m"]))
+    return Line(points, float(line["width_m"]), float(line["bend_m"]), line["closed"])
 
 
 def _person(person: dict[str, Any]) -> Person:

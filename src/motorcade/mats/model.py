@@ -9,6 +9,7 @@ from itertools import compress
 from typing import Any, Self
 
 from motorcade.errors import MotorcadeError
+from motorcade.mats.lines import Line
 
 Wall = tuple[float, float, float, float]
 Disc = tuple[float, float, float]
@@ -173,6 +174,7 @@ class Mat:
         people: the people who walk there.
         voices: the words that are spoken there.
         physics: the physics of the mat.
+        lines, spots, patches: dark lines on the floor, round dark spots (x, y, radius) and dark polygons.
     """
 
     name: str
@@ -186,6 +188,9 @@ class Mat:
     people: tuple[Person, ...] = ()
     voices: tuple[Voice, ...] = ()
     physics: Physics = Physics()
+    lines: tuple[Line, ...] = ()
+    spots: tuple[Disc, ...] = ()
+    patches: tuple[Corners, ...] = ()
 
 
 def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:

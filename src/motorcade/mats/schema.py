@@ -32,6 +32,9 @@ def mat_schema() -> Schema:
             wall=_tables("wall", _wall()),
             disc=_tables("disc", _disc()),
             polygon=_tables("polygon", _polygon()),
+            line=_tables("line", _line()),
+            spot=_tables("spot", _spot()),
+            patch=_tables("patch", _patch()),
             person=_tables("person", _person()),
             voice=_tables("voice", _voice()),
             car=_tables("car", _car()),
@@ -50,8 +53,30 @@ def _disc() -> Schema:
 
 
 def _polygon() -> Schema:
-    corners = list_of(_point("a corner"), 3, 1000, title="the corners of a solid obstacle, in order")
-    return table(corners_m=allowed_as("mat-corners", corners, minimum=3, maximum=1000, most=FARTHEST_M))
+    return table(corners_m=_corners("the corners of a solid obstacle, in order"))
+
+
+def _line() -> Schema:
+    points = list_of(_point("a point"), 2, 1000, title="the points of a dark line on the floor, in order")
+    return table(
+        points_m=allowed_as("mat-corners", points, minimum=2, maximum=1000, most=FARTHEST_M),
+        width_m=number(SHORTEST_M, 1, "metres", title="how wide the line is", default=0.03),
+        bend_m=number(0, FARTHEST_M, "metres", title="the radius of the arcs at its corners", default=0.0),
+        closed=flag(title="whether it goes on from its last point to its first", default=False),
+    )
+
+
+def _spot() -> Schema:
+    return table(centre_m=_point("the centre of a round dark spot"), radius_m=_radius("the radius of a dark spot"))
+
+
+def _patch() -> Schema:
+    return table(corners_m=_corners("the corners of a dark patch, in order"))
+
+
+def _corners(title: str) -> Schema:
+    corners = list_of(_point("a corner"), 3, 1000, title=title)
+    return allowed_as("mat-corners", corners, minimum=3, maximum=1000, most=FARTHEST_M)
 
 
 def _person() -> Schema:

@@ -39,14 +39,15 @@ class _Layout(NamedTuple):
         bits: what the kind sets in every step.
         mask: the fields that it sets.
         own_mask: all fields that it fills.
-        places: of each value its name, lowest bit and mask, and the names of its raw values where it has some.
+        places: of each value its name, lowest bit and mask, its least raw value, and the names of its raw values where
+            it has some.
         duration_low: the lowest bit of its duration's field; -1 where it has none.
     """
 
     bits: int
     mask: int
     own_mask: int
-    places: tuple[tuple[str, int, int, tuple[str, ...]], ...]
+    places: tuple[tuple[str, int, int, int, tuple[str, ...]], ...]
     duration_low: int
 
 
@@ -65,7 +66,8 @@ def _layout_of(kind: type[Step]) -> _Layout:
         if each.name == "seconds":
             duration_low = field.low
         else:
-            places.append((each.name, field.low, field.raw_mask, tuple(each.metadata["schema"].get("enum", ()))))
+            names = tuple(each.metadata["schema"].get("enum", ()))
+            places.append((each.name, field.low, field.raw_mask, each.metadata["least"], names))
     return _Layout(
         bits=sum(raw << CONTROL.field(name).low for name, raw in kind.sets.items()),
         mask=sum(CONTROL.field(name).word_mask for name in kind.sets),
@@ -99,9 +101,9 @@ def parts_of(step: Step) -> WordParts:
 
 def _part_of(step: Any) -> WordPart:
     bits, _, _, places, duration_low = _LAYOUTS[type(step)]
-    for name, low, _, names in places:
+    for name, low, _, least, names in places:
         value = getattr(step, name)
-        bits |= (names.index(value) if names else value) << low
+        bits |= (least + names.index(value) if names else value) << low
     if duration_low < 0:
         return WordPart(bits, -1, 0)
     duration_ms = to_ms(step.seconds)
@@ -152,18 +154,20 @@ def durations_in(word: int, levels_ms: tuple[int, ...]) -> tuple[int, ...]:
 def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None) -> Step:
     """Return the step that a control word holds, its parts cut to ``longest_ms``; durations are levels 0 to 3."""
     found: dict[str, Step] = {}
+    told = 0
     for kind in _LOOKED_FOR:
         layout = _LAYOUTS[kind]
-        is_there = word & layout.own_mask if not layout.mask else word & layout.mask == layout.bits
-        if kind.group not in found and is_there:
+        # A kind may fill a bit that another kind tells by itself.
+        if kind.group not in found and layout.own_mask & ~told and _holds(word, layout):
             values: dict[str, Any] = {}
-            for name, low, mask, names in layout.places:
+            for name, low, mask, least, names in layout.places:
                 raw = word >> low & mask
-                values[name] = names[raw] if names else raw
+                values[name] = names[raw - least] if names else raw
             if layout.duration_low >= 0:
                 duration_ms = levels_ms[word >> layout.duration_low & _LEVEL_MASK]
                 values["seconds"] = to_seconds(duration_ms if longest_ms is None else min(duration_ms, longest_ms))
             found[kind.group] = kind(**values)
+            told |= layout.own_mask
     steps = list(found.values())
     companions = [step for step in steps if isinstance(step, AccompanyingStep)]
     if len(steps) == 1 and not companions:
@@ -171,6 +175,17 @@ def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None
     if len(steps) == 2 and len(companions) == 1 and isinstance(steps[0], WaitStep):
         return replace(companions[0], seconds=steps[0].seconds)
     return TogetherStep(tuple(steps))
+
+
+def _holds(word: int, layout: _Layout) -> bool:
+    """Whether a control word holds a step of the kind that is laid out so."""
+    if word & layout.mask != layout.bits or not word & layout.own_mask:
+        return False
+    for _, low, mask, least, names in layout.places:
+        raw = word >> low & mask
+        if raw < least or (names and raw >= least + len(names)):
+            return False
+    return True
 
 
 def to_seconds(duration_ms: int) -> float:

@@ -20,15 +20,21 @@ SECONDS = number(0, LONGEST_S)
 COMMON: dict[str, Schema] = {"id": {"type": "string"}, "accept_ir": flag(), "forward": flag()}
 
 
-def chosen(word: str, names: tuple[str, ...]) -> Any:
-    """One of ``names``, whose position goes into the field ``word``."""
-    return field(metadata={"schema": choice(*names), "word": word})
+def chosen(word: str, names: tuple[str, ...], least: int = 0) -> Any:
+    """One of ``names``, whose position, counted from ``least``, goes into the field ``word``."""
+    return field(metadata={"schema": choice(*names), "word": word, "least": least})
 
 
 def level(word: str, menu: str, first: int = 0, least: int = 0) -> Any:
     """A level from ``least`` on, for the field ``word``; the page offers a menu of levels, ``first`` is chosen."""
     return field(
-        metadata={"schema": whole(least, CONTROL.field(word).maximum), "word": word, "menu": menu, "first": first}
+        metadata={
+            "schema": whole(least, CONTROL.field(word).maximum),
+            "word": word,
+            "menu": menu,
+            "first": first,
+            "least": least,
+        }
     )
 
 

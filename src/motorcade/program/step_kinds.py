@@ -103,6 +103,68 @@ class PirStep(AccompanyingStep):
     sets: ClassVar[dict[str, int]] = {"pir": 1}
 
 
+@dataclass(frozen=True, slots=True)
+class FollowLineStep(Step):
+    """Drive along a dark line for some seconds (c3 forward with the bit floor)."""
+
+    kind: ClassVar[str] = "follow_line"
+    names: ClassVar[dict[str, dict[str, str]]] = {"follow_line": {}}
+    category: ClassVar[str] = "sense"
+    icon: ClassVar[str] = "M5 21c0-7 14-7 14-13V3M9 3h10M9 21H1"
+    group: ClassVar[str] = "motor"
+    hue: ClassVar[int] = 95
+    sets: ClassVar[dict[str, int]] = {"motor_enable": 1, "motor_direction": 0, "floor": 1}
+    speed: int = level("motor_speed", "speed", first=2, least=1)
+    seconds: float = lasting("motor_duration")
+
+
+@dataclass(frozen=True, slots=True)
+class TurnToLineStep(Step):
+    """Turn until a line is under the car, then stand (c3 left or right with the bit floor)."""
+
+    kind: ClassVar[str] = "turn_to_line"
+    names: ClassVar[dict[str, dict[str, str]]] = {
+        "turn_left_to_line": {"direction": "left"},
+        "turn_right_to_line": {"direction": "right"},
+    }
+    category: ClassVar[str] = "sense"
+    icon: ClassVar[str] = "M6 21V9a5 5 0 0 1 10 0v2M12 8l4 4 4-4M3 21h18"
+    group: ClassVar[str] = "motor"
+    hue: ClassVar[int] = 95
+    sets: ClassVar[dict[str, int]] = {"motor_enable": 1, "floor": 1}
+    direction: str = chosen("motor_direction", ("left", "right"), least=1)
+    speed: int = level("motor_speed", "speed", first=2, least=1)
+    seconds: float = lasting("motor_duration")
+
+
+@dataclass(frozen=True, slots=True)
+class StopOnDarkStep(Step):
+    """Drive on with random turns, but stand on a dark floor (c3 random with the bit floor)."""
+
+    kind: ClassVar[str] = "stop_on_dark"
+    names: ClassVar[dict[str, dict[str, str]]] = {"stop_on_dark": {}}
+    category: ClassVar[str] = "sense"
+    icon: ClassVar[str] = "M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6"
+    group: ClassVar[str] = "motor"
+    hue: ClassVar[int] = 95
+    sets: ClassVar[dict[str, int]] = {"motor_enable": 1, "motor_direction": 3, "floor": 1}
+    speed: int = level("motor_speed", "speed", first=2, least=1)
+    seconds: float = lasting("motor_duration")
+
+
+@dataclass(frozen=True, slots=True)
+class FloorStep(AccompanyingStep):
+    """Mind the floor: what the motor does beside it obeys dark and light (the bit floor)."""
+
+    kind: ClassVar[str] = "floor"
+    names: ClassVar[dict[str, dict[str, str]]] = {"floor": {}}
+    category: ClassVar[str] = "sense"
+    icon: ClassVar[str] = "M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4"
+    group: ClassVar[str] = "floor"
+    hue: ClassVar[int] = 95
+    sets: ClassVar[dict[str, int]] = {"floor": 1}
+
+
 SIMPLE_KINDS: tuple[type[Step], ...] = (
     DriveStep,
     WaitStep,
@@ -110,6 +172,10 @@ SIMPLE_KINDS: tuple[type[Step], ...] = (
     AvoidStep,
     VoiceStep,
     PirStep,
+    FollowLineStep,
+    TurnToLineStep,
+    StopOnDarkStep,
+    FloorStep,
 )
 
 # Where the class itself reads well, it is the name.
@@ -123,6 +189,8 @@ avoid = AvoidStep
 voice = VoiceStep
 
 pir = PirStep
+
+floor = FloorStep
 
 
 def forward(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
@@ -145,20 +213,49 @@ def wander(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
     return DriveStep("random", speed, seconds, **more)
 
 
+def follow_line(seconds: float, speed: int = 2, **more: Any) -> FollowLineStep:
+    """Drive along a dark line."""
+    return FollowLineStep(speed, seconds, **more)
+
+
+def turn_left_to_line(seconds: float, speed: int = 2, **more: Any) -> TurnToLineStep:
+    """Turn left to a line."""
+    return TurnToLineStep("left", speed, seconds, **more)
+
+
+def turn_right_to_line(seconds: float, speed: int = 2, **more: Any) -> TurnToLineStep:
+    """Turn right to a line."""
+    return TurnToLineStep("right", speed, seconds, **more)
+
+
+def stop_on_dark(seconds: float, speed: int = 2, **more: Any) -> StopOnDarkStep:
+    """Drive on with random turns, but stand on dark."""
+    return StopOnDarkStep(speed, seconds, **more)
+
+
 __all__ = [
     "SIMPLE_KINDS",
     "AvoidStep",
     "DriveStep",
+    "FloorStep",
+    "FollowLineStep",
     "LedStep",
     "PirStep",
+    "StopOnDarkStep",
+    "TurnToLineStep",
     "VoiceStep",
     "WaitStep",
     "avoid",
+    "floor",
+    "follow_line",
     "forward",
     "led",
     "left",
     "pir",
     "right",
+    "stop_on_dark",
+    "turn_left_to_line",
+    "turn_right_to_line",
     "voice",
     "wait",
     "wander",

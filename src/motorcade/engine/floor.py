@@ -1,0 +1,159 @@
+"""Dark marks on the floor, and what the floor sensors of a car see of them.
+
+A mark is a stretch of a line with round ends, a spot (a stretch without length) or a polygon. All marks of a mat are in
+one array of float64, because a kernel gets slower with every array:
+
+    frame       origin x and y (µm), cells a µm, columns, rows
+    cells       of each cell, and one behind the last: where in the array its list begins
+    lists       of each cell, where in the array the marks begin that are within MARGIN_UM of it
+    marks       half a width, x0, y0, x1, y1 (µm) of a stretch; or minus the number of corners, and x and y of each
+
+The array is empty where there are no marks.
+"""
+
+import math
+from array import array
+from collections.abc import Iterator, Sequence
+from itertools import accumulate, chain, islice, pairwise
+
+from motorcade.engine.clearance import whole_ticks
+from motorcade.engine.decorators import in_kernel
+from motorcade.engine.geometry import FAR_UM, cosine, sine
+from motorcade.engine.state import Buffer, Cars, Floor, Rules
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat
+from motorcade.mats.lines import way_of
+
+ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
+# A sensor in a cell knows of all marks that are nearer than this.
+MARGIN_UM = 200_000.0
+_CELL_UM = 250_000.0
+# Places are whole µm: a place right on an edge is dark, however its distance is rounded.
+_TIE_UM = 0.5
+_MOST_CELLS = 1 << 16
+# Half a second of work.
+_MOST_MARKS = 100_000
+_MOST_LISTED = 2_000_000
+
+
+@in_kernel
+def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, int]:
+    """Look at the floor, which has marks.
+
+    Returns:
+        Which floor sensors of car ``i`` are over dark (1 left plus 2 right), and for how many ticks that can't change.
+    """
+    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
+    aside_x, aside_y = -rules.floor_aside * ahead_y, rules.floor_aside * ahead_x
+    left, right = outside_um(x + aside_x, y + aside_y, floor), outside_um(x - aside_x, y - aside_y, floor)
+    dark = (1 if left <= 0.0 else 0) + (2 if right <= 0.0 else 0)
+    return dark, whole_ticks(min(abs(left), abs(right)) / rules.floor_step)
+
+
+@in_kernel
+def outside_um(x: float, y: float, floor: Floor) -> float:
+    """Return how far a place is from the nearest mark, at most MARGIN_UM; 0 or less where it is on one.
+
+    On a mark the negative number is the distance to the mark's edge, or less where marks overlap.
+    """
+    x, y = math.floor(x + 0.5), math.floor(y + 0.5)
+    column = math.floor((x - floor[ORIGIN_X]) * floor[PER_UM])
+    row = math.floor((y - floor[ORIGIN_Y]) * floor[PER_UM])
+    if column < 0.0 or row < 0.0 or column >= floor[COLUMNS] or row >= floor[ROWS]:
+        return MARGIN_UM
+    cell = CELLS + int(row) * int(floor[COLUMNS]) + int(column)
+    nearest = MARGIN_UM
+    for item in range(int(floor[cell]), int(floor[cell + 1])):
+        mark = int(floor[item])
+        half = floor[mark]
+        if half < 0.0:
+            nearest = min(nearest, _outside_polygon(x, y, mark, floor))
+        else:
+            squared = _squared(x, y, floor[mark + 1], floor[mark + 2], floor[mark + 3], floor[mark + 4])
+            nearest = min(nearest, math.sqrt(squared) - half)
+    return nearest
+
+
+@in_kernel
+def _squared(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return the squared distance of a place from a stretch."""
+    along_x, along_y, to_x, to_y = x1 - x0, y1 - y0, x - x0, y - y0
+    length, dot = along_x * along_x + along_y * along_y, to_x * along_x + to_y * along_y
+    if dot <= 0.0:
+        return to_x * to_x + to_y * to_y
+    if dot >= length:
+        return (x - x1) * (x - x1) + (y - y1) * (y - y1)
+    aside = to_x * along_y - to_y * along_x
+    return aside * aside / length
+
+
+@in_kernel
+def _outside_polygon(x: float, y: float, mark: int, floor: Floor) -> float:
+    corners = -int(floor[mark])
+    last = mark + 2 * corners - 1
+    x0, y0, inside, nearest = floor[last], floor[last + 1], False, FAR_UM * FAR_UM
+    for corner in range(mark + 1, mark + 2 * corners, 2):
+        x1, y1 = floor[corner], floor[corner + 1]
+        nearest = min(nearest, _squared(x, y, x0, y0, x1, y1))
+        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
+            inside = not inside
+        x0, y0 = x1, y1
+    return -math.sqrt(nearest) if inside else math.sqrt(nearest)
+
+
+def floor_of(mat: Mat) -> Buffer:
+    """Return the array of the mat's marks. Raises MotorcadeError mat-too-detailed."""
+    marks = list(islice(marks_of(mat), _MOST_MARKS + 1))
+    if len(marks) > _MOST_MARKS:
+        raise MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
+    if not marks:
+        return Buffer("float64", (0,), array("d"))
+    boxes = [_box(mark) for mark in marks]
+    left, bottom = min(box[0] for box in boxes) - MARGIN_UM, min(box[1] for box in boxes) - MARGIN_UM
+    right, top = max(box[2] for box in boxes) + MARGIN_UM, max(box[3] for box in boxes) + MARGIN_UM
+    side = max(_CELL_UM, math.sqrt((right - left) * (top - bottom) / _MOST_CELLS))
+    columns, rows = math.ceil((right - left) / side), math.ceil((top - bottom) / side)
+    lists: list[list[int]] = [[] for _ in range(columns * rows)]
+    listed = 0
+    for number, (x0, y0, x1, y1) in enumerate(boxes):
+        its_columns = _cells_between(x0 - left, x1 - left, side, columns)
+        its_rows = _cells_between(y0 - bottom, y1 - bottom, side, rows)
+        listed += len(its_columns) * len(its_rows)
+        if listed > _MOST_LISTED:
+            raise MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
+        for row in its_rows:
+            for column in its_columns:
+                lists[row * columns + column].append(number)
+    begin = CELLS + len(lists) + 1
+    places = list(accumulate(map(len, marks), initial=begin + sum(map(len, lists))))
+    firsts = accumulate(map(len, lists), initial=begin)
+    items = (places[number] for each in lists for number in each)
+    held = array("d", chain((left, bottom, 1 / side, columns, rows), firsts, items, chain.from_iterable(marks)))
+    return Buffer("float64", (len(held),), held)
+
+
+def _cells_between(low: float, high: float, side: float, count: int) -> range:
+    return range(int((low - MARGIN_UM) / side), min(int((high + MARGIN_UM) / side) + 1, count))
+
+
+def marks_of(mat: Mat) -> Iterator[tuple[float, ...]]:
+    """Yield the mat's marks as the array holds them, in whole µm."""
+    for line in mat.lines:
+        half = _um(line.width_m / 2) + _TIE_UM
+        way = [(_um(x), _um(y)) for x, y in way_of(line)]
+        for here, there in pairwise(way):
+            yield (half, *here, *there)
+    for x, y, radius in mat.spots:
+        yield _um(radius) + _TIE_UM, _um(x), _um(y), _um(x), _um(y)
+    for corners in mat.patches:
+        yield -float(len(corners)), *(_um(length) for corner in corners for length in corner)
+
+
+def _um(length_m: float) -> float:
+    return float(round(length_m * 1e6))
+
+
+def _box(mark: Sequence[float]) -> tuple[float, float, float, float]:
+    x, y, wide = mark[1::2], mark[2::2], max(mark[0], 0.0)
+    return min(x) - wide, min(y) - wide, max(x) + wide, max(y) + wide
