@@ -91,7 +91,9 @@ def step_names() -> list[str]:
 
 
 def _imports() -> str:
-    return "".join(f"    from motorcade.program.steps import {name} as {name}\n" for name in step_names())
+    return "if TYPE_CHECKING:\n" + "".join(
+        f"    from motorcade.program.steps import {name} as {name}\n" for name in step_names()
+    )
 
 
 def _lazy_names() -> str:

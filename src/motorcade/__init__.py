@@ -30,8 +30,15 @@ if TYPE_CHECKING:
     from motorcade.program.model import Followers as Followers
     from motorcade.program.model import Program as Program
     from motorcade.program.model import read_program as read_program
+    from motorcade.runs.running import simulate as simulate
+    from motorcade.words.field import WordError as WordError
+    from motorcade.words.formats import CONTROL as CONTROL
+    from motorcade.words.formats import DRIVE as DRIVE
+    from motorcade.words.formats import FRAME as FRAME
+    from motorcade.words.formats import HEADER as HEADER
 
-    # Written by scripts/generate.py from motorcade.devices; don't edit.
+# Written by scripts/generate.py from motorcade.devices; don't edit.
+if TYPE_CHECKING:
     from motorcade.program.steps import avoid as avoid
     from motorcade.program.steps import floor as floor
     from motorcade.program.steps import follow_line as follow_line
@@ -48,13 +55,7 @@ if TYPE_CHECKING:
     from motorcade.program.steps import voice as voice
     from motorcade.program.steps import wait as wait
     from motorcade.program.steps import wander as wander
-    # End of the section.
-    from motorcade.runs.running import simulate as simulate
-    from motorcade.words.field import WordError as WordError
-    from motorcade.words.formats import CONTROL as CONTROL
-    from motorcade.words.formats import DRIVE as DRIVE
-    from motorcade.words.formats import FRAME as FRAME
-    from motorcade.words.formats import HEADER as HEADER
+# End of the section.
 
 __version__ = "0.1.0"
 

@@ -49,7 +49,7 @@ CONTROL = WordFormat(
     "control",
     _ACTIONS
     + (
-        Field("reserved", 10, 1, "tag and check on the air", "seed 000, c8", RESERVED),
+        Field("reserved", 10, 1, "0; on the air tag and check", "seed 000, c8", RESERVED),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
     ),
 )
