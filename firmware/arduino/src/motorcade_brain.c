@@ -141,7 +141,7 @@ uint32_t motorcade_infrared_word_of(uint32_t frame)
 /* receiver */
 
 #define MOTORCADE_RECEIVER_MOST_RESERVED 1
-#define MOTORCADE_RECEIVER_UNUSED_IN_THIRD 15
+#define MOTORCADE_RECEIVER_UNUSED_IN_THIRD 7
 #define MOTORCADE_RECEIVER_UNUSED_IN_FOURTH 255
 #define MOTORCADE_RECEIVER_CHECK_MARK 254
 
@@ -422,6 +422,7 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_AVOID_DURATION_AT 14
 #define MOTORCADE_BRAIN_VOICE_AT 13
 #define MOTORCADE_BRAIN_PIR_AT 12
+#define MOTORCADE_BRAIN_FLOOR_AT 11
 
 /* Return how long `word` drives the motor. */
 uint32_t motorcade_brain_motor_ms(uint32_t word, const uint32_t *levels)
@@ -615,13 +616,50 @@ uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *lev
     return levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)];
 }
 
-/* Return 1 while the running word reacts to an obstacle or to a person, else 0. */
+/* Return 1 while dark or light floor can change what the wheels do, else 0. */
+uint8_t motorcade_brain_minds_floor(uint32_t *s, uint32_t now, const uint32_t *levels)
+{
+    uint32_t word = s[MOTORCADE_BRAIN_WORD];
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || BITS(word, MOTORCADE_BRAIN_FLOOR_AT, 1) == 0 || BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3) == 0) {
+        return 0;
+    }
+    return motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < motorcade_brain_motor_ms(word, levels) ? 1 : 0;
+}
+
+/* Return 1 while the running word reacts to an obstacle, a person or the floor, else 0. */
 uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_PIR_AT, 1)) {
         return 1;
     }
+    if (motorcade_brain_minds_floor(s, now, levels)) {
+        return 1;
+    }
     return motorcade_brain_looks_mm(s, now, levels) ? 1 : 0;
+}
+
+/* Return the state of the wheels of a word with the bit floor: follow a line, turn to one, or stay on dark.
+ *
+ * A turn that has found its line stands until the motor's time is over; `s[DRAWS]` remembers it.
+ */
+static uint8_t motorcade_brain_over_floor(uint32_t *s, uint8_t direction, uint8_t speed, uint32_t dark, uint32_t running_ms)
+{
+    if (BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_MOTOR_DIRECTION_AT, 3) == MOTORCADE_BRAIN_RANDOM_FORWARD) {
+        return (uint8_t)(dark ? MOTORCADE_BRAIN_STILL : (uint32_t)direction * 4 + speed);
+    }
+    if (direction == MOTORCADE_BRAIN_FORWARD) {
+        if (dark == MOTORCADE_BRAIN_DARK_LEFT) {
+            return (uint8_t)((uint32_t)MOTORCADE_BRAIN_LEFT * 4 + speed);
+        }
+        if (dark == MOTORCADE_BRAIN_DARK_RIGHT) {
+            return (uint8_t)((uint32_t)MOTORCADE_BRAIN_RIGHT * 4 + speed);
+        }
+        return (uint8_t)((uint32_t)MOTORCADE_BRAIN_FORWARD * 4 + speed);
+    }
+    if (dark && running_ms >= MOTORCADE_BRAIN_LEAVE_LINE_MS) {
+        s[MOTORCADE_BRAIN_DRAWS] = 1;
+    }
+    return (uint8_t)((uint16_t)s[MOTORCADE_BRAIN_DRAWS] ? MOTORCADE_BRAIN_STILL : (uint32_t)direction * 4 + speed);
 }
 
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
@@ -652,8 +690,11 @@ uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *sense
     }
     if (running_ms < motorcade_brain_avoid_ms(word, levels)) {
         if (senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)]) {
-            direction = MOTORCADE_BRAIN_RIGHT;
+            return (uint8_t)((uint32_t)MOTORCADE_BRAIN_RIGHT * 4 + speed);
         }
+    }
+    if (BITS(word, MOTORCADE_BRAIN_FLOOR_AT, 1)) {
+        return motorcade_brain_over_floor(s, direction, speed, senses->dark_floor, running_ms);
     }
     return (uint8_t)((uint32_t)direction * 4 + speed);
 }

@@ -26,6 +26,7 @@ uint32_t motorcade_image_word(const struct motorcade_image *image, uint32_t inde
 struct motorcade_senses {
     uint32_t obstacle_mm;
     uint32_t person;
+    uint32_t dark_floor;
 };
 
 /* A car. The board may put it first into a larger struct of its own. */
@@ -215,7 +216,7 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_STARTED_MS 2 /* when it began */
 #define MOTORCADE_BRAIN_RUNNING 3 /* 1 while the word runs: until its length is over */
 #define MOTORCADE_BRAIN_STOPPED 4 /* 1 after the car heard 'stop', until it hears 'go' */
-#define MOTORCADE_BRAIN_DRAWS 5 /* directions drawn so far in this word, for random forward */
+#define MOTORCADE_BRAIN_DRAWS 5 /* directions drawn so far in this word, for random forward; 1 after a turn found its line */
 #define MOTORCADE_BRAIN_HEADING 6 /* the last direction drawn: FORWARD, LEFT or RIGHT */
 #define MOTORCADE_BRAIN_RANDOM 7 /* the generator's state, never 0 */
 /* A car leads or follows for as long as it is on, so leaders and followers share the following places. */
@@ -267,6 +268,11 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_STILL 0
 #define MOTORCADE_BRAIN_NO_LED 4
 #define MOTORCADE_BRAIN_RANDOM_STEP_MS 500
+/* Over dark floor: the left floor sensor, the right one. */
+#define MOTORCADE_BRAIN_DARK_LEFT 1
+#define MOTORCADE_BRAIN_DARK_RIGHT 2
+/* A turn to a line begins by leaving the line that is under the car. */
+#define MOTORCADE_BRAIN_LEAVE_LINE_MS 200
 /* What a microphone heard. */
 #define MOTORCADE_BRAIN_NO_VOICE 0
 #define MOTORCADE_BRAIN_VOICE_STOP 1
@@ -315,7 +321,10 @@ void motorcade_brain_hear_voice(uint32_t *s, uint8_t voice);
 /* Return the distance below which an obstacle matters now; 0 while none does: the sensor can then stay off. */
 uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *levels);
 
-/* Return 1 while the running word reacts to an obstacle or to a person, else 0. */
+/* Return 1 while dark or light floor can change what the wheels do, else 0. */
+uint8_t motorcade_brain_minds_floor(uint32_t *s, uint32_t now, const uint32_t *levels);
+
+/* Return 1 while the running word reacts to an obstacle, a person or the floor, else 0. */
 uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *levels);
 
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.

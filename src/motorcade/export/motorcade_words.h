@@ -107,8 +107,8 @@ static inline enum motorcade_header_fault motorcade_header_decode(uint32_t word,
 /* control */
 
 /* Two ends with the same fingerprint give these words the same meaning. */
-#define MOTORCADE_CONTROL_FINGERPRINT 0xE2E12312UL
-#define MOTORCADE_CONTROL_DEFAULTS { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+#define MOTORCADE_CONTROL_FINGERPRINT 0x52D8BFD2UL
+#define MOTORCADE_CONTROL_DEFAULTS { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 
 struct motorcade_control {
     uint8_t accept_ir; /* bit 31: a follower listens to infrared; 0 to 1 */
@@ -124,7 +124,8 @@ struct motorcade_control {
     uint8_t avoid_duration; /* bits 15-14: level 0 (0 s) to 3 (longest); 0 to 3; no effect unless avoid_enable is 1 */
     uint8_t voice; /* bit 13: listens for 'stop' and 'go'; 0 to 1 */
     uint8_t pir; /* bit 12: stands still while a person is sensed; 0 to 1 */
-    uint16_t reserved; /* bits 11-1: for extensions; written 0 */
+    uint8_t floor; /* bit 11: the motor obeys dark and light floor; 0 to 1 */
+    uint16_t reserved; /* bits 10-1: 0; on the air tag and check; written 0 */
     uint8_t parity; /* bit 0: set on the air for an even number of ones; 0 to 1 */
 };
 
@@ -143,6 +144,7 @@ enum motorcade_control_fault {
     MOTORCADE_CONTROL_FAULT_AVOID_DURATION,
     MOTORCADE_CONTROL_FAULT_VOICE,
     MOTORCADE_CONTROL_FAULT_PIR,
+    MOTORCADE_CONTROL_FAULT_FLOOR,
     MOTORCADE_CONTROL_FAULT_RESERVED,
     MOTORCADE_CONTROL_FAULT_PARITY
 };
@@ -163,7 +165,8 @@ static inline enum motorcade_control_fault motorcade_control_check(const struct 
     if (values->avoid_duration > 3UL) return MOTORCADE_CONTROL_FAULT_AVOID_DURATION;
     if (values->voice > 1UL) return MOTORCADE_CONTROL_FAULT_VOICE;
     if (values->pir > 1UL) return MOTORCADE_CONTROL_FAULT_PIR;
-    if (values->reserved > 2047UL) return MOTORCADE_CONTROL_FAULT_RESERVED;
+    if (values->floor > 1UL) return MOTORCADE_CONTROL_FAULT_FLOOR;
+    if (values->reserved > 1023UL) return MOTORCADE_CONTROL_FAULT_RESERVED;
     if (values->parity > 1UL) return MOTORCADE_CONTROL_FAULT_PARITY;
     return MOTORCADE_CONTROL_OK;
 }
@@ -186,6 +189,7 @@ static inline enum motorcade_control_fault motorcade_control_encode(const struct
           | (uint32_t)values->avoid_duration << 14
           | (uint32_t)values->voice << 13
           | (uint32_t)values->pir << 12
+          | (uint32_t)values->floor << 11
           | (uint32_t)values->reserved << 1
           | (uint32_t)values->parity;
     return MOTORCADE_CONTROL_OK;
@@ -208,7 +212,8 @@ static inline enum motorcade_control_fault motorcade_control_decode(uint32_t wor
     values->avoid_duration = (uint8_t)(word >> 14 & 0x3UL);
     values->voice = (uint8_t)(word >> 13 & 0x1UL);
     values->pir = (uint8_t)(word >> 12 & 0x1UL);
-    values->reserved = (uint16_t)(word >> 1 & 0x7FFUL);
+    values->floor = (uint8_t)(word >> 11 & 0x1UL);
+    values->reserved = (uint16_t)(word >> 1 & 0x3FFUL);
     values->parity = (uint8_t)(word & 0x1UL);
     fault = motorcade_control_check(values);
     if (fault != MOTORCADE_CONTROL_OK) return fault;
@@ -342,8 +347,8 @@ static inline enum motorcade_lights_fault motorcade_lights_decode(uint32_t word,
 /* frame */
 
 /* Two ends with the same fingerprint give these words the same meaning. */
-#define MOTORCADE_FRAME_FINGERPRINT 0x76159055UL
-#define MOTORCADE_FRAME_DEFAULTS { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+#define MOTORCADE_FRAME_FINGERPRINT 0x7DB4FBDAUL
+#define MOTORCADE_FRAME_DEFAULTS { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 
 struct motorcade_frame {
     uint8_t accept_ir; /* bit 31: a follower listens to infrared; 0 to 1 */
@@ -359,7 +364,8 @@ struct motorcade_frame {
     uint8_t avoid_duration; /* bits 15-14: level 0 (0 s) to 3 (longest); 0 to 3; no effect unless avoid_enable is 1 */
     uint8_t voice; /* bit 13: listens for 'stop' and 'go'; 0 to 1 */
     uint8_t pir; /* bit 12: stands still while a person is sensed; 0 to 1 */
-    uint8_t tag; /* bits 11-6: number of the leader's slot, 1 to 63; 0: a bare word; 0 to 63 */
+    uint8_t floor; /* bit 11: the motor obeys dark and light floor; 0 to 1 */
+    uint8_t tag; /* bits 10-6: number of the leader's slot, 1 to 31; 0: a bare word; 0 to 31 */
     uint8_t check; /* bits 5-1: computed from bits 31 to 6; 0 in a bare word; 0 to 31 */
     uint8_t parity; /* bit 0: computed: makes the number of ones even; 0 to 1 */
 };
@@ -379,6 +385,7 @@ enum motorcade_frame_fault {
     MOTORCADE_FRAME_FAULT_AVOID_DURATION,
     MOTORCADE_FRAME_FAULT_VOICE,
     MOTORCADE_FRAME_FAULT_PIR,
+    MOTORCADE_FRAME_FAULT_FLOOR,
     MOTORCADE_FRAME_FAULT_TAG,
     MOTORCADE_FRAME_FAULT_CHECK,
     MOTORCADE_FRAME_FAULT_PARITY
@@ -400,7 +407,8 @@ static inline enum motorcade_frame_fault motorcade_frame_check(const struct moto
     if (values->avoid_duration > 3UL) return MOTORCADE_FRAME_FAULT_AVOID_DURATION;
     if (values->voice > 1UL) return MOTORCADE_FRAME_FAULT_VOICE;
     if (values->pir > 1UL) return MOTORCADE_FRAME_FAULT_PIR;
-    if (values->tag > 63UL) return MOTORCADE_FRAME_FAULT_TAG;
+    if (values->floor > 1UL) return MOTORCADE_FRAME_FAULT_FLOOR;
+    if (values->tag > 31UL) return MOTORCADE_FRAME_FAULT_TAG;
     if (values->check > 31UL) return MOTORCADE_FRAME_FAULT_CHECK;
     if (values->parity > 1UL) return MOTORCADE_FRAME_FAULT_PARITY;
     return MOTORCADE_FRAME_OK;
@@ -424,6 +432,7 @@ static inline enum motorcade_frame_fault motorcade_frame_encode(const struct mot
           | (uint32_t)values->avoid_duration << 14
           | (uint32_t)values->voice << 13
           | (uint32_t)values->pir << 12
+          | (uint32_t)values->floor << 11
           | (uint32_t)values->tag << 6
           | (uint32_t)values->check << 1
           | (uint32_t)values->parity;
@@ -447,7 +456,8 @@ static inline enum motorcade_frame_fault motorcade_frame_decode(uint32_t word, i
     values->avoid_duration = (uint8_t)(word >> 14 & 0x3UL);
     values->voice = (uint8_t)(word >> 13 & 0x1UL);
     values->pir = (uint8_t)(word >> 12 & 0x1UL);
-    values->tag = (uint8_t)(word >> 6 & 0x3FUL);
+    values->floor = (uint8_t)(word >> 11 & 0x1UL);
+    values->tag = (uint8_t)(word >> 6 & 0x1FUL);
     values->check = (uint8_t)(word >> 1 & 0x1FUL);
     values->parity = (uint8_t)(word & 0x1UL);
     fault = motorcade_frame_check(values);
@@ -459,7 +469,7 @@ static inline enum motorcade_frame_fault motorcade_frame_decode(uint32_t word, i
 /* Return the value of `check` that belongs to the other bits of `word`. */
 static inline uint8_t motorcade_frame_check_of(uint32_t word)
 {
-    if ((word & 0x00000FC0UL) == 0) return 0;
+    if ((word & 0x000007C0UL) == 0) return 0;
     return (uint8_t)(motorcade_is_odd(word & 0x001FFFC0UL) << 4
         | motorcade_is_odd(word & 0x0FE03FC0UL) << 3
         | motorcade_is_odd(word & 0x71E3C3C0UL) << 2

@@ -23,7 +23,7 @@ local FORMATS = {
   },
   control = {
     title = "control word",
-    fingerprint = "0xE2E12312",
+    fingerprint = "0x52D8BFD2",
     fields = {
       { name = "accept_ir", high = 31, low = 31, minimum = 0, maximum = 1, meaning = "a follower listens to infrared", allowed = "0 to 1" },
       { name = "forward", high = 30, low = 30, minimum = 0, maximum = 1, meaning = "passes words on by infrared", allowed = "0 to 1" },
@@ -38,7 +38,8 @@ local FORMATS = {
       { name = "avoid_duration", high = 15, low = 14, minimum = 0, maximum = 3, meaning = "level 0 (0 s) to 3 (longest)", allowed = "0 to 3", needs = "avoid_enable" },
       { name = "voice", high = 13, low = 13, minimum = 0, maximum = 1, meaning = "listens for 'stop' and 'go'", allowed = "0 to 1" },
       { name = "pir", high = 12, low = 12, minimum = 0, maximum = 1, meaning = "stands still while a person is sensed", allowed = "0 to 1" },
-      { name = "reserved", high = 11, low = 1, minimum = 0, maximum = 2047, meaning = "for extensions", allowed = "0 to 2047", reserved = true, defined = 0, reserved_allowed = "0 (reserved)" },
+      { name = "floor", high = 11, low = 11, minimum = 0, maximum = 1, meaning = "the motor obeys dark and light floor", allowed = "0 to 1" },
+      { name = "reserved", high = 10, low = 1, minimum = 0, maximum = 1023, meaning = "0; on the air tag and check", allowed = "0 to 1023", reserved = true, defined = 0, reserved_allowed = "0 (reserved)" },
       { name = "parity", high = 0, low = 0, minimum = 0, maximum = 1, meaning = "set on the air for an even number of ones", allowed = "0 to 1" },
     },
   },
@@ -66,7 +67,7 @@ local FORMATS = {
   },
   frame = {
     title = "frame word",
-    fingerprint = "0x76159055",
+    fingerprint = "0x7DB4FBDA",
     fields = {
       { name = "accept_ir", high = 31, low = 31, minimum = 0, maximum = 1, meaning = "a follower listens to infrared", allowed = "0 to 1" },
       { name = "forward", high = 30, low = 30, minimum = 0, maximum = 1, meaning = "passes words on by infrared", allowed = "0 to 1" },
@@ -81,7 +82,8 @@ local FORMATS = {
       { name = "avoid_duration", high = 15, low = 14, minimum = 0, maximum = 3, meaning = "level 0 (0 s) to 3 (longest)", allowed = "0 to 3", needs = "avoid_enable" },
       { name = "voice", high = 13, low = 13, minimum = 0, maximum = 1, meaning = "listens for 'stop' and 'go'", allowed = "0 to 1" },
       { name = "pir", high = 12, low = 12, minimum = 0, maximum = 1, meaning = "stands still while a person is sensed", allowed = "0 to 1" },
-      { name = "tag", high = 11, low = 6, minimum = 0, maximum = 63, meaning = "number of the leader's slot, 1 to 63; 0: a bare word", allowed = "0 to 63" },
+      { name = "floor", high = 11, low = 11, minimum = 0, maximum = 1, meaning = "the motor obeys dark and light floor", allowed = "0 to 1" },
+      { name = "tag", high = 10, low = 6, minimum = 0, maximum = 31, meaning = "number of the leader's slot, 1 to 31; 0: a bare word", allowed = "0 to 31" },
       { name = "check", high = 5, low = 1, minimum = 0, maximum = 31, meaning = "computed from bits 31 to 6; 0 in a bare word", allowed = "0 to 31", needs = "tag", parities = { { 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20 }, { 6, 7, 8, 9, 10, 11, 12, 13, 21, 22, 23, 24, 25, 26, 27 }, { 6, 7, 8, 9, 14, 15, 16, 17, 21, 22, 23, 24, 28, 29, 30 }, { 6, 7, 10, 11, 14, 15, 18, 19, 21, 22, 25, 26, 28, 29, 31 }, { 6, 8, 10, 12, 14, 16, 18, 20, 21, 23, 25, 27, 28, 30, 31 } } },
       { name = "parity", high = 0, low = 0, minimum = 0, maximum = 1, meaning = "computed: makes the number of ones even", allowed = "0 to 1", parities = { { 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31 } } },
     },

@@ -45,6 +45,7 @@ export interface ProfileFigures {
   infrared: Infrared;
   serial: Serial;
   body: Body;
+  floor: FloorSensors;
   servo: Servo;
   motor: DriveMotor;
   drive: DriveLimits;
@@ -77,6 +78,12 @@ export interface Body {
   ultrasonic_range_mm: number;
   pir_range_mm: number;
   pir_half_angle_deg: number;
+}
+
+/** The two floor sensors: how far in front of the axle they are, and how far from each other. */
+export interface FloorSensors {
+  ahead_mm: number;
+  apart_mm: number;
 }
 
 /** The steering servo's period and pulse widths, and how far it turns the front wheels at 0 and 180 degrees. */

@@ -144,6 +144,111 @@ export const STEP_KINDS = [
     "hue": 22
   },
   {
+    "kind": "follow_line",
+    "category": "sense",
+    "icon": "M5 21c0-7 14-7 14-13V3M9 3h10M9 21H1",
+    "in_start": false,
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "level",
+        "name": "SPEED",
+        "menu": "speed",
+        "levels": [
+          1,
+          2,
+          3
+        ],
+        "first": 2
+      },
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ],
+    "group": "motor",
+    "hue": 95
+  },
+  {
+    "kind": "turn_to_line",
+    "category": "sense",
+    "icon": "M6 21V9a5 5 0 0 1 10 0v2M12 8l4 4 4-4M3 21h18",
+    "in_start": false,
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "choice",
+        "name": "DIRECTION",
+        "options": [
+          "left",
+          "right"
+        ]
+      },
+      {
+        "input": "level",
+        "name": "SPEED",
+        "menu": "speed",
+        "levels": [
+          1,
+          2,
+          3
+        ],
+        "first": 2
+      },
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ],
+    "group": "motor",
+    "hue": 95
+  },
+  {
+    "kind": "stop_on_dark",
+    "category": "sense",
+    "icon": "M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6",
+    "in_start": false,
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "level",
+        "name": "SPEED",
+        "menu": "speed",
+        "levels": [
+          1,
+          2,
+          3
+        ],
+        "first": 2
+      },
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ],
+    "group": "motor",
+    "hue": 95
+  },
+  {
+    "kind": "floor",
+    "category": "sense",
+    "icon": "M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4",
+    "in_start": false,
+    "accompanies": true,
+    "holds": false,
+    "fields": [
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ],
+    "group": "floor",
+    "hue": 95
+  },
+  {
     "kind": "repeat",
     "category": "order",
     "icon": "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5",
@@ -271,7 +376,7 @@ export const FORMATS = {
       "low": 12
     },
     {
-      "name": "extension_11",
+      "name": "floor",
       "high": 11,
       "low": 11
     },
@@ -341,15 +446,20 @@ export const WORD_FIELDS = {
   "pir": {
     "group": "pir",
     "meaning": "flag"
+  },
+  "floor": {
+    "group": "floor",
+    "meaning": "flag"
   }
 } as const;
 
 export const HUES = {
-  "motor": 219,
+  "motor": 95,
   "led": 41,
   "avoid": 166,
   "voice": 263,
-  "pir": 22
+  "pir": 22,
+  "floor": 95
 } as const;
 
 export const PYTHON_CALLS = [
@@ -529,6 +639,110 @@ export const PYTHON_CALLS = [
       }
     ],
     "example": "pir()"
+  },
+  {
+    "name": "follow_line",
+    "kind": "follow_line",
+    "signature": "follow_line(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 1,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "follow_line(1, speed=3)"
+  },
+  {
+    "name": "turn_left_to_line",
+    "kind": "turn_to_line",
+    "signature": "turn_left_to_line(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 1,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "turn_left_to_line(1, speed=3)"
+  },
+  {
+    "name": "turn_right_to_line",
+    "kind": "turn_to_line",
+    "signature": "turn_right_to_line(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 1,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "turn_right_to_line(1, speed=3)"
+  },
+  {
+    "name": "stop_on_dark",
+    "kind": "stop_on_dark",
+    "signature": "stop_on_dark(seconds, speed=2)",
+    "holds": false,
+    "accompanies": false,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400
+      },
+      {
+        "name": "speed",
+        "least": 1,
+        "most": 3,
+        "default": 2,
+        "menu": "speed"
+      }
+    ],
+    "example": "stop_on_dark(1, speed=3)"
+  },
+  {
+    "name": "floor",
+    "kind": "floor",
+    "signature": "floor(seconds=None)",
+    "holds": false,
+    "accompanies": true,
+    "parameters": [
+      {
+        "name": "seconds",
+        "least": 0,
+        "most": 86400,
+        "default": null
+      }
+    ],
+    "example": "floor()"
   },
   {
     "name": "repeat",

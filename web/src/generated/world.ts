@@ -23,6 +23,29 @@ export interface Polygon {
   corners_m: readonly Point[];
 }
 
+export interface Line {
+  /** The points of a dark line on the floor, in order. */
+  points_m: readonly Point[];
+  /** How wide the line is. */
+  width_m?: number;
+  /** The radius of the arcs at its corners. */
+  bend_m?: number;
+  /** Whether it goes on from its last point to its first. */
+  closed?: boolean;
+}
+
+export interface Spot {
+  /** The centre of a round dark spot. */
+  centre_m: Point;
+  /** The radius of a dark spot. */
+  radius_m: number;
+}
+
+export interface Patch {
+  /** The corners of a dark patch, in order. */
+  corners_m: readonly Point[];
+}
+
 export interface Person {
   /** When the person is where; they walk straight from point to point. */
   path: readonly (readonly [number, number, number])[];
@@ -83,6 +106,9 @@ export interface Mat extends MatDocument {
   wall?: readonly Wall[];
   disc?: readonly Disc[];
   polygon?: readonly Polygon[];
+  line?: readonly Line[];
+  spot?: readonly Spot[];
+  patch?: readonly Patch[];
   person?: readonly Person[];
   voice?: readonly Voice[];
   car?: readonly Car[];
