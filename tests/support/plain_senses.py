@@ -68,9 +68,15 @@ def is_dark(world: "PlainWorld", x: int, y: int) -> bool:
             return True
     for patch in mat.patches:
         corners = [(round(cx * 1e6), round(cy * 1e6)) for cx, cy in patch]
-        sides = pairwise([*corners, corners[0]])
+        sides = list(pairwise([*corners, corners[0]]))
         crossed = [x < x0 + (y - y0) / (y1 - y0) * (x1 - x0) for (x0, y0), (x1, y1) in sides if (y0 > y) != (y1 > y)]
-        if sum(crossed) % 2:
+        is_on_edge = any(
+            (x - x0) * (y1 - y0) == (y - y0) * (x1 - x0)
+            and min(x0, x1) <= x <= max(x0, x1)
+            and min(y0, y1) <= y <= max(y0, y1)
+            for (x0, y0), (x1, y1) in sides
+        )
+        if is_on_edge or sum(crossed) % 2:
             return True
     return False
 

@@ -16,10 +16,10 @@ from array import array
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, chain, islice, pairwise
 
-from motorcade.engine.clearance import whole_ticks
+from motorcade.engine.clearance import MOST_TICKS, whole_ticks
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FAR_UM, cosine, sine
-from motorcade.engine.state import Buffer, Cars, Floor, Rules
+from motorcade.engine.state import DRIVEN, Buffer, Cars, Floor, Rules
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat
 from motorcade.mats.lines import way_of
@@ -30,6 +30,8 @@ MARGIN_UM = 200_000.0
 _CELL_UM = 250_000.0
 # Places are whole µm: a place right on an edge is dark, however its distance is rounded.
 _TIE_UM = 0.5
+# Places and ways are rounded to µm.
+_ROUNDED_UM = 3.0
 _MOST_CELLS = 1 << 16
 # Half a second of work.
 _MOST_MARKS = 100_000
@@ -37,55 +39,77 @@ _MOST_LISTED = 2_000_000
 
 
 @in_kernel
-def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, int]:
+def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, float, float]:
     """Look at the floor, which has marks.
 
     Returns:
-        Which floor sensors of car ``i`` are over dark (1 left plus 2 right), and for how many ticks that can't change.
+        Which floor sensors of car ``i`` are over dark (1 left plus 2 right), and how far they can at least move before
+        that changes, in µm: in any way, and straight ahead.
     """
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
     aside_x, aside_y = -rules.floor_aside * ahead_y, rules.floor_aside * ahead_x
-    left, right = outside_um(x + aside_x, y + aside_y, floor), outside_um(x - aside_x, y - aside_y, floor)
+    left, left_ahead = outside_um(x + aside_x, y + aside_y, ahead_x, ahead_y, floor)
+    right, right_ahead = outside_um(x - aside_x, y - aside_y, ahead_x, ahead_y, floor)
     dark = (1 if left <= 0.0 else 0) + (2 if right <= 0.0 else 0)
-    return dark, whole_ticks(min(abs(left), abs(right)) / rules.floor_step)
+    return dark, min(abs(left), abs(right)), min(left_ahead, right_ahead)
 
 
 @in_kernel
-def outside_um(x: float, y: float, floor: Floor) -> float:
-    """Return how far a place is from the nearest mark, at most MARGIN_UM; 0 or less where it is on one.
+def ticks_unchanged(wheels: int, any_um: float, ahead_um: float, rules: Rules) -> int:
+    """For how many ticks the floor sensors of a car with ``wheels`` see the same, unless something pushes the car."""
+    way, turn = rules.speeds[wheels & 3], abs(float(rules.turns[wheels]))
+    if wheels == DRIVEN or rules.wheel_noise > 0.0:
+        return whole_ticks((any_um - _ROUNDED_UM) / rules.floor_step)
+    if turn > 0.0:
+        return whole_ticks((any_um - _ROUNDED_UM) / (turn * rules.floor_turn))
+    return whole_ticks((ahead_um - _ROUNDED_UM) / way) if way > 0.0 else MOST_TICKS
 
-    On a mark the negative number is the distance to the mark's edge, or less where marks overlap.
+
+@in_kernel
+def outside_um(x: float, y: float, ahead_x: float, ahead_y: float, floor: Floor) -> tuple[float, float]:
+    """How far a place is from the nearest mark, and how far it can at least move ahead before it crosses an edge.
+
+    Both are at most MARGIN_UM. The first is 0 or less where the place is on a mark: minus the distance to the mark's
+    edge, or less where marks overlap. The distance from a stretch is a convex function of the way ahead, so no edge is
+    crossed before its tangent is 0.
     """
     x, y = math.floor(x + 0.5), math.floor(y + 0.5)
     column = math.floor((x - floor[ORIGIN_X]) * floor[PER_UM])
     row = math.floor((y - floor[ORIGIN_Y]) * floor[PER_UM])
     if column < 0.0 or row < 0.0 or column >= floor[COLUMNS] or row >= floor[ROWS]:
-        return MARGIN_UM
+        return MARGIN_UM, MARGIN_UM
     cell = CELLS + int(row) * int(floor[COLUMNS]) + int(column)
-    nearest = MARGIN_UM
+    nearest, ahead = MARGIN_UM, MARGIN_UM
     for item in range(int(floor[cell]), int(floor[cell + 1])):
         mark = int(floor[item])
         half = floor[mark]
         if half < 0.0:
-            nearest = min(nearest, _outside_polygon(x, y, mark, floor))
+            outside = _outside_polygon(x, y, mark, floor)
+            closing = 1.0
         else:
-            squared = _squared(x, y, floor[mark + 1], floor[mark + 2], floor[mark + 3], floor[mark + 4])
-            nearest = min(nearest, math.sqrt(squared) - half)
-    return nearest
+            away_x, away_y = _away(x, y, floor[mark + 1], floor[mark + 2], floor[mark + 3], floor[mark + 4])
+            distance = math.sqrt(away_x * away_x + away_y * away_y)
+            outside = distance - half
+            closing = 1.0 if outside <= 0.0 else -(away_x * ahead_x + away_y * ahead_y) / distance
+        nearest = min(nearest, outside)
+        if closing * ahead > abs(outside):
+            ahead = abs(outside) / closing
+    return nearest, ahead
 
 
 @in_kernel
-def _squared(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Return the squared distance of a place from a stretch."""
+def _away(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
+    """Return the vector to a place from the nearest point of a stretch."""
     along_x, along_y, to_x, to_y = x1 - x0, y1 - y0, x - x0, y - y0
     length, dot = along_x * along_x + along_y * along_y, to_x * along_x + to_y * along_y
     if dot <= 0.0:
-        return to_x * to_x + to_y * to_y
+        return to_x, to_y
     if dot >= length:
-        return (x - x1) * (x - x1) + (y - y1) * (y - y1)
-    aside = to_x * along_y - to_y * along_x
-    return aside * aside / length
+        return x - x1, y - y1
+    # Along the normal: exact where the stretch is level or upright.
+    aside = (to_x * along_y - to_y * along_x) / length
+    return aside * along_y, -aside * along_x
 
 
 @in_kernel
@@ -95,7 +119,8 @@ def _outside_polygon(x: float, y: float, mark: int, floor: Floor) -> float:
     x0, y0, inside, nearest = floor[last], floor[last + 1], False, FAR_UM * FAR_UM
     for corner in range(mark + 1, mark + 2 * corners, 2):
         x1, y1 = floor[corner], floor[corner + 1]
-        nearest = min(nearest, _squared(x, y, x0, y0, x1, y1))
+        away_x, away_y = _away(x, y, x0, y0, x1, y1)
+        nearest = min(nearest, away_x * away_x + away_y * away_y)
         if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
             inside = not inside
         x0, y0 = x1, y1

@@ -43,8 +43,10 @@ class Sensed(NamedTuple):
 
     Attributes:
         looked: whether it looked around.
-        away: for how many ms none of this can change.
+        away: for how many ms none of this can change, but for the floor.
         push_x, push_y: how other cars and the place push it, in µm.
+        floor_um, floor_ahead_um: how far its floor sensors can move before they see something else; see
+            `motorcade.engine.floor`.
     """
 
     obstacle_mm: int
@@ -54,6 +56,8 @@ class Sensed(NamedTuple):
     away: int
     push_x: float
     push_y: float
+    floor_um: float
+    floor_ahead_um: float
 
 
 @methods_in_kernel
@@ -117,11 +121,11 @@ class CarTurn(NamedTuple):
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
             away = min(away, ticks * rules.tick_ms)
-        dark = 0
+        dark, any_um, ahead_um = 0, geometry.FAR_UM, geometry.FAR_UM
         if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> _FLOOR_AT & 1:
-            dark, ticks = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
-            away = min(away, ticks * rules.tick_ms)
-        return Sensed(bodies.obstacle_mm(distance, rules), person, dark, looks_mm > 0, away, push_x, push_y)
+            dark, any_um, ahead_um = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
+        seen_mm = bodies.obstacle_mm(distance, rules)
+        return Sensed(seen_mm, person, dark, looks_mm > 0, away, push_x, push_y, any_um, ahead_um)
 
     def set_outputs(self, wheels: int, senses: Sensed) -> tuple[bool, int]:
         """Set the wheels; return whether the car looked around, and for how many ms it needs no turn.
@@ -140,6 +144,11 @@ class CarTurn(NamedTuple):
             away = 0
         if looked:
             clearance.push(i, senses.push_x, senses.push_y, self.arrays, self.now)
+        if senses.floor_um < geometry.FAR_UM:
+            ticks = floor.ticks_unchanged(cars.wheels[i], senses.floor_um, senses.floor_ahead_um, rules)
+            away = min(away, ticks * rules.tick_ms)
+            if senses.push_x != 0.0 or senses.push_y != 0.0:
+                away = 0
         return looked, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
 
     def air_is_busy(self) -> int:
@@ -195,6 +204,9 @@ def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
         if rules.collisions and not looked and clearance.is_due(cars.clear[i], now.tick):
             _, _, push_x, push_y = clearance.look_around(i, 0.0, arrays, now)
             clearance.push(i, push_x, push_y, arrays, now)
+            if (push_x != 0.0 or push_y != 0.0) and cars.memory[brain.WORD, i] >> _FLOOR_AT & 1:
+                # Its floor sensors leave the way that was reckoned with.
+                cars.due[i] = later_ms(now.ms, 1)
     return senders - begin
 
 

@@ -106,6 +106,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         floor_ahead=profile.floor.ahead_mm * 1000.0,
         floor_aside=profile.floor.apart_mm * 500.0,
         floor_step=_floor_step(profile, float(fastest), max(turns)),
+        floor_turn=_floor_reach(profile) * math.tau / FULL_TURN,
         drift=float(sort_every * fastest),
         sort_every=int(sort_every),
         cell=FAR_UM if few else CELL_UM,
@@ -290,10 +291,14 @@ def _cosine(degrees: float) -> float:
 
 def _floor_step(profile: Profile, fastest: float, turn: int) -> float:
     """How many µm a floor sensor moves at most in a tick: with its car, and around it."""
-    reach = math.hypot(profile.floor.ahead_mm, profile.floor.apart_mm / 2) * 1000
     # Wheel noise turns a car at most as fast as one wheel at full speed forward and the other backward.
     most_turn = max(turn / FULL_TURN * math.tau, 2 * fastest / (profile.body.wheel_base_mm * 1000))
-    return float(math.ceil(fastest + reach * most_turn) + 2)
+    return float(math.ceil(fastest + _floor_reach(profile) * most_turn) + 2)
+
+
+def _floor_reach(profile: Profile) -> float:
+    """How far a floor sensor is from the middle of the car, in µm."""
+    return math.hypot(profile.floor.ahead_mm, profile.floor.apart_mm / 2) * 1000
 
 
 def _person_step(mat: Mat) -> float:

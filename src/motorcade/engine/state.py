@@ -154,6 +154,7 @@ class Rules(NamedTuple):
     floor_ahead: float  # µm of the floor sensors in front of the axle
     floor_aside: float  # and to either side
     floor_step: float  # µm a tick that a floor sensor moves at most
+    floor_turn: float  # µm that it moves, where the car turns on the spot by a binary angle of 1
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
     cell: float  # side of a cell
