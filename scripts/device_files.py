@@ -34,10 +34,7 @@ def _senses() -> str:
     """Return the module of the record of senses."""
     names = [sense.name for sense in SENSES]
     about = "\n".join(f"{sense.name}: {sense.about}." for sense in SENSES)
-    nothing = ", ".join(
-        {"False": "0"}.get(METHODS[each.method].missing, METHODS[each.method].missing) for each in SENSES
-    )
-    readings = ",\n".join(_reading(sense) for sense in SENSES)
+    nothing = ", ".join(f"{sense.name}={sense.nothing}" for sense in SENSES)
     return formatted(f'''"""What a car senses: a record with a name for each sense.
 
 Portable. Written by scripts/generate.py from `motorcade.devices`; don't edit.
@@ -61,23 +58,14 @@ else:
 
     Senses = namedtuple("Senses", ({", ".join(f'"{name}"' for name in names)},))
 
-from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
-
 # What a car without any sensor senses.
 NOTHING = Senses({nothing})
-
-
-def read_senses(board: Board, looks_mm: int) -> Senses:
-    """Read the sensors of ``board``; with ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off."""
-    return Senses(
-{indent(readings, " " * 8)},
-    )
 ''')
 
 
 def _reading(sense: Sense) -> str:
     method = METHODS[sense.method]
-    read = f"board.{method.name}()"
+    read = f"self.{method.name}()"
     if sense.only_if:
         return f"{read} if {sense.only_if} else {method.missing}"
     return f"1 if {read} else 0" if method.returns == "bool" else read
@@ -109,6 +97,13 @@ def _board_methods() -> str:
         about = indent(f'"""{method.about}"""' if "\n" not in method.about else f'"""{method.about}\n"""', "    ")
         result = f"\n    return {method.missing}" if method.missing else ""
         made.append(f"def {method.name}(self{arguments}) -> {returns}:\n{about}{result}\n")
+    readings = ",\n".join(_reading(sense) for sense in SENSES)
+    made.append(f'''def senses(self, looks_mm: int) -> Senses:
+    """Read all sensors; with ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off."""
+    return Senses(
+{indent(readings, " " * 8)},
+    )
+''')
     return "\n" + "\n".join(indent(each, "    ") for each in made) + "\n"
 
 

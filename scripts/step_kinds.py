@@ -60,11 +60,11 @@ def _class_name(step: StepKind) -> str:
 def _class(device: Device, step: StepKind) -> str:
     calls = {call.name: dict(call.sets) for call in step.calls} or {step.kind: {}}
     attributes: dict[str, tuple[str, Any]] = {"kind": ("str", step.kind)}
-    if step.in_start:
+    if step.block.in_start:
         attributes["in_start"] = ("bool", True)
     attributes["names"] = ("dict[str, dict[str, str]]", calls)
-    attributes["category"] = ("str", step.drawer)
-    attributes["icon"] = ("str", step.icon)
+    attributes["category"] = ("str", step.block.drawer)
+    attributes["icon"] = ("str", step.block.icon)
     attributes["group"] = ("str", step.group or device.group)
     attributes["hue"] = ("int", device.hue)
     if step.sets:

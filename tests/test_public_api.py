@@ -47,8 +47,9 @@ def test_dir_and_star_give_the_public_names_and_no_others():
 
 def test_a_type_checker_sees_the_same_names():
     tree = ast.parse(Path(motorcade.__file__).read_text(encoding="utf-8"))
-    (checked,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
-    seen = {alias.asname: (line.module, alias.name) for line in checked.body for alias in line.names}
+    checked = [node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    lines = [line for node in checked for line in node.body]
+    seen = {alias.asname: (line.module, alias.name) for line in lines for alias in line.names}
     assert sorted([*seen, "__version__"]) == NAMES
     for name, (module, original) in seen.items():
         assert name == original

@@ -5,9 +5,10 @@ overridden is a sensor that finds nothing, or an actuator that isn't there.
 """
 
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
+from motorcade.car.senses import NOTHING, Senses
 from motorcade.words.receiver import MOST_WORDS
 
-NOTHING_IN_SIGHT_MM = 1 << 20
+NOTHING_IN_SIGHT_MM = NOTHING.obstacle_mm
 # The spoken words that a car knows, by the names that files and people use.
 VOICE_WORDS = (("stop", VOICE_STOP), ("go", VOICE_GO))
 
@@ -114,6 +115,14 @@ class Board:
     def dark_floor(self) -> int:
         """Return which floor sensors are over dark floor: 1 for the left one plus 2 for the right one."""
         return 0
+
+    def senses(self, looks_mm: int) -> Senses:
+        """Read all sensors; with ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off."""
+        return Senses(
+            self.obstacle_mm() if looks_mm else NOTHING_IN_SIGHT_MM,
+            1 if self.sees_person() else 0,
+            self.dark_floor(),
+        )
 
     # End of the section.
 

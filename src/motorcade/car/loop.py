@@ -12,7 +12,7 @@ from array import array
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import Board
-from motorcade.car.senses import Senses, read_senses
+from motorcade.car.senses import Senses
 from motorcade.words.check import ready_line
 from motorcade.words.image import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
@@ -251,7 +251,7 @@ class Car:
 
     def sense(self, looks_mm: int) -> Senses:
         """What the sensors tell."""
-        return read_senses(self.board, looks_mm)
+        return self.board.senses(looks_mm)
 
     def set_outputs(self, wheels: int, senses: Senses) -> None:
         """Set wheels and LED where they change."""

@@ -33,16 +33,5 @@ else:
         ),
     )
 
-from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
-
 # What a car without any sensor senses.
-NOTHING = Senses(NOTHING_IN_SIGHT_MM, 0, 0)
-
-
-def read_senses(board: Board, looks_mm: int) -> Senses:
-    """Read the sensors of ``board``; with ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off."""
-    return Senses(
-        board.obstacle_mm() if looks_mm else NOTHING_IN_SIGHT_MM,
-        1 if board.sees_person() else 0,
-        board.dark_floor(),
-    )
+NOTHING = Senses(obstacle_mm=1048576, person=0, dark_floor=0)

@@ -80,18 +80,31 @@ class Call:
         self.order = order
 
 
+class Block:
+    """The block of a kind of step.
+
+    Args:
+        drawer: the drawer of the page's toolbox that has it.
+        icon: the path, in a square of 24, of its icon.
+        in_start: whether the page's first level, with few kinds of blocks, has it.
+    """
+
+    def __init__(self, drawer: str, icon: str, in_start: bool = False) -> None:
+        self.drawer = drawer
+        self.icon = icon
+        self.in_start = in_start
+
+
 class StepKind:
-    """A kind of step, and its block.
+    """A kind of step.
 
     Args:
         kind: its name in JSON, in a block's type, and in the keys of its texts (blocks, startBlocks, tooltips, ...).
         about: the docstring of its class.
-        drawer: the drawer of the page's toolbox that has its block.
-        icon: the path, in a square of 24, of the block's icon.
+        block: its block.
         inputs: what is chosen in it.
         sets: fields of the control word that are the same in every step of the kind, as (name, value) pairs.
         calls: its functions in Python; without them the class itself is called by the kind's name.
-        in_start: whether the page's first level, with few kinds of blocks, has its block.
         accompanies: the step has a bit of the word but no duration of its own.
         group: the part of a word that it fills, where that isn't the device's own: of one group a car does one thing
             at a time.
@@ -101,23 +114,19 @@ class StepKind:
         self,
         kind: str,
         about: str,
-        drawer: str,
-        icon: str,
+        block: Block,
         inputs: "tuple[Input, ...]",
         sets: "tuple[tuple[str, int], ...]" = (),
         calls: "tuple[Call, ...]" = (),
-        in_start: bool = False,
         accompanies: bool = False,
         group: str = "",
     ) -> None:
         self.kind = kind
         self.about = about
-        self.drawer = drawer
-        self.icon = icon
+        self.block = block
         self.inputs = inputs
         self.sets = sets
         self.calls = calls
-        self.in_start = in_start
         self.accompanies = accompanies
         self.group = group
 
@@ -155,13 +164,15 @@ class Sense:
         name: the field.
         method: the method of the board.
         about: what the value is, with its unit.
+        nothing: the value of a car without this sense.
         only_if: the argument of the reading without which the sensor stays off and senses nothing, such as looks_mm.
     """
 
-    def __init__(self, name: str, method: str, about: str, only_if: str = "") -> None:
+    def __init__(self, name: str, method: str, about: str, nothing: int = 0, only_if: str = "") -> None:
         self.name = name
         self.method = method
         self.about = about
+        self.nothing = nothing
         self.only_if = only_if
 
 

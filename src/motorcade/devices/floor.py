@@ -1,6 +1,6 @@
 """The floor sensors: two under the front of the car, which a word can make the motor obey (first bit of c8)."""
 
-from motorcade.devices.declaration import Bits, Call, Device, Input, Method, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Sense, StepKind, seconds
 from motorcade.devices.motor import SECONDS
 
 # Standing still needs no sense of the floor.
@@ -15,8 +15,7 @@ FLOOR = Device(
         StepKind(
             "follow_line",
             "Drive along a dark line for some seconds (c3 forward with the bit floor).",
-            drawer="sense",
-            icon="M5 21c0-7 14-7 14-13V3M9 3h10M9 21H1",
+            Block("sense", "M5 21c0-7 14-7 14-13V3M9 3h10M9 21H1"),
             inputs=(_SPEED, SECONDS),
             sets=(("motor_enable", 1), ("motor_direction", 0), ("floor", 1)),
             calls=(Call("follow_line", "Drive along a dark line.", order=("seconds", "speed")),),
@@ -25,8 +24,7 @@ FLOOR = Device(
         StepKind(
             "turn_to_line",
             "Turn until a line is under the car, then stand (c3 left or right with the bit floor).",
-            drawer="sense",
-            icon="M6 21V9a5 5 0 0 1 10 0v2M12 8l4 4 4-4M3 21h18",
+            Block("sense", "M6 21V9a5 5 0 0 1 10 0v2M12 8l4 4 4-4M3 21h18"),
             inputs=(Input("direction", "motor_direction", options=("left", "right"), least=1), _SPEED, SECONDS),
             sets=(("motor_enable", 1), ("floor", 1)),
             calls=(
@@ -38,8 +36,7 @@ FLOOR = Device(
         StepKind(
             "stop_on_dark",
             "Drive on with random turns, but stand on a dark floor (c3 random with the bit floor).",
-            drawer="sense",
-            icon="M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6",
+            Block("sense", "M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6"),
             inputs=(_SPEED, SECONDS),
             sets=(("motor_enable", 1), ("motor_direction", 3), ("floor", 1)),
             calls=(Call("stop_on_dark", "Drive on with random turns, but stand on dark.", order=("seconds", "speed")),),
@@ -48,8 +45,7 @@ FLOOR = Device(
         StepKind(
             "floor",
             "Mind the floor: what the motor does beside it obeys dark and light (the bit floor).",
-            drawer="sense",
-            icon="M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4",
+            Block("sense", "M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4"),
             inputs=(seconds(),),
             sets=(("floor", 1),),
             accompanies=True,

@@ -1,6 +1,6 @@
 """The LEDs: four lights, of which a word lights one (c4)."""
 
-from motorcade.devices.declaration import Bits, Device, Input, Method, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Input, Method, StepKind, seconds
 
 LED = Device(
     "led",
@@ -14,10 +14,8 @@ LED = Device(
         StepKind(
             "led",
             "Light one of the LEDs 0 to 3 for some seconds (c4).",
-            drawer="light",
-            icon="M9 18h6M10 21h4M12 3a6 6 0 0 0-3.500 10.900V16h7v-2.100A6 6 0 0 0 12 3Z",
+            Block("light", "M9 18h6M10 21h4M12 3a6 6 0 0 0-3.500 10.900V16h7v-2.100A6 6 0 0 0 12 3Z", in_start=True),
             inputs=(Input("which", "led_which", menu="light"), seconds("led_duration")),
-            in_start=True,
         ),
     ),
     methods=(Method("set_led", "Light LED 0 to 3 and no other; 4 for none.", (("which", 0, 4),)),),

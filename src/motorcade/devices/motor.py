@@ -1,6 +1,6 @@
 """The motor: two wheels that drive forward or turn on the spot (c3)."""
 
-from motorcade.devices.declaration import Bits, Call, Device, Input, Method, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, StepKind, seconds
 
 DIRECTIONS = ("forward", "left", "right", "random")
 SPEED = Input("speed", "motor_speed", menu="speed", first=2)
@@ -20,8 +20,11 @@ MOTOR = Device(
         StepKind(
             "drive",
             "Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3).",
-            drawer="drive",
-            icon="M4 15v-3l3-5h8l4 5h1v3zM7 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4ZM17 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4Z",
+            Block(
+                "drive",
+                "M4 15v-3l3-5h8l4 5h1v3zM7 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4ZM17 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4Z",
+                in_start=True,
+            ),
             inputs=(Input("direction", "motor_direction", options=DIRECTIONS), SPEED, SECONDS),
             sets=(("motor_enable", 1),),
             calls=(
@@ -30,16 +33,13 @@ MOTOR = Device(
                 Call("right", "Turn right on the spot.", (("direction", "right"),), ("seconds", "speed")),
                 Call("wander", "Drive on with random turns.", (("direction", "random"),), ("seconds", "speed")),
             ),
-            in_start=True,
         ),
         StepKind(
             "wait",
             "Stand still for some seconds (c3 at speed 0).",
-            drawer="drive",
-            icon="M7 3h10M7 21h10M8 3c0 5 8 5 8 9s-8 4-8 9M16 3c0 5-8 5-8 9s8 4 8 9",
+            Block("drive", "M7 3h10M7 21h10M8 3c0 5 8 5 8 9s-8 4-8 9M16 3c0 5-8 5-8 9s8 4 8 9", in_start=True),
             inputs=(SECONDS,),
             sets=(("motor_enable", 1), ("motor_direction", 0), ("motor_speed", 0)),
-            in_start=True,
         ),
     ),
     methods=(

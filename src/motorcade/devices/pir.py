@@ -1,6 +1,6 @@
 """The PIR sensor: it detects people, for whom a word can make a car stand still (c7)."""
 
-from motorcade.devices.declaration import Bits, Device, Method, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Method, Sense, StepKind, seconds
 
 PIR = Device(
     "pir",
@@ -11,8 +11,7 @@ PIR = Device(
         StepKind(
             "pir",
             "Stand still while a person is sensed (c7).",
-            drawer="sense",
-            icon="M12 4a3 3 0 1 0 0 6 3 3 0 0 0 0-6ZM5.500 20a6.500 6.500 0 0 1 13 0",
+            Block("sense", "M12 4a3 3 0 1 0 0 6 3 3 0 0 0 0-6ZM5.500 20a6.500 6.500 0 0 1 13 0"),
             inputs=(seconds(),),
             sets=(("pir", 1),),
             accompanies=True,

@@ -1,6 +1,6 @@
 """The ultrasonic sensor: it measures the distance of obstacles, which a word can make a car avoid (c5)."""
 
-from motorcade.devices.declaration import Bits, Device, Input, Method, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Input, Method, Sense, StepKind, seconds
 
 ULTRASONIC = Device(
     "ultrasonic",
@@ -15,8 +15,7 @@ ULTRASONIC = Device(
         StepKind(
             "avoid",
             "Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5).",
-            drawer="sense",
-            icon="M12 3l8 3v6c0 5-4 8-8 9-4-1-8-4-8-9V6zM9 9l6 6M15 9l-6 6",
+            Block("sense", "M12 3l8 3v6c0 5-4 8-8 9-4-1-8-4-8-9V6zM9 9l6 6M15 9l-6 6"),
             inputs=(Input("radius", "avoid_radius", menu="radius"), seconds("avoid_duration")),
             sets=(("avoid_enable", 1),),
         ),
@@ -29,5 +28,7 @@ ULTRASONIC = Device(
             missing="NOTHING_IN_SIGHT_MM",
         ),
     ),
-    senses=(Sense("obstacle_mm", "obstacle_mm", "the distance of the nearest obstacle ahead in mm", "looks_mm"),),
+    senses=(
+        Sense("obstacle_mm", "obstacle_mm", "the distance of the nearest obstacle ahead in mm", 1 << 20, "looks_mm"),
+    ),
 )

@@ -1,6 +1,6 @@
 """The microphone: it hears 'stop' and 'go', which a word can make a car obey (c6)."""
 
-from motorcade.devices.declaration import Bits, Device, Method, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Method, StepKind, seconds
 
 VOICE = Device(
     "voice",
@@ -11,11 +11,13 @@ VOICE = Device(
         StepKind(
             "voice",
             "Listen for 'stop' and 'go' (c6).",
-            drawer="sense",
-            icon="M12 3a3 3 0 0 0-3 3v6a3 3 0 0 0 6 0V6a3 3 0 0 0-3-3ZM6 11a6 6 0 0 0 12 0M12 17v4M9 21h6",
+            Block(
+                "sense",
+                "M12 3a3 3 0 0 0-3 3v6a3 3 0 0 0 6 0V6a3 3 0 0 0-3-3ZM6 11a6 6 0 0 0 12 0M12 17v4M9 21h6",
+                in_start=True,
+            ),
             inputs=(seconds(),),
             sets=(("voice", 1),),
-            in_start=True,
             accompanies=True,
         ),
     ),

@@ -5,11 +5,14 @@ the field ``clear`` of a car, holds both, 15 bits of each. A sixteenth bit says 
 pushed and steered; without the bit it holds only while the car keeps its present way.
 """
 
+from motorcade.car.brain import WORD
 from motorcade.engine import bodies, events, geometry
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.state import Arrays, Now
+from motorcade.words.formats import CONTROL
 
 MOST_TICKS = 1000
+_FLOOR_AT = CONTROL.field("floor").low
 _HALF = 0xFFFF
 # The sixteenth bits of both halves.
 _ANYHOW = 0x00010001
@@ -100,6 +103,9 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
     free, place_free, pushed = ticks, place_ticks, 0
     if push_x != 0.0 or push_y != 0.0:
         cars.clear[i] = on_another_way(cars.clear[i], tick + 1)
+        free, place_free, pushed = anyhow, place_anyhow, 1
+    elif arrays.floor.shape[0] and cars.memory[WORD, i] >> _FLOOR_AT & 1:
+        # Who follows a line soon leaves its way.
         free, place_free, pushed = anyhow, place_anyhow, 1
     if others:
         until = half(tick + whole_ticks(free), pushed)

@@ -93,9 +93,8 @@ def read_python(data: bytes | str) -> PythonProgram:
     except ProgramError as problem:
         found = [reader.in_text(each) for each in problem.diagnostics]
         raise ProgramError(found[:_MOST_ERRORS]) from None
-    return PythonProgram(
-        source, program, root, reader.imports, reader.imported_at, reader.spans, tuple(reader.warnings())
-    )
+    warnings = tuple(reader.warnings())
+    return PythonProgram(source, program, root, reader.imports, reader.imported_at, reader.spans, warnings)
 
 
 def span_of(spans: dict[str, Span], path: str) -> Span | None:
