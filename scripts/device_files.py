@@ -6,7 +6,7 @@ from pathlib import Path
 from textwrap import indent
 
 from motorcade.devices import DEVICES
-from motorcade.devices.declaration import Method, Sense
+from motorcade.devices.declaration import Method, Part, Sense
 
 from .step_kinds import formatted
 
@@ -15,6 +15,8 @@ _ARDUINO = "firmware/arduino/src/"
 _BEGIN, _END = "Written by scripts/generate.py from motorcade.devices; don't edit.", "End of the section."
 SENSES: tuple[Sense, ...] = tuple(sense for device in DEVICES for sense in device.senses)
 METHODS: dict[str, Method] = {method.name: method for device in DEVICES for method in device.methods}
+# The parts that a board reads as bits, by the method that does so.
+READ_BY: dict[str, Part] = {part.read_by: part for device in DEVICES for part in device.parts if part.read_by}
 # What a method returns, in C++.
 _C_TYPES = {"int": "uint32_t", "bool": "bool", "bits": "uint8_t"}
 
@@ -26,6 +28,9 @@ def device_files() -> dict[str, Callable[[], str]]:
         "src/motorcade/car/senses.py": _senses,
         "src/motorcade/car/board.py": partial(_with_section, "src/motorcade/car/board.py", "#", _board_methods),
         f"{_ARDUINO}MotorcadeBoard.h": partial(_with_section, f"{_ARDUINO}MotorcadeBoard.h", "//", _c_methods),
+        f"{_ARDUINO}MotorcadeArduino.cpp": partial(_with_section, f"{_ARDUINO}MotorcadeArduino.cpp", "//", _c_begin),
+        f"{_ARDUINO}MotorcadeArduino.h": partial(_with_section, f"{_ARDUINO}MotorcadeArduino.h", "//", _c_inputs),
+        f"{_ARDUINO}MotorcadeSettings.h": partial(_with_section, f"{_ARDUINO}MotorcadeSettings.h", "//", _c_settings),
         f"{_ARDUINO}MotorcadeCar.cpp": partial(_with_section, f"{_ARDUINO}MotorcadeCar.cpp", "//", _c_reading),
     }
 
@@ -96,6 +101,10 @@ def _board_methods() -> str:
         returns = "int" if method.returns == "bits" else method.returns
         about = indent(f'"""{method.about}"""' if "\n" not in method.about else f'"""{method.about}\n"""', "    ")
         result = f"\n    return {method.missing}" if method.missing else ""
+        if method.name in READ_BY:
+            result = f'\n    return self.read_inputs("{READ_BY[method.name].key}")' + " > 0" * (
+                method.returns == "bool"
+            )
         made.append(f"def {method.name}(self{arguments}) -> {returns}:\n{about}{result}\n")
     readings = ",\n".join(_reading(sense) for sense in SENSES)
     made.append(f'''def senses(self, looks_mm: int) -> Senses:
@@ -115,6 +124,22 @@ def _c_methods() -> str:
         lines.append(f"  // {method.about.partition(chr(10))[0]}")
         lines.append(f"  virtual {_C_TYPES[method.returns]} {method.name}() {{ return {missing}; }}")
     return "\n".join(lines) + "\n"
+
+
+def _c_inputs() -> str:
+    lines = []
+    for name, part in READ_BY.items():
+        read = f"read_inputs(settings_.{part.key}, {len(part.roles)})"
+        lines.append(f"  {_C_TYPES[METHODS[name].returns]} {name}() override {{ return {read}; }}")
+    return "\n".join(lines) + "\n"
+
+
+def _c_begin() -> str:
+    return "".join(f"  begin_inputs(settings_.{part.key}, {len(part.roles)});\n" for part in READ_BY.values())
+
+
+def _c_settings() -> str:
+    return "".join(f"  uint8_t {part.key}[{len(part.roles)}];\n" for part in READ_BY.values())
 
 
 def _c_reading() -> str:

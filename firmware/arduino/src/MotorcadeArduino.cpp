@@ -15,6 +15,16 @@ const uint8_t UNIT_US = 17;  // of levels
 
 ArduinoBoard *ArduinoBoard::the_board_ = nullptr;
 
+namespace {
+
+void begin_inputs(const uint8_t *pins, uint8_t count) {
+  for (uint8_t place = 0; place < count; place++) {
+    if (pins[place] != NO_PIN) pinMode(pins[place], INPUT);
+  }
+}
+
+}  // namespace
+
 ArduinoBoard::ArduinoBoard(const CarSettings &settings, bool is_leader, uint32_t number, ByteMemory &memory,
                            Stream *voice)
     : settings_(settings),
@@ -35,7 +45,10 @@ void ArduinoBoard::begin(uint16_t most_words) {
     pinMode(pin, OUTPUT);
     digitalWrite(pin, LOW);
   }
-  if (settings_.pir != NO_PIN) pinMode(settings_.pir, INPUT);
+  // Written by scripts/generate.py from motorcade.devices; don't edit.
+  begin_inputs(settings_.pir, 1);
+  begin_inputs(settings_.floor, 2);
+  // End of the section.
   Serial.begin(settings_.baud);
   store_.begin(most_words);
   number_ = store_.number(number_);
@@ -47,6 +60,14 @@ void ArduinoBoard::begin(uint16_t most_words) {
     pinMode(settings_.infrared_receiver, INPUT_PULLUP);
     attachInterrupt(digitalPinToInterrupt(settings_.infrared_receiver), take_infrared_edge, CHANGE);
   }
+}
+
+uint8_t ArduinoBoard::read_inputs(const uint8_t *pins, uint8_t count) {
+  uint8_t bits = 0;
+  for (uint8_t place = 0; place < count; place++) {
+    if (pins[place] != NO_PIN && digitalRead(pins[place]) == HIGH) bits |= 1 << place;
+  }
+  return bits;
 }
 
 uint16_t ArduinoBoard::read_serial(uint8_t *data, uint16_t most) {

@@ -36,7 +36,10 @@ class ArduinoBoard : public Board {
   bool next_frame(uint32_t &frame) override { return receiver_.next_frame(micros(), frame); }
   bool senses_carrier() override;
   uint32_t obstacle_mm() override { return ultrasonic_.distance_mm(); }
-  bool sees_person() override { return settings_.pir != NO_PIN && digitalRead(settings_.pir) == HIGH; }
+  // Written by scripts/generate.py from motorcade.devices; don't edit.
+  bool sees_person() override { return read_inputs(settings_.pir, 1); }
+  uint8_t dark_floor() override { return read_inputs(settings_.floor, 2); }
+  // End of the section.
   uint8_t heard_voice() override;
   void set_wheels(uint8_t direction, uint8_t speed_level) override { wheels_.set(direction, speed_level); }
   void set_led(uint8_t which) override;
@@ -44,6 +47,8 @@ class ArduinoBoard : public Board {
  protected:
   // Return the next byte of the voice module, -1 for none.
   virtual int16_t read_voice() { return voice_ ? voice_->read() : -1; }
+  // Return which of `count` digital inputs are high, as bits, the first one the lowest; an input without a pin is low.
+  static uint8_t read_inputs(const uint8_t *pins, uint8_t count);
   // Note that this car sends a frame from now on, for so long.
   void begin_echo(uint32_t frame);
 

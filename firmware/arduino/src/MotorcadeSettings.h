@@ -36,7 +36,11 @@ struct CarSettings {
   uint8_t leds[4];
   uint8_t trigger;
   uint8_t echo;
-  uint8_t pir;
+  // The pins of digital inputs.
+  // Written by scripts/generate.py from motorcade.devices; don't edit.
+  uint8_t pir[1];
+  uint8_t floor[2];
+  // End of the section.
   uint8_t infrared_receiver;
   uint8_t infrared_sender;
   uint8_t voice;

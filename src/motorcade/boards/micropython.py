@@ -64,7 +64,9 @@ class MicroPythonBoard(Board):
         self._ultrasonic: Ultrasonic | None = None
         if "ultrasonic" in pins:
             self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
-        self._pir = machine.Pin(pins["pir"]["output"], machine.Pin.IN) if "pir" in pins else None
+        self._inputs = {}
+        for part, numbers in settings["inputs"].items():
+            self._inputs[part] = [machine.Pin(number, machine.Pin.IN) for number in numbers]
         infrared = pins.get("infrared", {})
         self._receiver: InfraredReceiver | None = None
         # A leader receives nothing, so it needs no interrupts.
@@ -140,8 +142,13 @@ class MicroPythonBoard(Board):
     def obstacle_mm(self) -> int:
         return self._ultrasonic.distance_mm() if self._ultrasonic else NOTHING_IN_SIGHT_MM
 
-    def sees_person(self) -> bool:
-        return self._pir is not None and bool(self._pir.value())
+    def read_inputs(self, part: str) -> int:
+        bits = 0
+        place = 0
+        for pin in self._inputs.get(part, ()):
+            bits = bits | pin.value() << place
+            place = place + 1
+        return bits
 
     def heard_voice(self) -> int:
         return self._voice.heard_voice()

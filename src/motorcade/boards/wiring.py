@@ -4,6 +4,7 @@ from typing import NamedTuple
 from xml.sax.saxutils import escape
 
 from motorcade.config.pins import PinMap
+from motorcade.errors import Phrase
 from motorcade.locales import command_line_text
 
 _WIDTH = 760
@@ -31,7 +32,7 @@ def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
     """Return a row for each wire."""
     return [
         WiringRow(
-            wire.device.title.sentence(language),
+            wire.title.sentence(language),
             wire.terminal(pins.chip),
             wire.pin,
             pins.chip.label(wire.pin),
@@ -63,7 +64,7 @@ def wiring_svg(pins: PinMap, language: str) -> str:
         colour = _COLOURS[number % len(_COLOURS)]
         height = _ROW * (len(rows) + 1) + 6
         drawn.append(_box(_DEVICE_LEFT, top, _DEVICE_RIGHT, height, colour))
-        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, device.title.sentence(language), "bold"))
+        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, Phrase(f"device-{device.key}").sentence(language), "bold"))
         drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, rows[0].supply(pins.chip), "end"))
         for place, wire in enumerate(rows, start=1):
             y = top + _ROW * place + 12

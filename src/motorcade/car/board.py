@@ -74,7 +74,36 @@ class Board:
     def write_serial(self, data: bytes) -> None:
         """Send ``data`` over the serial line."""
 
+    def read_inputs(self, part: str) -> int:
+        """Return the digital inputs of ``part``, a table of a pin file, as bits: the first one the lowest.
+
+        0 where the part isn't there. The methods of simple sensors below read by it.
+        """
+        return 0
+
     # Written by scripts/generate.py from motorcade.devices; don't edit.
+
+    def set_wheels(self, direction: int, speed_level: int) -> None:
+        """Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stop) to 3."""
+
+    def set_led(self, which: int) -> None:
+        """Light LED 0 to 3 and no other; 4 for none."""
+
+    def obstacle_mm(self) -> int:
+        """Return the distance to the nearest obstacle ahead; NOTHING_IN_SIGHT_MM for none."""
+        return NOTHING_IN_SIGHT_MM
+
+    def heard_voice(self) -> int:
+        """Return the voice command since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
+        return 0
+
+    def sees_person(self) -> bool:
+        """Return whether the PIR sensor detects somebody."""
+        return self.read_inputs("pir") > 0
+
+    def dark_floor(self) -> int:
+        """Return which floor sensors are over dark floor: 1 for the left one plus 2 for the right one."""
+        return self.read_inputs("floor")
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         """Return the 32-bit infrared frames that ended since the last call, in order.
@@ -93,28 +122,6 @@ class Board:
 
     def send_frame(self, frame: int) -> None:
         """Begin to send 32 bits by infrared; called only while nothing is being sent."""
-
-    def set_wheels(self, direction: int, speed_level: int) -> None:
-        """Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stop) to 3."""
-
-    def set_led(self, which: int) -> None:
-        """Light LED 0 to 3 and no other; 4 for none."""
-
-    def obstacle_mm(self) -> int:
-        """Return the distance to the nearest obstacle ahead; NOTHING_IN_SIGHT_MM for none."""
-        return NOTHING_IN_SIGHT_MM
-
-    def heard_voice(self) -> int:
-        """Return the voice command since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
-        return 0
-
-    def sees_person(self) -> bool:
-        """Return whether the PIR sensor detects somebody."""
-        return False
-
-    def dark_floor(self) -> int:
-        """Return which floor sensors are over dark floor: 1 for the left one plus 2 for the right one."""
-        return 0
 
     def senses(self, looks_mm: int) -> Senses:
         """Read all sensors; with ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off."""

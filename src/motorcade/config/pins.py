@@ -8,8 +8,8 @@
     forward = 5
     backward = 6
 
-A car has the devices that have a table; DEVICES lists those that there are. Pins are the chip's own numbers (GPIO or
-BCM), not those of a connector.
+A car has the parts that have a table; `motorcade.devices` declares those that there are. Pins are the chip's own
+numbers (GPIO or BCM), not those of a connector.
 """
 
 from collections.abc import Mapping
@@ -21,6 +21,8 @@ from typing import Any, NamedTuple
 
 from motorcade.config.check import Schema, choice, line, list_of, load, shown, table, whole
 from motorcade.config.files import parse, read_text
+from motorcade.devices import DEVICES
+from motorcade.devices.declaration import Part, Role
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.switches import SWITCHES
 
@@ -28,6 +30,10 @@ FORMAT = "motorcade-pins/1"
 DUTY_MAX = 255
 _LONGEST_NAME = 60
 _LEVELS = 4
+_SWITCHED = tuple(Part(each.name, each.supply, (Role("signal", True, each.terminal),)) for each in SWITCHES)
+PARTS = (*(part for device in DEVICES for part in device.parts), *_SWITCHED)
+# The parts that a board reads as bits.
+INPUTS = tuple(part for part in PARTS if part.read_by)
 
 
 class Chip(NamedTuple):
@@ -145,51 +151,17 @@ CHIPS = (
 )
 
 
-class Role(NamedTuple):
-    """One wire of a device.
+class Wire(NamedTuple):
+    """A part's wire and the pin that it leads to."""
 
-    Attributes:
-        key: its name in the pin file.
-        drives: whether the computer drives it; otherwise the computer reads it.
-        needed: whether the device does not work without it.
-        terminal: what is usually printed on the device.
-        terminal_5_v: the same where the computer's pins take 5 V and that makes a difference.
-    """
-
-    key: str
-    drives: bool
-    needed: bool
-    terminal: str
-    terminal_5_v: str = ""
-
-
-class Device(NamedTuple):
-    """Something that a car may have.
-
-    Attributes:
-        key: its table in the pin file.
-        supply: what it needs besides the wires of its roles.
-        roles: its wires.
-        supply_5_v: what it needs where the computer's pins take 5 V and that makes a difference.
-    """
-
-    key: str
-    supply: str
-    roles: tuple[Role, ...]
-    supply_5_v: str = ""
+    device: Part
+    role: Role
+    pin: int
 
     @property
     def title(self) -> Phrase:
-        """What people call it."""
-        return Phrase(f"device-{self.key}")
-
-
-class Wire(NamedTuple):
-    """A device's wire and the pin that it leads to."""
-
-    device: Device
-    role: Role
-    pin: int
+        """What people call the part."""
+        return Phrase(f"device-{self.device.key}")
 
     def terminal(self, chip: Chip) -> str:
         """What is printed on the device, and what belongs between it and a pin of ``chip``."""
@@ -200,40 +172,6 @@ class Wire(NamedTuple):
         return (self.device.supply_5_v if chip.has_5_v_pins else "") or self.device.supply
 
 
-def _motor(key: str, terminals: tuple[str, str, str]) -> Device:
-    forward, backward, enable = terminals
-    roles = (
-        Role("forward", True, True, forward),
-        Role("backward", True, True, backward),
-        Role("enable", True, False, enable),
-    )
-    return Device(key, "6–12 V, GND", roles)
-
-
-DEVICES = (
-    _motor("left_motor", ("IN1", "IN2", "ENA")),
-    _motor("right_motor", ("IN3", "IN4", "ENB")),
-    Device("leds", "GND", tuple(Role(f"led_{which}", True, False, f"LED {which}") for which in range(4))),
-    Device(
-        "ultrasonic",
-        "5 V, GND",
-        (Role("trigger", True, True, "TRIG"), Role("echo", False, True, "ECHO ÷ 1 kΩ, 2 kΩ", "ECHO")),
-    ),
-    Device("pir", "5 V, GND", (Role("output", False, True, "OUT"),)),
-    Device(
-        "infrared",
-        "3.3 V, 5 V, GND",
-        (Role("receiver", False, False, "OUT, VS1838B"), Role("sender", True, False, "LED 940 nm, NPN")),
-        "5 V, GND",
-    ),
-    Device("serial", "GND", (Role("transmit", True, True, "RX"), Role("receive", False, True, "TX"))),
-    Device("voice", "3.3 V, GND", (Role("receive", False, True, "TX"),)),
-    Device("servo", "5 V, GND", (Role("signal", True, True, "SIG"),)),
-    _motor("drive_motor", ("IN1", "IN2", "ENA")),
-    *(Device(each.name, each.supply, (Role("signal", True, True, each.terminal),)) for each in SWITCHES),
-)
-
-
 @dataclass(frozen=True, slots=True)
 class PinMap:
     """A pin file that was read and checked.
@@ -241,7 +179,7 @@ class PinMap:
     Attributes:
         name: what the car is called.
         chip: the computer that it has.
-        wires: its wires, in the order of DEVICES.
+        wires: its wires, in the order of PARTS.
         drive_duties: PWM duty of a motor, 0 to 255, for each speed level while the car drives straight on.
         turn_duties: the same while it turns on the spot.
     """
@@ -253,7 +191,7 @@ class PinMap:
     turn_duties: tuple[int, ...] = (0, 85, 170, 255)
 
     def has(self, device: str) -> bool:
-        """Whether the car has that device of DEVICES."""
+        """Whether the car has that part of PARTS."""
         return any(wire.device.key == device for wire in self.wires)
 
     def pin(self, device: str, role: str) -> int | None:
@@ -265,7 +203,7 @@ class PinMap:
 def pins_schema() -> Schema:
     """The JSON Schema of a pin file, parsed; which pins a chip has is not in it."""
     devices = {}
-    for device in DEVICES:
+    for device in PARTS:
         optional = tuple(role.key for role in device.roles if not role.needed)
         devices[device.key] = table(optional, **{role.key: {"type": "integer"} for role in device.roles})
     levels = list_of(whole(0, DUTY_MAX), _LEVELS, _LEVELS)
@@ -289,14 +227,14 @@ def parse_pins(text: str, file: str) -> PinMap:
     values = load(parse(text, "TOML", file), pins_schema(), file)
     chip = next(chip for chip in CHIPS if chip.name == values["chip"])
     wires = []
-    for device in DEVICES:
+    for device in PARTS:
         if (given := values.get(device.key)) is not None:
             if not given:
                 known = ", ".join(role.key for role in device.roles)
                 raise MotorcadeError("device-without-pins", file=file, device=device.key, known=known)
             wires += [Wire(device, role, given[role.key]) for role in device.roles if role.key in given]
     if not wires:
-        raise MotorcadeError("no-device", file=file, known=", ".join(device.key for device in DEVICES))
+        raise MotorcadeError("no-device", file=file, known=", ".join(device.key for device in PARTS))
     _check_pins(wires, chip, file)
     return PinMap(values["name"], chip, tuple(wires), **_duties(values.get("duties", {}), file))
 

@@ -176,6 +176,47 @@ class Sense:
         self.only_if = only_if
 
 
+class Role:
+    """One wire of a part, to a pin of the car's computer.
+
+    Args:
+        key: its name in a pin file.
+        drives: whether the computer drives it; otherwise the computer reads it.
+        terminal: what is usually printed on the part.
+        needed: whether the part does not work without it.
+        terminal_5_v: the same where the computer's pins take 5 V and that makes a difference.
+    """
+
+    def __init__(self, key: str, drives: bool, terminal: str, needed: bool = True, terminal_5_v: str = "") -> None:
+        self.key = key
+        self.drives = drives
+        self.terminal = terminal
+        self.needed = needed
+        self.terminal_5_v = terminal_5_v
+
+
+class Part:
+    """What is wired to a car's computer.
+
+    Args:
+        key: its table in a pin file; ``device-`` and the key is the phrase that people call it by.
+        supply: what it needs besides the wires of its roles.
+        roles: its wires.
+        supply_5_v: what it needs where the computer's pins take 5 V and that makes a difference.
+        read_by: the method of a board that reads its roles as bits, the first role's the lowest. Boards need no code
+            for such a part.
+    """
+
+    def __init__(
+        self, key: str, supply: str, roles: "tuple[Role, ...]", supply_5_v: str = "", read_by: str = ""
+    ) -> None:
+        self.key = key
+        self.supply = supply
+        self.roles = roles
+        self.supply_5_v = supply_5_v
+        self.read_by = read_by
+
+
 class Device:
     """Something that a car has, with all that other packages need to know of it.
 
@@ -187,6 +228,7 @@ class Device:
         steps: the kinds of steps that fill its fields.
         methods: its methods of a board.
         senses: what a car senses by it.
+        parts: what is wired to the car's computer.
     """
 
     def __init__(
@@ -198,6 +240,7 @@ class Device:
         steps: "tuple[StepKind, ...]" = (),
         methods: "tuple[Method, ...]" = (),
         senses: "tuple[Sense, ...]" = (),
+        parts: "tuple[Part, ...]" = (),
     ) -> None:
         self.name = name
         self.bits = bits
@@ -206,3 +249,4 @@ class Device:
         self.steps = steps
         self.methods = methods
         self.senses = senses
+        self.parts = parts

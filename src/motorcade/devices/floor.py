@@ -1,6 +1,6 @@
 """The floor sensors: two under the front of the car, which a word can make the motor obey (first bit of c8)."""
 
-from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Part, Role, Sense, StepKind, seconds
 from motorcade.devices.motor import SECONDS
 
 # Standing still needs no sense of the floor.
@@ -60,4 +60,14 @@ FLOOR = Device(
         ),
     ),
     senses=(Sense("dark_floor", "dark_floor", "the floor sensors over dark floor, 1 the left plus 2 the right one"),),
+    # A TCRT5000 module's output is high where no light comes back from the floor.
+    parts=(
+        Part(
+            "floor",
+            "3.3 V, GND",
+            (Role("left", False, "DO, TCRT5000 left"), Role("right", False, "DO, TCRT5000 right")),
+            supply_5_v="5 V, GND",
+            read_by="dark_floor",
+        ),
+    ),
 )

@@ -1,6 +1,6 @@
 """Infrared: a leader sends words, and followers receive them and pass them on (c1, c2)."""
 
-from motorcade.devices.declaration import Bits, Device, Method
+from motorcade.devices.declaration import Bits, Device, Method, Part, Role
 
 INFRARED = Device(
     "infrared",
@@ -23,6 +23,17 @@ INFRARED = Device(
             "send_frame",
             "Begin to send 32 bits by infrared; called only while nothing is being sent.",
             (("frame", 0, 0xFFFFFFFF),),
+        ),
+    ),
+    parts=(
+        Part(
+            "infrared",
+            "3.3 V, 5 V, GND",
+            (
+                Role("receiver", False, "OUT, VS1838B", needed=False),
+                Role("sender", True, "LED 940 nm, NPN", needed=False),
+            ),
+            supply_5_v="5 V, GND",
         ),
     ),
 )

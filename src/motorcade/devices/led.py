@@ -1,6 +1,6 @@
 """The LEDs: four lights, of which a word lights one (c4)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Input, Method, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Input, Method, Part, Role, StepKind, seconds
 
 LED = Device(
     "led",
@@ -19,4 +19,7 @@ LED = Device(
         ),
     ),
     methods=(Method("set_led", "Light LED 0 to 3 and no other; 4 for none.", (("which", 0, 4),)),),
+    parts=(
+        Part("leds", "GND", tuple([Role(f"led_{which}", True, f"LED {which}", needed=False) for which in range(4)])),
+    ),
 )

@@ -1,10 +1,22 @@
 """The motor: two wheels that drive forward or turn on the spot (c3)."""
 
-from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Part, Role, StepKind, seconds
 
 DIRECTIONS = ("forward", "left", "right", "random")
 SPEED = Input("speed", "motor_speed", menu="speed", first=2)
 SECONDS = seconds("motor_duration")
+
+
+def wheel_motor(key: str, terminals: "tuple[str, str, str]") -> Part:
+    """Return a motor behind an L298-style driver, whose ``terminals`` are forward, backward and enable."""
+    forward, backward, enable = terminals
+    roles = (
+        Role("forward", True, forward),
+        Role("backward", True, backward),
+        Role("enable", True, enable, needed=False),
+    )
+    return Part(key, "6–12 V, GND", roles)
+
 
 MOTOR = Device(
     "motor",
@@ -49,4 +61,5 @@ MOTOR = Device(
             (("direction", 0, 2), ("speed_level", 0, 3)),
         ),
     ),
+    parts=(wheel_motor("left_motor", ("IN1", "IN2", "ENA")), wheel_motor("right_motor", ("IN3", "IN4", "ENB"))),
 )

@@ -1,6 +1,6 @@
 """The PIR sensor: it detects people, for whom a word can make a car stand still (c7)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Method, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, Sense, StepKind, seconds
 
 PIR = Device(
     "pir",
@@ -21,4 +21,5 @@ PIR = Device(
         Method("sees_person", "Return whether the PIR sensor detects somebody.", returns="bool", missing="False"),
     ),
     senses=(Sense("person", "sees_person", "1 while a person is near, else 0"),),
+    parts=(Part("pir", "5 V, GND", (Role("output", False, "OUT"),), read_by="sees_person"),),
 )

@@ -1,6 +1,6 @@
 """The ultrasonic sensor: it measures the distance of obstacles, which a word can make a car avoid (c5)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Input, Method, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Input, Method, Part, Role, Sense, StepKind, seconds
 
 ULTRASONIC = Device(
     "ultrasonic",
@@ -30,5 +30,12 @@ ULTRASONIC = Device(
     ),
     senses=(
         Sense("obstacle_mm", "obstacle_mm", "the distance of the nearest obstacle ahead in mm", 1 << 20, "looks_mm"),
+    ),
+    parts=(
+        Part(
+            "ultrasonic",
+            "5 V, GND",
+            (Role("trigger", True, "TRIG"), Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO")),
+        ),
     ),
 )

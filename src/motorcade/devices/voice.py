@@ -1,6 +1,6 @@
 """The microphone: it hears 'stop' and 'go', which a word can make a car obey (c6)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Method, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, StepKind, seconds
 
 VOICE = Device(
     "voice",
@@ -29,4 +29,5 @@ VOICE = Device(
             missing="0",
         ),
     ),
+    parts=(Part("voice", "3.3 V, GND", (Role("receive", False, "TX"),)),),
 )

@@ -26,13 +26,13 @@ from motorcade.mats.lines import way_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
 # A sensor in a cell knows of all marks that are nearer than this.
-MARGIN_UM = 200_000.0
-_CELL_UM = 250_000.0
+MARGIN_UM = 100_000.0
+_CELL_UM = 100_000.0
 # Places are whole µm: a place right on an edge is dark, however its distance is rounded.
 _TIE_UM = 0.5
 # Places and ways are rounded to µm.
 _ROUNDED_UM = 3.0
-_MOST_CELLS = 1 << 16
+_MOST_CELLS = 1 << 18
 # Half a second of work.
 _MOST_MARKS = 100_000
 _MOST_LISTED = 2_000_000
@@ -89,7 +89,10 @@ def outside_um(x: float, y: float, ahead_x: float, ahead_y: float, floor: Floor)
             closing = 1.0
         else:
             away_x, away_y = _away(x, y, floor[mark + 1], floor[mark + 2], floor[mark + 3], floor[mark + 4])
-            distance = math.sqrt(away_x * away_x + away_y * away_y)
+            squared, reach = away_x * away_x + away_y * away_y, half + max(nearest, ahead)
+            if squared >= reach * reach:
+                continue
+            distance = math.sqrt(squared)
             outside = distance - half
             closing = 1.0 if outside <= 0.0 else -(away_x * ahead_x + away_y * ahead_y) / distance
         nearest = min(nearest, outside)
@@ -141,13 +144,13 @@ def floor_of(mat: Mat) -> Buffer:
     columns, rows = math.ceil((right - left) / side), math.ceil((top - bottom) / side)
     lists: list[list[int]] = [[] for _ in range(columns * rows)]
     listed = 0
-    for number, (x0, y0, x1, y1) in enumerate(boxes):
-        its_columns = _cells_between(x0 - left, x1 - left, side, columns)
-        its_rows = _cells_between(y0 - bottom, y1 - bottom, side, rows)
-        listed += len(its_columns) * len(its_rows)
-        if listed > _MOST_LISTED:
-            raise MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
-        for row in its_rows:
+    for number, (mark, box) in enumerate(zip(marks, boxes, strict=True)):
+        for row in _cells_between(box[1] - bottom, box[3] - bottom, side, rows):
+            low, high = _span(mark, box, bottom + row * side, bottom + (row + 1) * side)
+            its_columns = _cells_between(low - left, high - left, side, columns)
+            listed += len(its_columns)
+            if listed > _MOST_LISTED:
+                raise MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
             for column in its_columns:
                 lists[row * columns + column].append(number)
     begin = CELLS + len(lists) + 1
@@ -160,6 +163,19 @@ def floor_of(mat: Mat) -> Buffer:
 
 def _cells_between(low: float, high: float, side: float, count: int) -> range:
     return range(int((low - MARGIN_UM) / side), min(int((high + MARGIN_UM) / side) + 1, count))
+
+
+def _span(
+    mark: Sequence[float], box: tuple[float, float, float, float], low: float, high: float
+) -> tuple[float, float]:
+    """Return the least and the greatest x of a mark in a row of cells and the margin below and above it."""
+    half = mark[0]
+    if half < 0.0 or mark[2] == mark[4]:
+        return box[0], box[2]
+    x0, y0, x1, y1 = mark[1:]
+    reach = half + MARGIN_UM
+    ends = [x0 + min(max((y - y0) / (y1 - y0), 0.0), 1.0) * (x1 - x0) for y in (low - reach, high + reach)]
+    return min(ends) - half, max(ends) + half
 
 
 def marks_of(mat: Mat) -> Iterator[tuple[float, ...]]:

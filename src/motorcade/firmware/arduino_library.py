@@ -6,7 +6,7 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from motorcade.config.pins import PinMap
+from motorcade.config.pins import INPUTS, PinMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.config.voice_map import VoiceMap
 from motorcade.errors import MotorcadeError
@@ -85,7 +85,7 @@ def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = Non
         "leds": _list(_pin(pins, "leds", f"led_{which}") for which in range(4)),
         "trigger": _pin(pins, "ultrasonic", "trigger"),
         "echo": _pin(pins, "ultrasonic", "echo"),
-        "pir": _pin(pins, "pir", "output"),
+        **{part.key: _list(_pin(pins, part.key, role.key) for role in part.roles) for part in INPUTS},
         "infrared_receiver": _pin(pins, "infrared", "receiver"),
         "infrared_sender": _pin(pins, "infrared", "sender"),
         "voice": _pin(pins, "voice", "receive"),

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
-from motorcade.config.pins import PinMap
+from motorcade.config.pins import INPUTS, PinMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.config.voice_map import VoiceMap
 from motorcade.errors import MotorcadeError
@@ -84,6 +84,10 @@ def settings_of(
         "drive_duties": list(pins.drive_duties),
         "turn_duties": list(pins.turn_duties),
         "pins": _pins(pins),
+        # A dict loses its order on a board; the order of pins is that of the bits.
+        "inputs": {
+            part.key: [wire.pin for wire in pins.wires if wire.device is part] for part in INPUTS if pins.has(part.key)
+        },
         "uarts": {device: _uart(pins, device) for device in ("serial", "voice") if pins.has(device)},
     }
     if pins.has("voice"):

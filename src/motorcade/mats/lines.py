@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 Point = tuple[float, float]
 # How far a chord may be from the arc that it stands for.
-_SAGITTA_M = 0.0004
+_SAGITTA_M = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Line:
 def way_of(line: Line) -> list[Point]:
     """Return the points of the line's middle, the first again where it is closed.
 
-    Arcs become chords that are at most 0.4 mm off.
+    Arcs become chords that are at most 1 mm off.
     """
     points = line.points_m
     if len(points) == 2:

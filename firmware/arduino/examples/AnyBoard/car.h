@@ -17,7 +17,8 @@ static const motorcade::CarSettings CAR = {
     {14, 15, 16, 17},  // leds
     4,  // trigger
     3,  // echo
-    12,  // pir
+    {12},  // pir
+    {18, 13},  // floor
     2,  // infrared_receiver
     11,  // infrared_sender
     NO_PIN,  // voice

@@ -21,7 +21,8 @@ static const motorcade::CarSettings CAR = {
     {22, 23, 24, 25},  // leds
     4,  // trigger
     3,  // echo
-    11,  // pir
+    {11},  // pir
+    {26, 27},  // floor
     2,  // infrared_receiver
     10,  // infrared_sender
     NO_PIN,  // voice

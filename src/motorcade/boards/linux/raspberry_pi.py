@@ -13,7 +13,7 @@ from motorcade.boards.linux.chassis import WordWheels, open_chassis
 from motorcade.boards.linux.infrared import LircSender
 from motorcade.boards.on_chip.infrared import InfraredReceiver
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.config.pins import PinMap
+from motorcade.config.pins import INPUTS, PinMap
 from motorcade.config.profile import Profile
 from motorcade.words.ticks import TICKS_MASK
 
@@ -55,7 +55,12 @@ class RaspberryPi(ComputerBoard):
         self._leds = [
             self._open(OutputDevice, pins.pin("leds", f"led_{which}"), pin_factory=factory) for which in range(_LEDS)
         ]
-        self._pir = self._open(DigitalInputDevice, pins.pin("pir", "output"), pin_factory=factory)
+        self._inputs = {
+            part.key: [
+                self._open(DigitalInputDevice, pins.pin(part.key, role.key), pin_factory=factory) for role in part.roles
+            ]
+            for part in INPUTS
+        }
         self._range_mm = profile.body.ultrasonic_range_mm
         trigger = pins.pin("ultrasonic", "trigger")
         self._ultrasonic = self._open(
@@ -86,8 +91,8 @@ class RaspberryPi(ComputerBoard):
         # 0 means that nothing was measured yet: no HC-SR04 measures less than 20 mm.
         return NOTHING_IN_SIGHT_MM if share in (0, 1) else round(share * self._range_mm)
 
-    def sees_person(self) -> bool:
-        return self._pir is not None and bool(self._pir.value)
+    def read_inputs(self, part: str) -> int:
+        return sum(int(pin.value) << place for place, pin in enumerate(self._inputs[part]) if pin is not None)
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         if self._sender is not None:
