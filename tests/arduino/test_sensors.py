@@ -16,11 +16,12 @@ PORTB, PORTD, TCCR0A, OCR0A, OCR0B = 0x25, 0x2B, 0x44, 0x47, 0x48
 FORWARD, RIGHT, STILL = "forward", "right", "still"
 STOP, GO = b"\xaa\x01", b"\xaa\x02"
 VOICE_BAUD = 9600
-# PC5 is A5, PB4 is D12, PD3 is D3.
+# PC5 is A5, PB4 is D12, PD3 is D3, PC4 is A4, PB5 is D13.
 VOICE_PIN, PIR_PIN, ECHO_PIN = ("C", 5), ("B", 4), ("D", 3)
+LEFT_FLOOR_PIN, RIGHT_FLOOR_PIN = ("C", 4), ("B", 5)
 US_A_MM = 2000 / 343
-# Forward at level 2 for 3 s, listening, looking for persons, and avoiding what is nearer than 200 mm.
-ALERT = 1 << 29 | 2 << 25 | 3 << 23 | 1 << 18 | 1 << 16 | 3 << 14 | 1 << 13 | 1 << 12
+# Along a line at level 2 for 3 s, listening, looking for persons, and avoiding what is nearer than 200 mm.
+ALERT = 1 << 29 | 2 << 25 | 3 << 23 | 1 << 18 | 1 << 16 | 3 << 14 | 1 << 13 | 1 << 12 | 1 << 11
 
 
 @pytest.fixture
@@ -70,6 +71,14 @@ def test_the_car_stops_and_goes_on_at_a_word_that_somebody_speaks(world, car) ->
 def test_the_car_stands_while_a_person_is_near(world, car) -> None:
     for level, expected in ((1, STILL), (0, FORWARD), (1, STILL)):
         car.set_pin(*PIR_PIN, level)
+        world.run(5)
+        assert does(car) == expected
+
+
+def test_the_car_follows_a_line(world, car) -> None:
+    for left, right, expected in ((0, 1, RIGHT), (1, 1, FORWARD), (0, 1, RIGHT), (0, 0, FORWARD)):
+        car.set_pin(*LEFT_FLOOR_PIN, left)
+        car.set_pin(*RIGHT_FLOOR_PIN, right)
         world.run(5)
         assert does(car) == expected
 

@@ -44,7 +44,7 @@ def test_the_same_library_is_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(UNO.replace("led_0 = 14", "led_0 = 13"), encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(UNO.replace("led_0 = 14", "led_0 = 13").replace("right = 13", "right = 14"), encoding="utf-8")
     more = ["--pins", str(tmp_path / "mine.toml"), "--role", "follower", "--number", "70000"]
     done = run("arduino-library", "-o", str(tmp_path / "libraries"), *more)
     assert done.code == 0, done.err
@@ -83,7 +83,7 @@ def test_each_setting_comes_from_the_files_of_the_builder() -> None:
         (UNO + "[voice]\nreceive = 19\n", VoiceMap(115200, VOICE.patterns), "at most 19200"),
         (UNO + "[voice]\nreceive = 19\n", VoiceMap(9600, ((b"x" * 17, VOICE_GO),)), "17 bytes"),
         (UNO.replace("enable = 5\n", ""), None, "left_motor needs a pin for enable"),
-        (UNO.replace("[pir]\noutput = 12", "[serial]\ntransmit = 12\nreceive = 13"), None, "USB"),
+        (UNO.replace("[pir]\noutput = 12", "[serial]\ntransmit = 12\nreceive = 19"), None, "USB"),
     ],
 )
 def test_a_car_that_cannot_be_is_refused_in_a_sentence(text: str, voice: VoiceMap | None, says: str) -> None:

@@ -189,6 +189,17 @@ def test_a_person_is_seen_while_the_sensor_is_high(car, pins):
     assert not board.sees_person()
 
 
+def test_each_floor_sensor_is_a_bit(car, pins):
+    board = car(SENSORS).board
+    assert board.dark_floor() == 0
+    pins.pin(20).drive_high()
+    assert board.dark_floor() == 1
+    pins.pin(21).drive_high()
+    assert board.dark_floor() == 3
+    pins.pin(20).drive_low()
+    assert board.dark_floor() == 2
+
+
 class Trigger(MockPWMPin):
     """A trigger pin whose sensor gets an echo from an obstacle at ``distance_mm``."""
 

@@ -71,6 +71,15 @@ def test_a_car_without_a_number_gets_one_from_its_chip():
     assert a_bench.open().board.number != first
 
 
+def test_each_floor_sensor_is_a_bit():
+    a_bench = bench()
+    board = a_bench.open().board
+    for left, right in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        for role, level in (("left", left), ("right", right)):
+            a_bench.chip.set_input(a_bench.pins["floor"][role], level)
+        assert board.dark_floor() == left + 2 * right
+
+
 def test_missing_parts_find_nothing_and_do_nothing():
     text = 'format = "motorcade-pins/1"\nname = "Bare"\nchip = "esp32"\n[leds]\nled_2 = 21\n'
     wanted = settings_of(parse_pins(text, "bare.toml"), CLASSROOM, False)
@@ -84,3 +93,4 @@ def test_missing_parts_find_nothing_and_do_nothing():
     assert full.chip.levels[21] == 1
     assert (board.is_sending(), board.senses_carrier(), board.received_frames()) == (False, False, ())
     assert (board.obstacle_mm(), board.sees_person(), board.heard_voice()) == (NOTHING_IN_SIGHT_MM, False, 0)
+    assert board.dark_floor() == 0
