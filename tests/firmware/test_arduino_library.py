@@ -44,7 +44,9 @@ def test_the_same_library_is_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(UNO.replace("led_0 = 14", "led_0 = 13").replace("right = 13", "right = 14"), encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(
+        UNO.replace("led_0 = 14", "led_0 = 13").replace("right = 13", "right = 14"), encoding="utf-8"
+    )
     more = ["--pins", str(tmp_path / "mine.toml"), "--role", "follower", "--number", "70000"]
     done = run("arduino-library", "-o", str(tmp_path / "libraries"), *more)
     assert done.code == 0, done.err

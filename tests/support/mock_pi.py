@@ -23,7 +23,10 @@ enable = 13
     + DUTIES
 )
 LEDS = "[leds]\nled_0 = 17\nled_1 = 27\nled_2 = 22\nled_3 = 10\n"
-SENSORS = "[ultrasonic]\ntrigger = 23\necho = 24\n[pir]\noutput = 25\n[floor]\nleft = 20\nright = 21\n[infrared]\nreceiver = 4\nsender = 18\n"
+SENSORS = (
+    "[ultrasonic]\ntrigger = 23\necho = 24\n[pir]\noutput = 25\n[floor]\nleft = 20\nright = 21\n"
+    "[infrared]\nreceiver = 4\nsender = 18\n"
+)
 STEERED = "[drive_motor]\nforward = 5\nbackward = 6\nenable = 12\n[servo]\nsignal = 19\n"
 LEFT_MOTOR, RIGHT_MOTOR = (5, 6, 12), (16, 26, 13)
 LEDS_AT = (17, 27, 22, 10)

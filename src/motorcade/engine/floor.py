@@ -6,7 +6,8 @@ one array of float64, because a kernel gets slower with every array:
     frame       origin x and y (µm), cells a µm, columns, rows
     cells       of each cell, and one behind the last: where in the array its list begins
     lists       of each cell, where in the array the marks begin that are within MARGIN_UM of it
-    marks       half a width, x0, y0, x1, y1 (µm) of a stretch; or minus the number of corners, and x and y of each
+    marks       half a width, x0, y0, length (µm), direction in x and y of a stretch; or minus the number of corners,
+                and x and y of each
 
 The array is empty where there are no marks.
 """
@@ -26,13 +27,13 @@ from motorcade.mats.lines import way_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
 # A sensor in a cell knows of all marks that are nearer than this.
-MARGIN_UM = 100_000.0
-_CELL_UM = 100_000.0
+MARGIN_UM = 60_000.0
+_CELL_UM = 60_000.0
 # Places are whole µm: a place right on an edge is dark, however its distance is rounded.
 _TIE_UM = 0.5
 # Places and ways are rounded to µm.
 _ROUNDED_UM = 3.0
-_MOST_CELLS = 1 << 18
+_MOST_CELLS = 1 << 20
 # Half a second of work.
 _MOST_MARKS = 100_000
 _MOST_LISTED = 2_000_000
@@ -88,7 +89,10 @@ def outside_um(x: float, y: float, ahead_x: float, ahead_y: float, floor: Floor)
             outside = _outside_polygon(x, y, mark, floor)
             closing = 1.0
         else:
-            away_x, away_y = _away(x, y, floor[mark + 1], floor[mark + 2], floor[mark + 3], floor[mark + 4])
+            to_x, to_y, length = x - floor[mark + 1], y - floor[mark + 2], floor[mark + 3]
+            along_x, along_y = floor[mark + 4], floor[mark + 5]
+            part = min(max(to_x * along_x + to_y * along_y, 0.0), length)
+            away_x, away_y = to_x - part * along_x, to_y - part * along_y
             squared, reach = away_x * away_x + away_y * away_y, half + max(nearest, ahead)
             if squared >= reach * reach:
                 continue
@@ -170,11 +174,12 @@ def _span(
 ) -> tuple[float, float]:
     """Return the least and the greatest x of a mark in a row of cells and the margin below and above it."""
     half = mark[0]
-    if half < 0.0 or mark[2] == mark[4]:
+    # Of a level stretch, each row has all.
+    if half < 0.0 or abs(mark[5]) < 1e-3:
         return box[0], box[2]
-    x0, y0, x1, y1 = mark[1:]
+    _, x0, y0, length, along_x, along_y = mark
     reach = half + MARGIN_UM
-    ends = [x0 + min(max((y - y0) / (y1 - y0), 0.0), 1.0) * (x1 - x0) for y in (low - reach, high + reach)]
+    ends = [x0 + min(max((y - y0) / along_y, 0.0), length) * along_x for y in (low - reach, high + reach)]
     return min(ends) - half, max(ends) + half
 
 
@@ -184,11 +189,16 @@ def marks_of(mat: Mat) -> Iterator[tuple[float, ...]]:
         half = _um(line.width_m / 2) + _TIE_UM
         way = [(_um(x), _um(y)) for x, y in way_of(line)]
         for here, there in pairwise(way):
-            yield (half, *here, *there)
+            yield (half, *here, *_direction(here, there))
     for x, y, radius in mat.spots:
-        yield _um(radius) + _TIE_UM, _um(x), _um(y), _um(x), _um(y)
+        yield _um(radius) + _TIE_UM, _um(x), _um(y), 0.0, 0.0, 0.0
     for corners in mat.patches:
         yield -float(len(corners)), *(_um(length) for corner in corners for length in corner)
+
+
+def _direction(here: tuple[float, float], there: tuple[float, float]) -> tuple[float, float, float]:
+    length = math.dist(here, there)
+    return (length, (there[0] - here[0]) / length, (there[1] - here[1]) / length) if length else (0.0, 0.0, 0.0)
 
 
 def _um(length_m: float) -> float:
@@ -196,5 +206,8 @@ def _um(length_m: float) -> float:
 
 
 def _box(mark: Sequence[float]) -> tuple[float, float, float, float]:
-    x, y, wide = mark[1::2], mark[2::2], max(mark[0], 0.0)
-    return min(x) - wide, min(y) - wide, max(x) + wide, max(y) + wide
+    if mark[0] < 0.0:
+        return min(mark[1::2]), min(mark[2::2]), max(mark[1::2]), max(mark[2::2])
+    half, x0, y0, length, along_x, along_y = mark
+    x1, y1 = x0 + length * along_x, y0 + length * along_y
+    return min(x0, x1) - half, min(y0, y1) - half, max(x0, x1) + half, max(y0, y1) + half
