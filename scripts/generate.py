@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from scripts.device_files import device_files
+from scripts.device_texts import missing_texts
 from scripts.step_kinds import step_kinds
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -46,7 +47,7 @@ def _make_engine() -> None:
     ENGINE_DIGESTS.write_text(fingerprints(made), encoding="utf-8")
 
 
-def _write(files: Mapping[str, Callable[[], str]], check: bool) -> list[str]:
+def write(files: Mapping[str, Callable[[], str]], check: bool) -> list[str]:
     """Return which files are out of date; write them anew unless ``check``."""
     stale = []
     for name, make in files.items():
@@ -63,7 +64,10 @@ def _write(files: Mapping[str, Callable[[], str]], check: bool) -> list[str]:
 def main() -> int:
     """Return the exit code: 1 where --check finds a file that is out of date, else 0."""
     check = sys.argv[1:] == ["--check"]
-    stale = _write(SOURCES, check)
+    if missing := missing_texts():
+        print("\n".join(missing))
+        return 1
+    stale = write(SOURCES, check)
     if check and _engine_is_stale():
         stale.append(str(ENGINE.relative_to(ROOT)))
     if not check:
@@ -74,7 +78,7 @@ def main() -> int:
     if not (check and stale):
         from scripts.generated_files import GENERATED
 
-        stale = _write(GENERATED, check)
+        stale = write(GENERATED, check)
     if check and stale:
         print(f"Out of date: {', '.join(stale)}. Run `make generate` and commit.")
         return 1

@@ -1,0 +1,102 @@
+"""A made-up device, declared in a copy of the sources as CONTRIBUTING.md says, reaches all that follows."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+# A bumper: no bit is free, so it takes that of the PIR sensor.
+BUMPER = '''"""The bumper: two switches at the front."""
+
+from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, Sense, StepKind, seconds
+
+BUMPER = Device(
+    "bumper",
+    bits=(Bits("bumper", 12, 12, "stands still while something is touched", "made up"),),
+    group="bumper",
+    hue=300,
+    steps=(
+        StepKind(
+            "bumper",
+            "Stand still while something is touched.",
+            Block("sense", "M4 12h16"),
+            inputs=(seconds(),),
+            sets=(("bumper", 1),),
+            accompanies=True,
+        ),
+    ),
+    methods=(Method("touches", "Return which switches are closed.", returns="bits", missing="0"),),
+    senses=(Sense("touches", "touches", "the switches that are closed, 1 the left plus 2 the right one"),),
+    parts=(
+        Part("bumper", "GND", (Role("left", False, "NO left"), Role("right", False, "NO right")), read_by="touches"),
+    ),
+)
+'''
+PROBE = """
+from motorcade import bumper, compile_program, decompile, Program, together, forward
+from motorcade.car.board import Board
+from motorcade.car.senses import NOTHING
+from motorcade.config.pins import parse_pins
+from motorcade.firmware.arduino_library import settings_header
+from motorcade.config.profile import built_in_profile
+from motorcade.words.formats import CONTROL
+
+class Touched(Board):
+    def read_inputs(self, part):
+        return 2 if part == "bumper" else 0
+
+print(CONTROL.field("bumper").low, NOTHING.touches, Board().touches(), Touched().senses(0).touches)
+program = Program([together(forward(1), bumper())])
+words = compile_program(program).words
+print(words[1] >> 12 & 1, decompile(words).leader == program.leader)
+car = 'format = "motorcade-pins/1"\\nname = "B"\\nchip = "arduino-uno"\\n'
+pins = parse_pins(car + "[bumper]\\nleft = 18\\nright = 13\\n", "b.toml")
+print("{18, 13},  // bumper" in settings_header(pins, built_in_profile("classroom")))
+"""
+
+
+def run(folder, *command):
+    environment = {"PYTHONPATH": str(folder / "src"), "PATH": "", "SYSTEMROOT": ""}
+    made = subprocess.run(
+        [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True, timeout=60
+    )
+    return made.returncode, made.stdout + made.stderr
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the sources in which the bumper has the place of the PIR sensor."""
+    skipped = shutil.ignore_patterns("__pycache__", "page", "libraries", "*.wasm", "gallery")
+    for name in ("src", "scripts", "firmware"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=skipped)
+    devices = tmp_path / "src/motorcade/devices"
+    (devices / "bumper.py").write_text(BUMPER, encoding="utf-8")
+    listed = (devices / "__init__.py").read_text(encoding="utf-8")
+    listed = listed.replace("motorcade.devices.pir import PIR", "motorcade.devices.bumper import BUMPER")
+    (devices / "__init__.py").write_text(listed.replace("VOICE, PIR,", "VOICE, BUMPER,"), encoding="utf-8")
+    brain = tmp_path / "src/motorcade/car/brain.py"
+    text = brain.read_text(encoding="utf-8").replace('CONTROL.field("pir")', 'CONTROL.field("bumper")')
+    brain.write_text(text.replace("senses.person", "senses.touches"), encoding="utf-8")
+    return tmp_path
+
+
+def test_a_declared_device_reaches_words_steps_boards_pins_and_arduino(copy):
+    assert run(copy, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")[0] == 0
+    code, said = run(copy, "-c", PROBE)
+    assert code == 0, said
+    assert said.split("\n")[:3] == ["12 0 0 2", "1 True", "True"]
+    header = (copy / "firmware/arduino/src/MotorcadeBoard.h").read_text(encoding="utf-8")
+    assert "virtual uint8_t touches() { return 0; }" in header
+    assert "sees_person" not in header
+
+
+def test_texts_that_a_new_device_lacks_are_named_in_a_sentence(copy):
+    run(copy, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")
+    code, said = run(copy, "-m", "scripts.generate", "--check")
+    assert code == 1
+    assert "src/motorcade/locales/zh.json lacks page.blocks.bumper: the text of the block" in said
+    assert "src/motorcade/locales/en.json lacks phrases.device-bumper: the name of the part" in said
+    assert "Traceback" not in said
