@@ -15,6 +15,7 @@ from motorcade.service.messages import Difficulty, Example, Level, Project, Rang
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
 EXAMPLES: dict[str, Difficulty] = {
+    "town": 1,
     "square": 1,
     "traffic-light": 1,
     "parade": 1,
