@@ -5,9 +5,10 @@ one array of float64, because a kernel gets slower with every array:
 
     frame       origin x and y (µm), cells a µm, columns, rows
     cells       of each cell, and one behind the last: where in the array its list begins
-    lists       of each cell, where in the array the marks begin that are within MARGIN_UM of it
-    marks       half a width, x0, y0, length (µm), direction in x and y of a stretch; or minus the number of corners,
-                and x and y of each
+    lists       of each cell, the marks that are within MARGIN_UM of it: of a stretch half its width, x0, y0, its
+                length (µm), and its direction in x and y; of a polygon -1 and where in the array it is. Stretches
+                stand in each list anew, since what is near in memory is read faster
+    polygons    the number of corners, and x and y of each
 
 The array is empty where there are no marks.
 """
@@ -82,17 +83,19 @@ def outside_um(x: float, y: float, ahead_x: float, ahead_y: float, floor: Floor)
         return MARGIN_UM, MARGIN_UM
     cell = CELLS + int(row) * int(floor[COLUMNS]) + int(column)
     nearest, ahead = MARGIN_UM, MARGIN_UM
-    for item in range(int(floor[cell]), int(floor[cell + 1])):
-        mark = int(floor[item])
+    mark, end = int(floor[cell]), int(floor[cell + 1])
+    while mark < end:
         half = floor[mark]
         if half < 0.0:
-            outside = _outside_polygon(x, y, mark, floor)
+            outside = _outside_polygon(x, y, int(floor[mark + 1]), floor)
             closing = 1.0
+            mark += 2
         else:
             to_x, to_y, length = x - floor[mark + 1], y - floor[mark + 2], floor[mark + 3]
             along_x, along_y = floor[mark + 4], floor[mark + 5]
             part = min(max(to_x * along_x + to_y * along_y, 0.0), length)
             away_x, away_y = to_x - part * along_x, to_y - part * along_y
+            mark += 6
             squared, reach = away_x * away_x + away_y * away_y, half + max(nearest, ahead)
             if squared >= reach * reach:
                 continue
@@ -121,7 +124,7 @@ def _away(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tup
 
 @in_kernel
 def _outside_polygon(x: float, y: float, mark: int, floor: Floor) -> float:
-    corners = -int(floor[mark])
+    corners = int(floor[mark])
     last = mark + 2 * corners - 1
     x0, y0, inside, nearest = floor[last], floor[last + 1], False, FAR_UM * FAR_UM
     for corner in range(mark + 1, mark + 2 * corners, 2):
@@ -158,10 +161,17 @@ def floor_of(mat: Mat) -> Buffer:
             for column in its_columns:
                 lists[row * columns + column].append(number)
     begin = CELLS + len(lists) + 1
-    places = list(accumulate(map(len, marks), initial=begin + sum(map(len, lists))))
-    firsts = accumulate(map(len, lists), initial=begin)
-    items = (places[number] for each in lists for number in each)
-    held = array("d", chain((left, bottom, 1 / side, columns, rows), firsts, items, chain.from_iterable(marks)))
+    sizes = [6 if mark[0] >= 0.0 else 2 for mark in marks]
+    firsts = list(accumulate((sum(sizes[number] for number in each) for each in lists), initial=begin))
+    polygons = [mark for mark in marks if mark[0] < 0.0]
+    places = iter(accumulate(map(len, polygons), initial=firsts[-1]))
+    listed_as = [mark if mark[0] >= 0.0 else (-1.0, float(next(places))) for mark in marks]
+    held = array("d", (left, bottom, 1 / side, columns, rows))
+    held.extend(firsts)
+    for number in chain.from_iterable(lists):
+        held.extend(listed_as[number])
+    for corners, *places_of in polygons:
+        held.extend((-corners, *places_of))
     return Buffer("float64", (len(held),), held)
 
 
