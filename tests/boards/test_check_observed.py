@@ -14,7 +14,7 @@ from support.observed_tin import EepromTin, FullTin, TinBench, TinObserver
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 NAMES = {"ids": lambda value: value if isinstance(value, str) else ""}
 PARTS = ("wheels", "lit_leds", "sent_frames", "written_bytes")
-SENSORS = ("put_obstacle", "show_carrier", "show_person", "speak")
+SENSORS = ("put_obstacle", "show_carrier", "show_person", "show_floor", "speak")
 
 
 def checked(

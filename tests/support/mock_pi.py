@@ -186,6 +186,13 @@ class PiObserver(LineObserver):
             (self.pins.pin(pin).drive_low if is_on else self.pins.pin(pin).drive_high)()
         return pin is not None
 
+    def show_floor(self, dark):
+        pins = [self.wired.pin("floor", role) for role in ("left", "right")]
+        for place, pin in enumerate(pins):
+            if pin is not None:
+                (self.pins.pin(pin).drive_high if dark >> place & 1 else self.pins.pin(pin).drive_low)()
+        return None not in pins
+
     def show_person(self, is_there):
         pin = self.wired.pin("pir", "output")
         if pin is not None:

@@ -109,6 +109,10 @@ def sees(person: Callable[[bool], bool]) -> dict[str, Any]:
     return {"sees_person": lambda self: person(self.tin.person)}
 
 
+def looks_down(dark: Callable[[int], int]) -> dict[str, Any]:
+    return {"dark_floor": lambda self: dark(self.tin.floor)}
+
+
 def hears(change: Callable[[int], int]) -> dict[str, Any]:
     return {"heard_voice": lambda self: change(FullTin.heard_voice(self))}
 
@@ -361,6 +365,9 @@ OBSERVED: list[tuple[str, Any, str]] = [
     ("everybody is seen", sees(lambda person: True), "sees_person() isn't False"),
     ("PIR upside down", sees(lambda person: not person), "sees_person() isn't False"),
     ("a person stays", SeesOnce, "sees_person() isn't False"),
+    ("no floor is dark", looks_down(lambda dark: 0), "gives 0 where the floor under its sensors is 1"),
+    ("light is dark", looks_down(lambda dark: 3 - dark), "takes light floor for dark"),
+    ("sensors swapped", looks_down(lambda dark: (0, 2, 1, 3)[dark]), "the left sensor is the right one"),
     ("deaf to words", hears(lambda voice: 0), "where the word 1 was spoken"),
     ("stop is go", hears(lambda voice: (0, 2, 1)[voice]), "gave 2 in 500 ms where the word 1"),
     ("deaf to go", hears(lambda voice: (0, 1, 0)[voice]), "gave 0 in 500 ms where the word 2"),

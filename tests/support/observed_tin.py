@@ -15,6 +15,7 @@ class TinBench(Tin):
         self.timed = []
         self.distance_mm = None
         self.person = False
+        self.floor = 0
         self.spoken = []
         self.carrier = False
         self.carrier_until_s = 0.0
@@ -69,6 +70,10 @@ class TinObserver(BoardObserver):
         self.bench.person = is_there
         return self.has_sensors
 
+    def show_floor(self, dark):
+        self.bench.floor = dark
+        return self.has_sensors
+
     def speak(self, voice):
         self.bench.spoken.append(voice)
         return self.has_sensors
@@ -88,6 +93,9 @@ class FullTin(TinBoard):
 
     def sees_person(self):
         return self.tin.person
+
+    def dark_floor(self):
+        return self.tin.floor
 
     def heard_voice(self):
         return self.tin.spoken.pop(0) if self.tin.spoken else 0

@@ -50,6 +50,11 @@ class ChipObserver(BoardObserver):
         self._bench.chip.set_input(self._pins["pir"]["output"], 1 if is_there else 0)
         return True
 
+    def show_floor(self, dark):
+        for place, role in enumerate(("left", "right")):
+            self._bench.chip.set_input(self._pins["floor"][role], dark >> place & 1)
+        return True
+
     def speak(self, voice):
         settings = self._bench.settings.get("voice")
         if settings is None:

@@ -79,6 +79,10 @@ class BoardObserver:
         """Let a person be near, or nobody; return False for a car without that sensor."""
         return False
 
+    def show_floor(self, dark: int) -> bool:
+        """Put dark floor under the left sensor (1), the right one (2), both (3) or none; return False without them."""
+        return False
+
     def speak(self, voice: int) -> bool:
         """Say a word, VOICE_STOP or VOICE_GO of `motorcade.car.brain`; return False for a car that can't hear."""
         return False
@@ -322,5 +326,6 @@ EXPECTED: "dict[str, Callable[[Any], bool]]" = {
     "image": lambda value: value is None or (type(value) is bytes and _is_image(value)),
     "millimetres": is_count,
     "milliseconds": lambda value: type(value) is int,
+    "two bits": lambda value: is_count(value, 3),
     "voice": lambda value: is_count(value, VOICE_GO),
 }

@@ -134,6 +134,14 @@ def _obstacle_fault(observer: BoardObserver, real_mm: int, measured_mm: int) -> 
     return "check-obstacle-double" if abs(measured_mm - 2 * real_mm) <= real_mm / _TOLERANCE_SHARE else "check-obstacle"
 
 
+def _floor_fault(observer: BoardObserver, dark: int, seen: int) -> str:
+    if seen == dark:
+        return ""
+    if seen == 3 - dark:
+        return "check-floor-inverted" if dark in (0, 3) else "check-floor-swapped"
+    return "check-floor"
+
+
 def _voice_fault(observer: BoardObserver, spoken: int, heard: "list[int]") -> str:
     if heard == [spoken]:
         return ""
@@ -202,6 +210,14 @@ PROBES: "tuple[Probe, ...]" = (
         needs="observe.show_person",
         steps=(False, True, False),
         sentences=("check-person-none", "check-person"),
+    ),
+    Probe(
+        "dark_floor",
+        gives="two bits",
+        needs="observe.show_floor",
+        steps=(0, 1, 3, 2, 0),
+        late="check-floor-late",
+        fault=_floor_fault,
     ),
     Probe(
         "heard_voice",
