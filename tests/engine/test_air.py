@@ -130,8 +130,8 @@ def test_a_beam_reaches_only_cars_inside_it(half_deg: float, heard_by: set[int])
 
 
 def test_bit_errors_lose_as_many_frames_as_probability_predicts() -> None:
-    """Parity finds odd numbers of flips, a bit of c8 finds some of the even numbers; the others go undetected."""
-    rate, reserved = 0.02, 11
+    """Parity finds odd numbers of flips, tag and check some of the even numbers; the others go undetected."""
+    rate, reserved = 0.02, 10
     turns = np.arange(40) * 0.157
     around = [Pose(0, 0), *(Pose(0.9 * np.cos(turn), 0.9 * np.sin(turn)) for turn in turns)]
     physics = Physics(collisions=False, line_of_sight=False, bit_error_rate=rate)

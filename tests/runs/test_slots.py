@@ -33,7 +33,7 @@ def slots_of(events, tagged: bool, slot: int, followers: range) -> tuple[int, in
         if event["kind"] != START:
             continue
         if tagged:
-            is_its = event["other"] == slot % 31 + 1 and 0 <= at_slot - slot < 32
+            is_its = event["other"] == slot % 31 + 1 and 0 <= at_slot - slot < 16
         else:
             word = WORDS[slot % len(WORDS)]
             is_its = event["word"] == word and at_slot in (slot, slot + 1)

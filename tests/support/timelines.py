@@ -4,12 +4,24 @@ from collections.abc import Iterator, Sequence
 
 from motorcade.devices.motor import DIRECTIONS
 from motorcade.program.step import Step
-from motorcade.program.steps import DriveStep, LedStep, RepeatStep, TogetherStep
+from motorcade.program.steps import (
+    DriveStep,
+    FollowLineStep,
+    LedStep,
+    RepeatStep,
+    StopOnDarkStep,
+    TogetherStep,
+    TurnToLineStep,
+)
 from support.plain_world import PlainWorld
 
 STILL = (0, 0)
 DARK = 4
 RANDOM = DIRECTIONS.index("random")
+
+_DRIVES = (DriveStep, FollowLineStep, StopOnDarkStep, TurnToLineStep)
+# Where the floor has no marks, these drive in one direction.
+_ON_LIGHT = {FollowLineStep: "forward", StopOnDarkStep: "random"}
 
 # What a car does at one moment: (direction, speed level) of its wheels, and the LED that is lit.
 Moment = tuple[tuple[int, int], int]
@@ -35,12 +47,12 @@ def moments(steps: Sequence[Step], idle_ms: int) -> list[Moment]:
     """What the blocks of one round mean, millisecond by millisecond."""
     shown: list[Moment] = []
     for _, step in unrolled(steps, ""):
-        drive = next((part for part in _parts(step) if isinstance(part, DriveStep) and part.speed), None)
+        drive = next((part for part in _parts(step) if isinstance(part, _DRIVES) and part.speed), None)
         led = next((part for part in _parts(step) if isinstance(part, LedStep)), None)
         for at_ms in range(length_ms(step, idle_ms)):
             wheels, lit = STILL, DARK
             if drive is not None and at_ms < _ms(drive):
-                wheels = DIRECTIONS.index(drive.direction), drive.speed
+                wheels = DIRECTIONS.index(_ON_LIGHT.get(type(drive)) or getattr(drive, "direction", "")), drive.speed
             if led is not None and at_ms < _ms(led):
                 lit = led.which
             shown.append((wheels, lit))
