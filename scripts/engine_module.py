@@ -130,7 +130,7 @@ def fingerprints(files: dict[str, bytes]) -> str:
     Docstrings, comments and the form of the code don't count.
     """
     package = ROOT / "src" / "motorcade"
-    folders = (package / name for name in ("car", "engine", "words"))
+    folders = (package / name for name in ("car", "devices", "engine", "words"))
     # No kernel calls the check of boards.
     sources = sorted(path for folder in folders for path in folder.rglob("*.py") if path.parent.name != "check")
     digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')} {LLD}".encode())
