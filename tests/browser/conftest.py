@@ -7,23 +7,15 @@ from typing import Any
 
 import pytest
 from filelock import FileLock
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Playwright, sync_playwright
 from scripts import chromium
 from scripts.studio_process import StudioProcess, build_page, running_studio
 
 from motorcade.browser.site import site_files, write_site
+from support.browser_profiles import Profiles, launched
 from support.shells import shells_of
 from support.site_server import SiteServer, serving
 from support.studio_page import StudioPage
-
-# No host name but the studio's own resolves, as on a computer without a network.
-OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
-
-# Chromium takes a file that a test answers with for one of the internet, whose pages may not open a WebSocket here.
-LOCAL = "--disable-features=LocalNetworkAccessChecks"
-
-# Draws the mat without WebGL, as old computers do.
-PLAIN = ["--disable-gpu", "--disable-software-rasterizer"]
 
 OpenPage = Callable[..., StudioPage]
 Studio = StudioProcess | SiteServer
@@ -38,14 +30,23 @@ def chromium_path(install_lock: FileLock) -> Path:
     return found
 
 
-# The synchronous Playwright holds an event loop while it lives, so it may not outlive a module and meet other tests.
-@pytest.fixture(scope="module")
-def browser(request: pytest.FixtureRequest, chromium_path: Path) -> Iterator[Browser]:
-    options = [OFFLINE, LOCAL, *getattr(request.module, "CHROMIUM_OPTIONS", PLAIN)]
+# The synchronous Playwright holds an event loop while it lives, so it may not outlive this folder and meet other tests.
+@pytest.fixture(scope="package")
+def playwright() -> Iterator[Playwright]:
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium_path, args=options)
+        yield playwright
+
+
+@pytest.fixture(scope="package")
+def browser(playwright: Playwright, chromium_path: Path) -> Iterator[Browser]:
+    # It draws the mat without WebGL, as old computers do.
+    with launched(playwright, chromium_path, "--disable-gpu", "--disable-software-rasterizer") as browser:
         yield browser
-        browser.close()
+
+
+@pytest.fixture(scope="package")
+def profiles(browser: Browser) -> Profiles:
+    return Profiles(browser)
 
 
 @pytest.fixture(scope="session")
@@ -99,51 +100,51 @@ def violations(studio: Studio) -> list[str]:
 
 
 @contextmanager
-def visitors(browser: Browser, studio: Studio) -> Iterator[OpenPage]:
+def visitors(profiles: Profiles, studio: Studio) -> Iterator[OpenPage]:
     """Opens pages, each in a browser profile of its own, and checks their faults at the end of the test."""
     opened: list[StudioPage] = []
 
     def open_page(**wishes: Any) -> StudioPage:
-        opened.append(StudioPage.open(browser, studio.url, **wishes))
+        opened.append(StudioPage.open(profiles, studio.url, **wishes))
         return opened[-1]
 
     yield open_page
     for page in opened:
-        page.context.close()
+        page.leave(profiles)
     assert [fault for page in opened for fault in page.faults] + violations(studio) == []
 
 
 @pytest.fixture
-def open_page(browser: Browser, studio: Studio) -> Iterator[OpenPage]:
+def open_page(profiles: Profiles, studio: Studio) -> Iterator[OpenPage]:
     """Opens pages of the shared studio."""
-    with visitors(browser, studio) as open_page:
+    with visitors(profiles, studio) as open_page:
         yield open_page
 
 
 @pytest.fixture
-def open_own_page(browser: Browser, own_studio: Studio) -> Iterator[OpenPage]:
+def open_own_page(profiles: Profiles, own_studio: Studio) -> Iterator[OpenPage]:
     """Opens pages of the test's own studio."""
-    with visitors(browser, own_studio) as open_page:
+    with visitors(profiles, own_studio) as open_page:
         yield open_page
 
 
 @pytest.fixture(scope="module")
-def shown_pages(browser: Browser, studio: Studio) -> Iterator[dict[str, StudioPage]]:
+def shown_pages(profiles: Profiles, studio: Studio) -> Iterator[dict[str, StudioPage]]:
     """The pages of ``show``, by language."""
     pages: dict[str, StudioPage] = {}
     yield pages
     for page in pages.values():
-        page.context.close()
+        page.leave(profiles)
 
 
 @pytest.fixture
-def show(browser: Browser, studio: Studio, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
+def show(profiles: Profiles, studio: Studio, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
     """Shows a project in a page that a module's tests use one after another, for tests that leave no traces."""
 
     def show_in(project: dict[str, Any], language: str = "en") -> StudioPage:
         page = shown_pages.get(language)
         if page is None:
-            page = shown_pages[language] = StudioPage.open(browser, studio.url, project=project, language=language)
+            page = shown_pages[language] = StudioPage.open(profiles, studio.url, project=project, language=language)
         else:
             page.take(project)
         return page

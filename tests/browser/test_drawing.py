@@ -1,13 +1,26 @@
 """The mat drawn by WebGL, as for most users; in a module of its own, since it is slow without a graphics processor."""
 
+import pytest
 from playwright.sync_api import expect
 
+from support.browser_profiles import Profiles, launched
 from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
 
-CHROMIUM_OPTIONS: list[str] = []
 # How a block looks while some car runs it.
 RUNNING = "motorcade-running"
+
+
+@pytest.fixture(scope="module")
+def browser(playwright, chromium_path):
+    """A browser that draws WebGL."""
+    with launched(playwright, chromium_path) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def profiles(browser):
+    return Profiles(browser)
 
 
 def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:

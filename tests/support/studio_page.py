@@ -16,11 +16,13 @@ from playwright.sync_api import (
     Request,
     Route,
     StorageState,
+    WebError,
     expect,
 )
 from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
+from support.browser_profiles import Profiles
 
 DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
@@ -32,23 +34,26 @@ expect.set_options(timeout=PATIENCE_MS)
 class StudioPage:
     """A page in a browser profile. ``faults`` lists errors and requests to other hosts, which no test may cause."""
 
-    def __init__(self, context: BrowserContext, url: str, language: str) -> None:
+    def __init__(
+        self, context: BrowserContext, url: str, language: str, size: tuple[int, int] = DESKTOP, script: str = ""
+    ) -> None:
         self.context = context
         self.url = url
+        self._size, self._script = size, script
         self.faults: list[str] = []
         self._forgiven: list[str] = []
         self._taken = 0
         self._texts = catalogue(language)["page"]
         context.set_default_timeout(PATIENCE_MS)
         context.on("console", self._hear)
-        context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
+        context.on("weberror", self._hear_problem)
         context.on("request", self._check_host)
         self.page = self._new_page()
 
     @classmethod
     def open(
         cls,
-        browser: Browser,
+        browser: Browser | Profiles,
         url: str,
         *,
         project: dict[str, Any] | None = None,
@@ -66,7 +71,7 @@ class StudioPage:
         """Open the page, at first with a project that somebody shared; without the tour, as if it had been seen before.
 
         Args:
-            browser: gets a profile of its own for this visit.
+            browser: gives this visit a profile.
             url: the studio's address.
             project: opened by a link; None for a new project.
             language: as if it had been chosen before; None for what the browser prefers.
@@ -108,19 +113,24 @@ class StudioPage:
         if token:
             cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
             context.add_cookies([{"name": cookie, "value": token, "url": base}])
-        if script:
-            context.add_init_script(script)
         if webgl:
             # Nothing waits for the end of a drawing, so the page finds them all fast.
-            context.add_init_script("WebGLRenderingContext.prototype.readPixels = () => {}")
+            script += "WebGLRenderingContext.prototype.readPixels = () => {}"
         if build:
             context.route(f"{base}**", lambda route: _answer_from(build, route))
-        studio = cls(context, base, language or "en")
+        studio = cls(context, base, language or "en", size, script)
         studio.page.goto(project_link(base, project, SHARED) if project else base)
         studio.wait_until_ready()
         if project:
             studio._expect_shared(SHARED)
         return studio
+
+    def leave(self, profiles: Profiles) -> None:
+        """End the visit; the next one gets its profile."""
+        self.context.remove_listener("console", self._hear)
+        self.context.remove_listener("weberror", self._hear_problem)
+        self.context.remove_listener("request", self._check_host)
+        profiles.take_back(self.context)
 
     def reopen(self) -> None:
         """Open another page in the same browser, as after a crash."""
@@ -130,6 +140,9 @@ class StudioPage:
 
     def _new_page(self) -> Page:
         page = self.context.new_page()
+        page.set_viewport_size({"width": self._size[0], "height": self._size[1]})
+        if self._script:
+            page.add_init_script(self._script)
         page.on("websocket", lambda socket: self._check_url(socket.url))
         return page
 
@@ -170,6 +183,9 @@ class StudioPage:
     def _hear(self, message: ConsoleMessage) -> None:
         if message.type == "error":
             self._blame(message.text)
+
+    def _hear_problem(self, problem: WebError) -> None:
+        self._blame(problem.error.stack or problem.error.message)
 
     def _blame(self, text: str) -> None:
         if not any(part in text for part in self._forgiven):
