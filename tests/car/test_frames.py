@@ -312,6 +312,28 @@ def test_a_car_that_receives_its_tag_twice_in_an_interval_is_silent_in_it(replac
     assert sent == []
 
 
+@pytest.mark.parametrize("missing", [0, 1])
+def test_a_car_is_silent_in_an_interval_from_that_copy_of_its_tag_on_that_makes_enough(missing):
+    car = follower(tagged_frame(WORDS[0], 9))
+    # The frame that began the word counts too.
+    car.arriving += [tagged_frame(WORDS[0], 9)] * (LEVELS[brain.REDUNDANCY] - 1 - missing)
+    sent = []
+    for now in range(1, LEVELS[brain.FIRST_INTERVAL_MS]):
+        step.step(car, now)
+        sent += [car.sent] if car.sent else []
+        car.sent = None
+    assert sent == [tagged_frame(WORDS[0], 9)] * missing
+
+
+def test_a_bare_word_that_comes_again_while_it_runs_does_not_begin_again():
+    car = follower(to_frame(WORDS[0]))
+    end_ms = brain.length_ms(WORDS[0], LEVELS)
+    for now in (1, end_ms // 2, end_ms - 1, end_ms):
+        car.arriving.append(to_frame(WORDS[0]))
+        step.step(car, now)
+    assert [at_ms for at_ms, _, _ in car.began] == [0, end_ms]
+
+
 @given(st.integers(0, 0x1FFFFF), st.integers(1, 31), st.lists(st.integers(0, 31), min_size=1, max_size=3, unique=True))
 def test_a_tagged_frame_with_one_to_three_flipped_bits_is_lost(word, tag, bits):
     car = follower(tagged_frame(WORDS[0], tag - 1 or 31))
