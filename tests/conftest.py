@@ -1,6 +1,7 @@
 """Settings and fixtures for all tests."""
 
 import os
+import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -9,6 +10,10 @@ from typing import Any
 import pytest
 from filelock import FileLock
 from hypothesis import settings
+
+# Tests start hundreds of processes, each of which would compile all of Motorcade anew where Python may store nothing.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # The same examples in each run, so that a failure comes from the change; `make soak` draws many more.
 settings.register_profile("quick", deadline=None, derandomize=True)

@@ -89,6 +89,7 @@ def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
+    studio.mat_button("pause").click()
     studio.look_up("timeline")
     with studio.page.expect_download() as download:
         studio.choose("Download", item="Timeline as a table (CSV)")
@@ -111,6 +112,7 @@ def test_the_page_makes_table_and_film_where_the_service_does_not(open_page) -> 
     studio.wait_until_ready()
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
+    studio.mat_button("pause").click()
     studio.look_up("timeline")
     with studio.page.expect_download() as download:
         studio.choose("Download", item="Timeline as a table (CSV)")

@@ -33,7 +33,8 @@ def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
         if panel == "things":
             studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
         assert_no_barriers(studio)
-    for name in DIALOGS:
+    # A theme's colours are the same in dialogs.
+    for name in DIALOGS if SOAK or theme == "light" else DIALOGS[:1]:
         studio.open_dialog(name)
         assert_no_barriers(studio)
         studio.page.keyboard.press("Escape")

@@ -186,24 +186,26 @@ ALL = tuple(product(WAYS, KINDS, SIZES, LANGUAGES))
     ALL if SOAK else FEW,
     ids=lambda value: f"{value[0]}x{value[1]}" if isinstance(value, tuple) else value,
 )
-def test_a_mission_is_played_until_it_has_all_stars(open_own_page, mission, kind, size, language):
+def test_a_mission_is_played_until_it_has_all_stars(open_page, mission, kind, size, language):
     use = KINDS[kind]
-    studio = open_own_page(size=size, language=language, level="start", plain=True, **use.options)
+    # What keeps people out is the same for mouse and finger.
+    looks = SOAK or use is Keys
+    studio = open_page(size=size, language=language, level="start", plain=True, **use.options)
     page, hands = studio.page, use(studio)
     hands.press(page.get_by_role("button", name=studio.say("missions.title"), exact=True))
     expect(page.locator("[data-mission]")).to_have_count(len(missions()))
-    assert serious_barriers(page) == []
+    assert not looks or serious_barriers(page) == []
     hands.press(page.locator(f"[data-mission={mission}]"))
     expect(page.locator("li[data-progress]")).to_have_count(3)
-    assert serious_barriers(page) == []
+    assert not looks or serious_barriers(page) == []
     to_blocks = page.get_by_role("button", name=studio.say("missions.toBlocks"))
     if mission != "flip-the-lamp" and to_blocks.is_visible():
         hands.press(to_blocks)
     WAYS[mission](hands)
-    assert serious_barriers(page) == []
+    assert not looks or serious_barriers(page) == []
     expect(page.locator("main[data-compiled]")).to_be_attached()
     hands.press(page.locator("#mat-play"))
     expect(page.locator("li[data-progress=met]")).to_have_count(3)
     hands.press(page.get_by_role("button", name=studio.say("missions.next")))
     expect(page.locator(f"[data-mission={mission}] [data-earned]")).to_have_count(3)
-    assert serious_barriers(page) == []
+    assert not looks or serious_barriers(page) == []

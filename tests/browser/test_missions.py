@@ -33,9 +33,9 @@ def run_to_the_end(studio, progress):
     expect(studio.page.get_by_role("status").filter(has_text=progress)).to_be_visible()
 
 
-def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_own_page):
+def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     """Two tries bring a hint; flipping the right bits brings the stars, which the map keeps after a reload."""
-    studio = open_own_page(language="zh")
+    studio = open_page(language="zh")
     page = studio.page
     open_map(studio)
     assert serious_barriers(page) == []

@@ -29,8 +29,14 @@ def save_as(studio: StudioPage, name: str) -> None:
     studio.project_menu("menu.save")
 
 
-def test_every_saved_version_can_be_opened(open_own_page) -> None:
-    studio = open_own_page(project=EXAMPLE)
+def versions(studio: StudioPage, name: str) -> Locator:
+    """The button of a project in the library that shows its two versions."""
+    entry = studio.dialog("library.title").get_by_role("listitem").filter(has_text=name)
+    return entry.get_by_role("button", name="2 versions")
+
+
+def test_every_saved_version_can_be_opened(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
     save_as(studio, "My parade")
     expect(studio.notices).to_contain_text("version 1")
     expect(studio.page.get_by_text("Not saved")).to_be_hidden()
@@ -43,7 +49,7 @@ def test_every_saved_version_can_be_opened(open_own_page) -> None:
     studio.dialog("library.title").get_by_role("button", name="My parade").first.click()
     studio.expect_words(TURNED_WORDS)
     studio.project_menu("menu.library")
-    studio.page.get_by_role("button", name="2 versions").click()
+    versions(studio, "My parade").click()
     first = (
         studio.page.get_by_role("list", name="Versions of My parade")
         .get_by_role("listitem")
@@ -54,8 +60,8 @@ def test_every_saved_version_can_be_opened(open_own_page) -> None:
     expect(studio.name).to_have_value("My parade")
 
 
-def test_two_windows_with_one_project_are_told_and_neither_overwrites(open_own_page) -> None:
-    first = open_own_page(project=EXAMPLE)
+def test_two_windows_with_one_project_are_told_and_neither_overwrites(open_page) -> None:
+    first = open_page(project=EXAMPLE)
     save_as(first, "Ours")
     expect(first.notices).to_contain_text("version 1")
     second = StudioPage(first.context, first.url, "en")
@@ -77,7 +83,7 @@ def test_two_windows_with_one_project_are_told_and_neither_overwrites(open_own_p
     question.press("Escape")
     expect(question).to_be_hidden()
     first.project_menu("menu.library")
-    expect(first.page.get_by_role("button", name="2 versions")).to_be_visible()
+    expect(versions(first, "Ours")).to_be_visible()
 
 
 def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:

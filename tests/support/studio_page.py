@@ -40,6 +40,7 @@ class StudioPage:
         self.context = context
         self.url = url
         self._size, self._script = size, script
+        self._crashed = False
         self.faults: list[str] = []
         self._forgiven: list[str] = []
         self._taken = 0
@@ -126,7 +127,10 @@ class StudioPage:
         return studio
 
     def leave(self, profiles: Profiles) -> None:
-        """End the visit; the next one gets its profile."""
+        """End the visit; the next one gets its profile, unless a page of it crashed."""
+        if self._crashed:
+            self.context.close()
+            return
         self.context.remove_listener("console", self._hear)
         self.context.remove_listener("weberror", self._hear_problem)
         self.context.remove_listener("request", self._check_host)
@@ -144,7 +148,11 @@ class StudioPage:
         if self._script:
             page.add_init_script(self._script)
         page.on("websocket", lambda socket: self._check_url(socket.url))
+        page.on("crash", self._hear_crash)
         return page
+
+    def _hear_crash(self, _: Page) -> None:
+        self._crashed = True
 
     def wait_until_ready(self) -> None:
         """Wait for blocks, words and cars, whether or not the words show."""
