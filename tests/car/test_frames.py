@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.car import brain, frames, step
+from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.senses import NOTHING
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.words.formats import CONTROL
@@ -99,7 +99,18 @@ class Hall:
                 if car.sent is not None and car.number not in self.away:
                     self.frames.append((self.now, car.number, car.sent))
                     self.on_air.append((self.now + frames.frame_ms(car.sent, LEVELS), car, car.sent))
-            self.now += TICK_MS
+            # Ticks in which nothing can happen are left out.
+            self.now += max(min(map(self._rest_ms, self.cars), default=0) // TICK_MS, 1) * TICK_MS
+
+    def _rest_ms(self, car):
+        """For how long nothing happens to a car."""
+        free_ms = min((ends_ms - self.now for ends_ms, _, _ in self.on_air), default=0)
+        word_ms = next_wakeup.word_rest_ms(car.memory, self.now, LEVELS)
+        if car.leads:
+            send_ms = next_wakeup.frames_rest_ms(car.memory, car.image, free_ms, self.now, LEVELS)
+        else:
+            send_ms = next_wakeup.relay_rest_ms(car.memory, free_ms, self.now)
+        return min(word_ms, send_ms, free_ms or word_ms)
 
     def _deliver(self):
         ended = [each for each in self.on_air if each[0] <= self.now]
