@@ -18,8 +18,9 @@ $(STAMP): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("Motorcade needs Python 3.11 or newer; this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
 	@echo "Motorcade is being installed into .venv: a few minutes, the first time only."
 	$(PYTHON) -m venv .venv
-	$(PIP) install --require-hashes --requirement requirements.lock
-	$(PIP) install --no-deps --no-build-isolation --editable .
+	$(PIP) install --no-compile --require-hashes --requirement requirements.lock
+	@# The packages are compiled on all processors while npm and Vite build the page.
+	$(BIN)/python -m compileall -qq -j 0 .venv & $(PIP) install --no-deps --no-build-isolation --editable . && wait
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
 
 page: setup ## build the studio's page
