@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import __version__
@@ -150,6 +150,8 @@ def test_a_word_may_be_negative_or_hexadecimal(way):
     assert decoded["fields"] == CONTROL.decode(0xFFFFFFFB)._asdict()
 
 
+# Words themselves are tested in tests/words.
+@settings(max_examples=max(settings().max_examples // 4, 1))
 @given(st.sampled_from(["control", "drive"]), st.integers(0, 0xFFFFFFFF))
 def test_what_decode_prints_encode_takes(name, bits):
     # Of a drive word's bits those stay free that are never refused: code is 1, the angle at most 127.

@@ -6,7 +6,7 @@ from copy import deepcopy
 from itertools import count
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Followers, Program, forward, led, repeat, together, wait
@@ -92,6 +92,8 @@ def followers_programs(draw):
     )
 
 
+# Each example compiles a program as often as its mistakes have fixes.
+@settings(max_examples=max(settings().max_examples // 4, 1))
 @given(st.floats(0.001, 2000), st.integers(1, 60), st.integers(1, 400), followers_programs())
 def test_a_fix_mends(seconds, steps, times, followers):
     program = Program([*[wait(1)] * steps, repeat(times, wait(1)), forward(seconds, id="f")], followers)
