@@ -211,6 +211,17 @@ def test_a_leader_that_was_silent_for_a_week_sends_a_new_image(tagged):
     assert car.sent is not None
 
 
+@pytest.mark.parametrize("tagged", [0, 1])
+def test_a_leader_whose_ticks_are_late_does_not_fall_behind(tagged):
+    car = RadioCar(0, image(tagged=tagged))
+    car.switch_on(0)
+    begins_ms = 19 * DWELL_MS
+    for now in range(0, begins_ms + 800, 797):
+        step.step(car, now)
+    # Slot 19 has the last of the four words.
+    assert car.memory[brain.SLOT] == 3
+
+
 def test_a_leader_sends_three_frames_in_half_a_second_and_then_seldom():
     hall = Hall(RadioCar(0, image((QUIET_WORD,))))
     hall.run(DWELL_MS)
