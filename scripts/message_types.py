@@ -8,7 +8,6 @@ from typing import Any, get_args
 from msgspec import NODEFAULT
 from msgspec import inspect as types
 
-from motorcade.car.arbiter import STATES
 from motorcade.classroom import desk_messages
 from motorcade.classroom import messages as class_messages
 from motorcade.server.remote import messages as remote_messages
@@ -44,48 +43,6 @@ _CLASS_HEAD = """/** Messages of a class's pages and the server. Written by scri
 
 import type { {names} } from "./messages";
 """
-# The TypeScript types of fields whose Python type says less: dictionaries without a class, and texts of a few values.
-_NAMED: dict[str | tuple[str, str], str] = {
-    "sentence": "Sentence",
-    ("MissionZone", "title"): "Sentence",
-    ("Example", "title"): "Sentence",
-    "about": "Sentence",
-    "mat": "MatDocument",
-    ("Blocks", "leader"): "WorkspaceState",
-    ("Blocks", "followers"): "WorkspaceState",
-    ("Project", "leader"): "WorkspaceState",
-    ("Project", "followers"): "WorkspaceState",
-    ("StoredProject", "leader"): "WorkspaceState",
-    ("StoredProject", "followers"): "WorkspaceState",
-    ("CarTelemetry", "state"): " | ".join(f'"{name}"' for name in (*(name for name, _ in STATES), "away")),
-    ("CarTelemetry", "why"): "Sentence",
-    ("CarTelemetry", "you"): "{ drives: boolean; waits: boolean }",
-    "severity": '"error" | "warning"',
-    "editor": '"leader" | "followers"',
-    "part": '"header" | "leader" | "followers"',
-    **{
-        (name, field): "Sentence"
-        for name, fields in {
-            "MissionEntry": ("name",),
-            "Mission": ("name", "story", "learned"),
-            "MissionGoal": ("text",),
-            "CheckedGoal": ("why",),
-            "GoalNow": ("why",),
-            "MissionResult": ("steps",),
-            "MatView": ("title",),
-            "MissionStars": ("name",),
-            "ClassAddresses": ("why_no_name",),
-            "ClassView": ("disk",),
-        }.items()
-        for field in fields
-    },
-    ("MissionAttempt", "leader"): "WorkspaceState",
-    ("MissionAttempt", "followers"): "WorkspaceState",
-    ("Mission", "leader"): "WorkspaceState",
-    ("Mission", "followers"): "WorkspaceState",
-    ("Port", "kind"): '"serial" | "virtual"',
-    ("Speak", "word"): '"stop" | "go"',
-}
 _PLAIN = {
     types.StrType: "string",
     types.BytesType: "string",
@@ -114,6 +71,8 @@ class _Writer:
         """Return the TypeScript type of ``kind``."""
         if plain := _PLAIN.get(type(kind)):
             return plain
+        if isinstance(kind, types.Metadata):
+            return (kind.extra_json_schema or {}).get("title") or self.type_of(kind.type)
         if isinstance(kind, types.UnionType):
             return " | ".join(self.type_of(each) for each in kind.types)
         if isinstance(kind, types.LiteralType):
@@ -151,13 +110,7 @@ class _Writer:
         return name
 
     def _field(self, cls: type, field: types.Field) -> str:
-        named = _NAMED.get((cls.__name__, field.encode_name)) or _NAMED.get(field.encode_name)
-        inner = field.type.types if isinstance(field.type, types.UnionType) else (field.type,)
-        if named and isinstance(inner[0], types.StrType | types.DictType):
-            kind = " | ".join([named, *(["null"] if any(isinstance(each, types.NoneType) for each in inner) else [])])
-        else:
-            kind = self.type_of(field.type)
-        return f"{field.encode_name}{'?' if _is_optional(cls, field) else ''}: {kind};"
+        return f"{field.encode_name}{'?' if _is_optional(cls, field) else ''}: {self.type_of(field.type)};"
 
 
 def _is_optional(cls: type, field: types.Field) -> bool:

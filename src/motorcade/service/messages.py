@@ -15,12 +15,13 @@ from motorcade.locales import languages
 from motorcade.program.parts import MOST_PIECES
 
 T = TypeVar("T")
+# A title is the name of the type in TypeScript, where a dictionary has one.
 # A text in every language that has a catalogue.
-Sentence = dict[str, str]
+Sentence = Annotated[dict[str, str], Meta(title="Sentence")]
 # Blockly's serialization of a workspace.
-WorkspaceState = dict[str, Any]
+WorkspaceState = Annotated[dict[str, Any], Meta(title="WorkspaceState")]
 # A motorcade-mat/1 document.
-MatDocument = dict[str, Any]
+MatDocument = Annotated[dict[str, Any], Meta(title="MatDocument")]
 # A motorcade-mission/1 document.
 MissionDocument = dict[str, Any]
 
@@ -84,7 +85,7 @@ class Word(Struct, omit_defaults=True):
     """
 
     hex: str
-    part: str
+    part: Literal["header", "leader", "followers"]
     block: str | None
     fields_of: dict[str, str] = {}
 
@@ -139,11 +140,11 @@ class Diagnostic(Struct, omit_defaults=True):
     """
 
     code: str
-    severity: str
+    severity: Literal["error", "warning"]
     sentence: Sentence
     path: str
     block: str | None
-    editor: str | None
+    editor: Literal["leader", "followers"] | None
     place: TextPlace | None = None
     fixes: list[Fix] = []
 
@@ -371,7 +372,7 @@ class Port(Struct):
 
     port: str
     description: str
-    kind: str
+    kind: Literal["serial", "virtual"]
 
 
 def sentences(phrase: Any) -> Sentence:

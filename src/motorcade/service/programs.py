@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from math import gcd
-from typing import Any
+from typing import Any, Literal
 
 from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
@@ -226,7 +226,7 @@ def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
     if program.followers:
         fields_of |= _fields_of_togethers(program.followers.steps, "followers.steps")
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
-        part = "leader" if number < compiled.leader_states else "followers"
+        part: Literal["leader", "followers"] = "leader" if number < compiled.leader_states else "followers"
         words.append(messages.Word(f"{word:08x}", part, block, fields_of.get(path, {})))
     return words
 

@@ -54,7 +54,7 @@ class Reset(_WorldMessage):
 class Speak(_WorldMessage, tag="say"):
     """Speak a word that all cars hear."""
 
-    word: Annotated[str, Meta(pattern="^(stop|go)$")]
+    word: Literal["stop", "go"]
 
 
 class Furnish(_WorldMessage):

@@ -149,7 +149,7 @@ export interface Diagnostic {
   sentence: Sentence;
   path: string;
   block: string | null;
-  editor: "leader" | "followers" | null;
+  editor: "followers" | "leader" | null;
   place?: TextPlace | null;
   fixes?: Fix[];
 }
@@ -186,7 +186,7 @@ export interface Costliest {
 /** A word, and the block that it was compiled from. */
 export interface Word {
   hex: string;
-  part: "header" | "leader" | "followers";
+  part: "followers" | "header" | "leader";
   block: string | null;
   fields_of?: Record<string, string>;
 }
@@ -209,8 +209,8 @@ export interface Project {
 
 /** The blocks in both editors, and the Python text beside them; an empty text where there is none yet. */
 export interface BlocksAndText {
-  leader: Record<string, unknown>;
-  followers?: Record<string, unknown> | null;
+  leader: WorkspaceState;
+  followers?: WorkspaceState | null;
   profile?: string;
   text?: string;
 }
@@ -233,8 +233,8 @@ export interface BlockPlace {
 
 /** The blocks of a Python text; ``leader`` is None where the text can't be read. */
 export interface PythonBlocks {
-  leader: Record<string, unknown> | null;
-  followers: Record<string, unknown> | null;
+  leader: WorkspaceState | null;
+  followers: WorkspaceState | null;
   profile: string;
   diagnostics: Diagnostic[];
 }
@@ -245,7 +245,7 @@ export interface CureOrder {
   cure: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall";
   value: number;
   car: number;
-  followers?: Record<string, unknown> | null;
+  followers?: WorkspaceState | null;
   profile?: string;
   range_mm?: number | null;
 }
@@ -314,7 +314,7 @@ export interface Mission {
   id: string;
   name: Sentence;
   story: Sentence;
-  hints: Record<string, string>[];
+  hints: Sentence[];
   learned: Sentence;
   path: string;
   order: number;
@@ -516,7 +516,7 @@ export interface Reset {
 /** Speak a word that all cars hear. */
 export interface Speak {
   do: "say";
-  word: "stop" | "go";
+  word: "go" | "stop";
 }
 
 /** Change what is around the cars. */

@@ -92,7 +92,7 @@ export interface Telemetry {
 
 /** A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none. */
 export interface CarTelemetry {
-  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "disarmed" | "discharged" | "away";
+  state: "away" | "disarmed" | "discharged" | "failsafe" | "moving" | "program" | "ready" | "standing" | "stopped";
   angle_deg: number;
   direction: number;
   speed: number;

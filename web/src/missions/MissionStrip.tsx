@@ -89,7 +89,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
         {result && <Outcome mission={mission} stars={stars} />}
         {mission.hints.slice(0, hints).map((hint, k) => (
           <p key={k} className={css.hint}>
-            {t("missions.hint", { number: k + 1 })} {inLanguage(hint as Mission["name"])}
+            {t("missions.hint", { number: k + 1 })} {inLanguage(hint)}
           </p>
         ))}
       </div>

@@ -3,7 +3,7 @@
 `web/src/generated/remote.ts` is written from these types by `scripts/generate.py`.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
@@ -120,6 +120,14 @@ class ListedCar(Struct):
     name: str | None = None
 
 
+# The states of `motorcade.car.arbiter`, and that of a car that can't be reached.
+CarState = Literal["ready", "standing", "moving", "failsafe", "stopped", "program", "disarmed", "discharged", "away"]
+
+
+# It also has the counts of the page's commands.
+You = Annotated[dict[str, Any], Meta(title="{ drives: boolean; waits: boolean }")]
+
+
 class CarTelemetry(Struct, kw_only=True):
     """A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none.
 
@@ -131,7 +139,7 @@ class CarTelemetry(Struct, kw_only=True):
         you: whether this page ``drives`` and ``waits``, and the counts of its commands.
     """
 
-    state: str = "away"
+    state: CarState = "away"
     angle_deg: int = 90
     direction: int = 1
     speed: int = 0
@@ -151,7 +159,7 @@ class CarTelemetry(Struct, kw_only=True):
     paused: bool = False
     silent_ms: int = 0
     why: Sentence | None = None
-    you: dict[str, Any] = field(default_factory=lambda: {"drives": False, "waits": False})
+    you: You = field(default_factory=lambda: {"drives": False, "waits": False})
 
 
 class _Answer(Struct, tag_field="is", tag=str.lower):

@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import AbstractContextManager, asynccontextmanager, contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 from anyio import CapacityLimiter, from_thread, to_thread
@@ -26,7 +27,7 @@ from motorcade.service.world_messages import ImageRead, Outcome, Progress, Uploa
 from motorcade.upload.ports import BARE, PortInfo, ports
 from motorcade.upload.serial_port import readback, upload
 
-VIRTUAL = "virtual"
+VIRTUAL: Literal["virtual"] = "virtual"
 _MOST_AT_ONCE = 4
 Report = Callable[[UploadAnswer], None]
 
