@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from motorcade.missions.document import built_in_mission, missions
 from motorcade.server.studio.library import FolderStorage
-from motorcade.service.library import mission_shelf
+from motorcade.service.library import mission_library
 from support.barriers import serious_barriers
 from support.studio_page import PHONE, SHARED
 from support.studio_programs import EXAMPLE
@@ -113,7 +113,7 @@ def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
 
 def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_studio):
     document = built_in_mission("forward-and-stop").document
-    FolderStorage(own_studio.library).write_version(mission_shelf(""), "Mine", json.dumps(document).encode())
+    FolderStorage(own_studio.library).write_version(mission_library(""), "Mine", json.dumps(document).encode())
     studio = open_own_page()
     page = studio.page
     open_map(studio)

@@ -30,7 +30,7 @@ def blocked(**mat: Any) -> dict[str, Any]:
     return project((1, 1), *mat.pop("cars", ()), leader={"repeat": {"times": 20, "steps": [FAST]}}, steps=None, **mat)
 
 
-# By cure: the project, the car that is asked, and the answer before and after.
+# By remedy: the project, the car that is asked, and the answer before and after.
 CASES = {
     "range_mm": (project((1, 1), (2.5, 1)), 1, "why-too-far", "why-heard"),
     "remove-wall": (blocked(wall=[{"from_m": [1.4, 0.5], "to_m": [1.4, 1.5]}]), 0, "why-against-wall", "why-leads"),
@@ -57,7 +57,7 @@ CASES = {
         "why-heard",
     ),
 }
-WAYS = [(cure, language, way) for cure in CASES for language in ("en", "zh") for way in ("mouse", "keyboard")]
+WAYS = [(remedy, language, way) for remedy in CASES for language in ("en", "zh") for way in ("mouse", "keyboard")]
 QUICK = [("range_mm", "en", "mouse"), ("remove-wall", "zh", "keyboard")]
 
 
@@ -66,16 +66,16 @@ def answer(language: str, code: str) -> re.Pattern[str]:
     return re.compile(".+".join(map(re.escape, re.split(r"\{\w+\}", catalogue(language)["phrases"][code]))))
 
 
-@pytest.mark.parametrize(("cure", "size"), [("range_mm", (1366, 768)), ("remove-wall", PHONE)])
-def test_a_tapped_bubble_and_a_tapped_car_answer_on_the_stage(open_page, cure: str, size: tuple[int, int]) -> None:
-    given, car, code, _ = CASES[cure]
+@pytest.mark.parametrize(("remedy", "size"), [("range_mm", (1366, 768)), ("remove-wall", PHONE)])
+def test_a_tapped_bubble_and_a_tapped_car_answer_on_the_stage(open_page, remedy: str, size: tuple[int, int]) -> None:
+    given, car, code, _ = CASES[remedy]
     studio = open_page(project=given, level="start", plain=True, size=size, language="zh")
     studio.play()
     bubble = studio.page.locator(f"[data-car='{car}']")
     bubble.click()
     card = studio.page.locator("#stage").get_by_role("region", name=studio.say("mat.car", number=car))
     expect(card.get_by_text(answer("zh", code))).to_be_visible()
-    expect(studio.mat_button(f"cures.{cure}")).to_be_visible()
+    expect(studio.mat_button(f"remedies.{remedy}")).to_be_visible()
     inner, outer = studio.box(card), studio.box(studio.page.locator("#stage"))
     assert outer["x"] <= inner["x"]
     assert inner["x"] + inner["width"] <= outer["x"] + outer["width"]
@@ -89,13 +89,13 @@ def test_a_tapped_bubble_and_a_tapped_car_answer_on_the_stage(open_page, cure: s
     expect(card).to_be_visible()
 
 
-@pytest.mark.parametrize(("cure", "language", "way"), WAYS if SOAK else QUICK)
-def test_the_button_changes_the_run_and_undo_takes_that_back(open_page, cure: str, language: str, way: str) -> None:
-    given, car, before, after = CASES[cure]
+@pytest.mark.parametrize(("remedy", "language", "way"), WAYS if SOAK else QUICK)
+def test_the_button_changes_the_run_and_undo_takes_that_back(open_page, remedy: str, language: str, way: str) -> None:
+    given, car, before, after = CASES[remedy]
     studio = open_page(project=given, language=language)
     studio.play()
     studio.choose_car(car)
-    button = studio.mat_button(f"cures.{cure}")
+    button = studio.mat_button(f"remedies.{remedy}")
     expect(studio.page.get_by_text(answer(language, before))).to_be_visible()
     if way == "mouse":
         button.click()

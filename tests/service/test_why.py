@@ -1,6 +1,6 @@
 """Why a car does what it does: the cause that is named is one, for without it the run is another one.
 
-What a cause names is carried out as the page's button does it: by the request ``cure``.
+What a cause names is carried out as the page's button does it: by the request ``remedy``.
 """
 
 import json
@@ -75,10 +75,10 @@ def cause(studio, car):
     return found
 
 
-def cured(given, car, found):
+def remedied(given, car, found):
     """The project after the button was pressed; None where the page says that there is no room."""
-    order = {"mat": given.mat, "cure": found.cure, "value": found.value, "car": car, "followers": given.followers}
-    answer = json.loads(respond("cure", json.dumps({**order, "range_mm": given.range_mm}).encode(), CONTEXT))
+    order = {"mat": given.mat, "remedy": found.remedy, "value": found.value, "car": car, "followers": given.followers}
+    answer = json.loads(respond("remedy", json.dumps({**order, "range_mm": given.range_mm}).encode(), CONTEXT))
     if answer["mat"] is None and answer["range_mm"] is None and not answer["fields"]:
         return None
     followers = json.loads(json.dumps(given.followers))
@@ -128,15 +128,15 @@ def test_without_the_cause_the_car_hears(poses, decimetres, forward, leads, flip
     for car in range(leads, len(poses)):
         found = cause(before, car)
         assert bool(before.details(car).heard) == (found.code in HEARD)
-        if not found.cure:
+        if not found.remedy:
             continue
-        after = cured(given, car, found)
+        after = remedied(given, car, found)
         if after is None:
             continue
         now = played(after)
-        if found.cure == "leader":
+        if found.remedy == "leader":
             assert cause(now, car).code != "why-no-leader"
-        elif found.cure == "loss":
+        elif found.remedy == "loss":
             assert now.details(car).heard
             assert cause(now, car).code != "why-garbled"
         else:
@@ -167,12 +167,12 @@ def test_what_is_taken_away_is_not_in_the_way(kind, aside, away, others):
     extra = {kind: [*far[kind], things[kind]]} if kind != "car" else {}
     given = project(poses, leader=[ahead(3, 3)], followers=(), **extra)
     before = played(given, 0)
-    while not cause(before, 0).cure and before.now_ms < 2600:
+    while not cause(before, 0).remedy and before.now_ms < 2600:
         before.run(50)
     found = cause(before, 0)
-    assert found.cure == f"remove-{kind}"
+    assert found.remedy == f"remove-{kind}"
     before.run(300)
-    after = played(cured(given, 0, found), before.now_ms)
+    after = played(remedied(given, 0, found), before.now_ms)
     assert cause(after, 0).code == "why-leads"
     assert _x_m(after) > _x_m(before) + 0.01
 
@@ -217,21 +217,21 @@ def _x_m(studio):
 
 def test_who_drives_against_the_edge_or_a_leader_is_told_what_would_be_needed():
     edge = played(project([(0.5, 1, 180)], leader=[ahead(3, 3)], followers=(), size_m=[4, 2], edge="wall"), 2900)
-    assert (cause(edge, 0).code, cause(edge, 0).cure) == ("why-against-edge", "")
+    assert (cause(edge, 0).code, cause(edge, 0).remedy) == ("why-against-edge", "")
     crash = played(project([(1, 1, 0), (1.4, 1, 180)], leads=2, leader=[ahead(3, 3)], followers=()), 1000)
-    assert (cause(crash, 0).code, cause(crash, 0).cure, cause(crash, 0).car) == ("why-against-leader", "", 1)
+    assert (cause(crash, 0).code, cause(crash, 0).remedy, cause(crash, 0).car) == ("why-against-leader", "", 1)
 
 
-def test_a_car_that_did_not_listen_listens_after_the_cure():
+def test_a_car_that_did_not_listen_listens_after_the_remedy():
     given = project([(0, 0, 0), (0.5, 0, 0)], followers=(ahead(1, 3), led(1, 1)), listen=False)
     studio = played(given, 0)
     while studio.now_ms < 20_000 and cause(studio, 1).code != "why-does-not-listen":
         studio.run(50)
     found = cause(studio, 1)
-    assert found.cure == "listen"
+    assert found.remedy == "listen"
     studio.run(5000)
     assert studio.details(1).lost["deaf"] > 1
-    assert played(cured(given, 1, found), studio.now_ms).details(1).lost["deaf"] == 0
+    assert played(remedied(given, 1, found), studio.now_ms).details(1).lost["deaf"] == 0
 
 
 def test_where_two_send_at_once_no_button_is_offered():
@@ -242,7 +242,7 @@ def test_where_two_send_at_once_no_button_is_offered():
         studio.run(20)
         found = cause(studio, 2)
         told.add(found.code)
-        assert not found.cure
+        assert not found.remedy
     assert told & {"why-lost-collision", "why-heard"}
 
 
@@ -262,11 +262,11 @@ def test_each_cause_is_told(poses, forward, told, car, code):
     assert cause(played(project(poses, followers=followers, forward=forward, range_mm=1000)), car).code == code
 
 
-def test_the_first_message_in_bad_air_is_lost_and_the_cure_is_named():
+def test_the_first_message_in_bad_air_is_lost_and_the_remedy_is_named():
     given = project([(0, 0, 0), (0.5, 0, 0)], physics={"bit_error_rate": 0.5})
     noisy = played(given, 0)
     while not any(noisy.details(1).lost.values()):
         noisy.run(20)
     found = cause(noisy, 1)
-    assert (found.code, found.cure) == ("why-lost", "loss")
-    assert played(cured(given, 1, found), noisy.now_ms).details(1).heard
+    assert (found.code, found.remedy) == ("why-lost", "loss")
+    assert played(remedied(given, 1, found), noisy.now_ms).details(1).heard

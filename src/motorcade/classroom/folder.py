@@ -15,7 +15,7 @@ from motorcade.classroom.record import ClassRecord, from_bytes, new_record, to_b
 from motorcade.config.files import disk_reason, locked, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio.library import FolderStorage
-from motorcade.service.library import LONGEST_NAME, Limits, mission_shelf
+from motorcade.service.library import LONGEST_NAME, Limits, mission_library
 
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.
@@ -153,7 +153,7 @@ class ClassFolder(FolderStorage):
 
     def remove_owner(self, owner: str) -> None:
         """Delete an owner's shelf, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
-        for each in (owner, mission_shelf(owner)):
+        for each in (owner, mission_library(owner)):
             try:
                 shutil.rmtree(self._owner_folder(each))
             except FileNotFoundError:

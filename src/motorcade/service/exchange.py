@@ -13,7 +13,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.schema import FORMAT as MISSION_FORMAT
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, read_document
-from motorcade.service.library import LONGEST_NAME, Storage, checked_name, mission_shelf, stars_in
+from motorcade.service.library import LONGEST_NAME, Storage, checked_name, mission_library, stars_in
 from motorcade.service.messages import ProjectVersion
 
 # The most bytes of a file.
@@ -97,7 +97,7 @@ def _pieces(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Ite
     yield '{\n "format": "motorcade-projects/1",\n "projects": ['
     yield from _all_of(storage, owner, left_out)
     yield f'],\n "stars": {json.dumps(storage.stars(owner))},\n "missions": ['
-    yield from _all_of(storage, mission_shelf(owner), left_out)
+    yield from _all_of(storage, mission_library(owner), left_out)
     yield "]\n}\n"
 
 
@@ -128,15 +128,15 @@ def import_all(storage: Storage, owner: str, text: str) -> Imported:
     file = _read(text)
     left_out: list[str] = []
     projects = []
-    shelves = ((owner, file.projects, FORMAT), (mission_shelf(owner), file.missions, MISSION_FORMAT))
-    for shelf, found, file_format in shelves:
+    libraries = ((owner, file.projects, FORMAT), (mission_library(owner), file.missions, MISSION_FORMAT))
+    for library, found, file_format in libraries:
         for project in found:
             name = checked_name(project.name)
             versions = [version for version in project.versions if _is_file(version.text, file_format)]
             if len(versions) < len(project.versions):
                 left_out.append(name)
             if versions:
-                projects.append(_add(storage, shelf, name, versions))
+                projects.append(_add(storage, library, name, versions))
     return Imported(projects, _add_stars(storage, owner, stars_in(file.stars)), left_out)
 
 

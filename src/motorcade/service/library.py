@@ -79,7 +79,7 @@ def united_stars(earned: dict[str, list[int]], mission: str, stars: Iterable[int
     return sorted({*earned.get(mission, ()), *stars})
 
 
-def mission_shelf(owner: str) -> str:
+def mission_library(owner: str) -> str:
     """Return the owner under whom a storage has the missions that ``owner`` wrote: their names meet no project's."""
     return f"{owner}~missions"
 

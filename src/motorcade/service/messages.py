@@ -248,7 +248,7 @@ class Project(Struct):
 
 
 # What would change what a car does; `motorcade.service.why` tells what each means.
-Cure = Literal[
+Remedy = Literal[
     "range_mm",
     "leader",
     "forward",

@@ -9,10 +9,10 @@ import msgspec
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import cures, exchange, messages, missions
+from motorcade.service import exchange, messages, missions, remedies
 from motorcade.service.documents import example, examples, open_file, open_text, project_text
 from motorcade.service.history import event_table
-from motorcade.service.library import Storage, mission_shelf
+from motorcade.service.library import Storage, mission_library
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
 from motorcade.service.python_text import blocks_to_python, python_to_blocks
@@ -89,12 +89,12 @@ def _open_mission(choice: messages.MissionChoice, context: Context) -> missions.
 
 
 def _list_own_missions(message: Nothing, context: Context) -> list[messages.LibraryEntry]:
-    return context.storage.list(mission_shelf(context.owner))
+    return context.storage.list(mission_library(context.owner))
 
 
 def _read_own_mission(wanted: messages.ProjectName, context: Context) -> missions.Mission:
     try:
-        text = context.storage.read(mission_shelf(context.owner), wanted.name)
+        text = context.storage.read(mission_library(context.owner), wanted.name)
     except MotorcadeError as problem:
         raise _of_mission(problem) from None
     return missions.open_mission_text(messages.Text(text.decode(errors="replace")))
@@ -102,13 +102,13 @@ def _read_own_mission(wanted: messages.ProjectName, context: Context) -> mission
 
 def _write_own_mission(sent: missions.MissionToSave, context: Context) -> messages.SavedVersion:
     data = missions.mission_text(messages.MissionChoice(document=sent.document)).text.encode()
-    version = context.storage.write_version(mission_shelf(context.owner), sent.name, data)
+    version = context.storage.write_version(mission_library(context.owner), sent.name, data)
     return messages.SavedVersion(version, context.storage.place(context.owner).stays)
 
 
 def _delete_own_mission(named: messages.ProjectName, context: Context) -> Nothing:
     try:
-        context.storage.delete(mission_shelf(context.owner), named.name)
+        context.storage.delete(mission_library(context.owner), named.name)
     except MotorcadeError as problem:
         raise _of_mission(problem) from None
     return Nothing()
@@ -137,7 +137,7 @@ REQUESTS: dict[str, Request] = {
     "python-to-blocks": Request(
         messages.BlocksAndText, messages.PythonBlocks, lambda sent, context: python_to_blocks(sent)
     ),
-    "cure": Request(cures.CureOrder, cures.Cured, lambda order, context: cures.carry_out(order)),
+    "remedy": Request(remedies.RemedyOrder, remedies.RemedyChanges, lambda order, context: remedies.carry_out(order)),
     "open": Request(messages.Text, messages.Project, lambda file, context: open_file(file.text)),
     "save-text": Request(messages.Project, messages.Text, _save_text),
     "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),

@@ -132,8 +132,8 @@ class StudioWorld:
     def details(self, car: int) -> CarDetails:
         """Return the details of a car."""
         counted = self._counted(car)
-        phrase, cure, value = why(self._facts(car, counted))
-        reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), cure, value)
+        phrase, remedy, value = why(self._facts(car, counted))
+        reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), remedy, value)
         return CarDetails(car=car, **self._word_of(car), **counted, why=reason)
 
     def details_then(self, car: int, t_ms: int, moment: bytes, events: Sequence[Event]) -> CarDetails:

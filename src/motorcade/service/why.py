@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 from motorcade.engine.pictures import Near
 from motorcade.errors import Phrase
 from motorcade.mats import Mat
-from motorcade.service.messages import Cure
+from motorcade.service.messages import Remedy
 from motorcade.service.world_messages import ReceivedFrame
 
 # The losses that no flipped bits cause, and what a car is told that has heard nothing.
@@ -15,7 +15,7 @@ _NOT_DAMAGED = {"deaf": "why-lost-deaf", "sending": "why-lost-sending", "collisi
 # What keeps a car from hearing the newest message, where it has heard older ones.
 _BEHIND = {"sending": "why-behind-sending", "collision": "why-behind-collision"}
 _AGAINST = {"wall": "why-against-wall", "disc": "why-against-disc", "polygon": "why-against-polygon"}
-_REMOVALS: dict[str, Cure] = {"wall": "remove-wall", "disc": "remove-disc", "polygon": "remove-polygon"}
+_REMOVALS: dict[str, Remedy] = {"wall": "remove-wall", "disc": "remove-disc", "polygon": "remove-polygon"}
 # The longest range that the page lets infrared have.
 _LONGEST_RANGE_MM = 5000
 # A body that lies farther aside is grazed: the car slides past it.
@@ -72,15 +72,15 @@ class Cause(NamedTuple):
 
     Attributes:
         phrase: its sentence.
-        cure: what would change it: a range in mm, ``followers`` (they need blocks), ``leader`` (one is needed),
+        remedy: what would change it: a range in mm, ``followers`` (they need blocks), ``leader`` (one is needed),
             ``forward`` (the cars between pass words on), ``listen`` (to infrared, while words are executed), ``move``
             (this car in front of the one that sends), ``loss`` (no bits flip on the way), ``remove-wall`` and so on
             (what it drives against); "" where nothing is wrong, or no single change is sure to help.
-        value: of the cure: a range, the number of a car, or the index of a wall, a round obstacle or a box.
+        value: of the remedy: a range, the number of a car, or the index of a wall, a round obstacle or a box.
     """
 
     phrase: Phrase
-    cure: Cure | Literal["", "followers"] = ""
+    remedy: Remedy | Literal["", "followers"] = ""
     value: int = 0
 
 

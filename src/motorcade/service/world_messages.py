@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from motorcade.service.messages import Cure, ErrorAnswer, MatDocument, MissionChoice, RangeMm, Sentence
+from motorcade.service.messages import ErrorAnswer, MatDocument, MissionChoice, RangeMm, Remedy, Sentence
 
 Length = Annotated[float, Meta(ge=-2000, le=2000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -155,13 +155,13 @@ class Why(Struct):
     Attributes:
         code: the key of the sentence.
         car: the other car that it speaks of.
-        cure, value: as in `motorcade.service.why.Cause`.
+        remedy, value: as in `motorcade.service.why.Cause`.
     """
 
     code: str
     sentence: Sentence
     car: int | None
-    cure: Cure | Literal["", "followers"]
+    remedy: Remedy | Literal["", "followers"]
     value: int
 
 

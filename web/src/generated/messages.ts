@@ -239,10 +239,10 @@ export interface PythonBlocks {
   diagnostics: Diagnostic[];
 }
 
-/** Carry out the cure that the answer to 'Why?' of a car names, on a project's mat, range and blocks. */
-export interface CureOrder {
+/** Carry out the remedy that the answer to 'Why?' of a car names, on a project's mat, range and blocks. */
+export interface RemedyOrder {
   mat: MatDocument;
-  cure: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall";
+  remedy: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall";
   value: number;
   car: number;
   followers?: WorkspaceState | null;
@@ -250,8 +250,8 @@ export interface CureOrder {
   range_mm?: number | null;
 }
 
-/** What a cure changes; what stays as it is is None or empty. All of it is so where there is no room for a car. */
-export interface Cured {
+/** What a remedy changes; what stays as it is is None or empty. All of it is so where there is no room for a car. */
+export interface RemedyChanges {
   mat: MatDocument | null;
   range_mm: number | null;
   fields: FieldChange[];
@@ -616,7 +616,7 @@ export interface Why {
   code: string;
   sentence: Sentence;
   car: number | null;
-  cure: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall" | "" | "followers";
+  remedy: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall" | "" | "followers";
   value: number;
 }
 
@@ -698,7 +698,7 @@ export interface Requests {
   "decompile": { message: Image; answer: Project };
   "blocks-to-python": { message: BlocksAndText; answer: PythonText };
   "python-to-blocks": { message: BlocksAndText; answer: PythonBlocks };
-  "cure": { message: CureOrder; answer: Cured };
+  "remedy": { message: RemedyOrder; answer: RemedyChanges };
   "open": { message: Text; answer: Project };
   "save-text": { message: Project; answer: Text };
   "examples": { message: Nothing; answer: Example[] };

@@ -9,7 +9,7 @@ import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
 import { IconButton } from "../ui/controls";
 import { toScreen } from "./camera";
-import { carryOut, changesBlocks, cureOf } from "./cures";
+import { carryOut, changesBlocks, remedyOf } from "./remedies";
 import { chasedCar, choose, useMat } from "./store";
 import buttons from "../ui/buttons.module.css";
 import css from "./mat.module.css";
@@ -20,15 +20,15 @@ export function WhyAnswer({ details }: { details: CarDetails }) {
   const past = useMat((now) => now.past);
   // A mission's mat and range are fixed; the program is the pupil's.
   const inMission = useStudio(({ mission }) => mission !== null);
-  const named = cureOf(details.why);
-  const cure = inMission && named && !changesBlocks(named) ? null : named;
+  const named = remedyOf(details.why);
+  const remedy = inMission && named && !changesBlocks(named) ? null : named;
   if (past) return null;
   return (
     <p>
       <b>{t("mat.why")}</b> {inLanguage(details.why.sentence)}{" "}
-      {cure && (
+      {remedy && (
         <Button className={classes(buttons.button, buttons.small)} onPress={() => void carryOut(details.car, details.why)}>
-          {t(`mat.cures.${cure}`)}
+          {t(`mat.remedies.${remedy}`)}
         </Button>
       )}
     </p>

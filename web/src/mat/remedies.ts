@@ -5,7 +5,7 @@ import * as Blockly from "blockly/core";
 import { request } from "../api/service";
 import { hatOf } from "../blocks/definitions";
 import { workspaceOf } from "../blocks/workspaces";
-import type { Cured, CureOrder, Why } from "../generated/messages";
+import type { RemedyChanges, RemedyOrder, Why } from "../generated/messages";
 import { notify } from "../state/dialogs";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -13,38 +13,38 @@ import { collectEdits } from "../words/compiling";
 import { setRange } from "./actions";
 import { choose, editMat } from "./store";
 
-export type Cure = CureOrder["cure"];
+export type Remedy = RemedyOrder["remedy"];
 
 /** What a button does about the answer of a car; null where nothing that it could do is sure to help. */
-export function cureOf({ cure }: Why): Cure | null {
+export function remedyOf({ remedy }: Why): Remedy | null {
   // Which blocks followers shall have is for the pupil to say.
-  return cure === "" || cure === "followers" ? null : cure;
+  return remedy === "" || remedy === "followers" ? null : remedy;
 }
 
-/** The cures that change the blocks alone: a mission's mat and range are fixed. */
-export function changesBlocks(cure: Cure): boolean {
-  return cure === "forward" || cure === "listen";
+/** The remedies that change the blocks alone: a mission's mat and range are fixed. */
+export function changesBlocks(remedy: Remedy): boolean {
+  return remedy === "forward" || remedy === "listen";
 }
 
-/** Carry out the cure of a car's answer. */
+/** Carry out the remedy of a car's answer. */
 export async function carryOut(car: number, why: Why): Promise<void> {
-  const cure = cureOf(why);
-  if (!cure) return;
+  const remedy = remedyOf(why);
+  if (!remedy) return;
   collectEdits();
   const { mat, followers, rangeMm, profile } = useStudio.getState();
-  const answer = await request("cure", { cure, value: why.value, car, mat, followers, profile, range_mm: rangeMm });
+  const answer = await request("remedy", { remedy, value: why.value, car, mat, followers, profile, range_mm: rangeMm });
   // The mat was changed meanwhile, by hand.
   if (useStudio.getState().mat !== mat) return;
   apply(answer);
   // The cars behind the one that was taken away have other numbers now.
-  if (cure === "remove-car" && why.value < car) choose({ car: car - 1 });
+  if (remedy === "remove-car" && why.value < car) choose({ car: car - 1 });
 }
 
-function apply({ mat, range_mm: rangeMm, fields }: Cured): void {
+function apply({ mat, range_mm: rangeMm, fields }: RemedyChanges): void {
   endEdit();
   if (mat) editMat(mat);
   if (rangeMm !== null) setRange(rangeMm);
-  if (!mat && rangeMm === null && !fields.length) notify(i18next.t("mat.cures.noRoom"), "warning");
+  if (!mat && rangeMm === null && !fields.length) notify(i18next.t("mat.remedies.noRoom"), "warning");
   const workspace = workspaceOf("followers");
   Blockly.Events.setGroup(true);
   for (const { block, field, value } of fields) {

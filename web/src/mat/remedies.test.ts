@@ -1,10 +1,10 @@
 import { beforeEach, expect, it, vi } from "vitest";
 import { connectTo } from "../api/service";
-import type { Cured, Why } from "../generated/messages";
+import type { RemedyChanges, Why } from "../generated/messages";
 import { useDialogs } from "../state/dialogs";
 import { forgetEdits, undo } from "../state/history";
 import { useStudio } from "../state/studio";
-import { carryOut, changesBlocks, cureOf } from "./cures";
+import { carryOut, changesBlocks, remedyOf } from "./remedies";
 import type { Mat } from "./document";
 import { chosenCar, choose } from "./store";
 
@@ -17,9 +17,9 @@ const MAT: Mat = {
   wall: [{ from_m: [2, 0], to_m: [2, 2] }],
   car: [{ at_m: [1, 1], role: "leader" }, { at_m: [3, 1] }, { at_m: [5, 1] }],
 };
-const ANSWER: Why = { code: "why-too-far", sentence: { en: "", zh: "" }, car: 0, cure: "", value: 0 };
-const NOTHING: Cured = { mat: null, range_mm: null, fields: [] };
-const answerWith = (answer: Partial<Cured>) => ask.mockResolvedValue({ ...NOTHING, ...answer });
+const ANSWER: Why = { code: "why-too-far", sentence: { en: "", zh: "" }, car: 0, remedy: "", value: 0 };
+const NOTHING: RemedyChanges = { mat: null, range_mm: null, fields: [] };
+const answerWith = (answer: Partial<RemedyChanges>) => ask.mockResolvedValue({ ...NOTHING, ...answer });
 
 beforeEach(() => {
   forgetEdits();
@@ -29,8 +29,8 @@ beforeEach(() => {
 
 it("lets infrared reach as far as the service says, and undo takes that back", async () => {
   answerWith({ range_mm: 4050 });
-  await carryOut(1, { ...ANSWER, cure: "range_mm", value: 4001 });
-  expect(ask.mock.lastCall![1]).toMatchObject({ cure: "range_mm", value: 4001, car: 1, mat: MAT, range_mm: null });
+  await carryOut(1, { ...ANSWER, remedy: "range_mm", value: 4001 });
+  expect(ask.mock.lastCall![1]).toMatchObject({ remedy: "range_mm", value: 4001, car: 1, mat: MAT, range_mm: null });
   expect(useStudio.getState().rangeMm).toBe(4050);
   undo();
   expect(useStudio.getState().rangeMm).toBeNull();
@@ -39,7 +39,7 @@ it("lets infrared reach as far as the service says, and undo takes that back", a
 it("takes the service's mat, and undo takes that back", async () => {
   const changed = { ...MAT, wall: [] };
   answerWith({ mat: changed });
-  await carryOut(1, { ...ANSWER, cure: "remove-wall" });
+  await carryOut(1, { ...ANSWER, remedy: "remove-wall" });
   expect(useStudio.getState().mat).toEqual(changed);
   undo();
   expect(useStudio.getState().mat).toEqual(MAT);
@@ -48,7 +48,7 @@ it("takes the service's mat, and undo takes that back", async () => {
 it("keeps a car chosen whose number changes when another one is taken away", async () => {
   choose({ car: 2 });
   answerWith({ mat: { ...MAT, car: [MAT.car![0]!, MAT.car![2]!] } });
-  await carryOut(2, { ...ANSWER, cure: "remove-car", value: 1 });
+  await carryOut(2, { ...ANSWER, remedy: "remove-car", value: 1 });
   expect(chosenCar()).toBe(1);
 });
 
@@ -58,19 +58,19 @@ it("leaves a mat that was changed meanwhile as it is", async () => {
     useStudio.setState({ mat: moved });
     return Promise.resolve({ ...NOTHING, mat: MAT });
   });
-  await carryOut(1, { ...ANSWER, cure: "move" });
+  await carryOut(1, { ...ANSWER, remedy: "move" });
   expect(useStudio.getState().mat).toBe(moved);
 });
 
 it("says that there is no room where nothing changes", async () => {
   answerWith({});
-  await carryOut(1, { ...ANSWER, cure: "move" });
+  await carryOut(1, { ...ANSWER, remedy: "move" });
   expect(useDialogs.getState().notices).toHaveLength(1);
 });
 
 it("offers a button for what it can do, and in a mission only for blocks", () => {
-  expect(cureOf(ANSWER)).toBeNull();
-  expect(cureOf({ ...ANSWER, cure: "followers" })).toBeNull();
-  expect(cureOf({ ...ANSWER, cure: "listen" })).toBe("listen");
+  expect(remedyOf(ANSWER)).toBeNull();
+  expect(remedyOf({ ...ANSWER, remedy: "followers" })).toBeNull();
+  expect(remedyOf({ ...ANSWER, remedy: "listen" })).toBe("listen");
   expect([changesBlocks("forward"), changesBlocks("listen"), changesBlocks("move")]).toEqual([true, true, false]);
 });

@@ -11,7 +11,7 @@ from motorcade.mats import Mat, Starts
 from motorcade.mats.document import mat_of
 from motorcade.mats.geometry import obstructed
 from motorcade.program.blocks import INFRARED
-from motorcade.service.messages import Cure, MatDocument, RangeMm, WorkspaceState
+from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState
 from motorcade.service.programs import profile_named
 
 # From the middle of a car to that of the car that is put in front of it: they do not touch.
@@ -33,17 +33,17 @@ _FIELDS = {"forward": "FORWARD", "listen": "ACCEPT_IR"}
 Point = tuple[float, float]
 
 
-class CureOrder(Struct):
-    """Carry out the cure that the answer to 'Why?' of a car names, on a project's mat, range and blocks.
+class RemedyOrder(Struct):
+    """Carry out the remedy that the answer to 'Why?' of a car names, on a project's mat, range and blocks.
 
     Attributes:
-        cure, value: as in the answer.
+        remedy, value: as in the answer.
         car: the car that was asked about.
         followers: the blocks of the followers.
     """
 
     mat: MatDocument
-    cure: Cure
+    remedy: Remedy
     value: Annotated[int, Meta(ge=0, lt=1 << 30)]
     car: Annotated[int, Meta(ge=0, lt=1 << 20)]
     followers: WorkspaceState | None = None
@@ -59,38 +59,38 @@ class FieldChange(Struct):
     value: str
 
 
-class Cured(Struct):
-    """What a cure changes; what stays as it is is None or empty. All of it is so where there is no room for a car."""
+class RemedyChanges(Struct):
+    """What a remedy changes; what stays as it is is None or empty. All of it is so where there is no room for a car."""
 
     mat: MatDocument | None = None
     range_mm: RangeMm | None = None
     fields: list[FieldChange] = []
 
 
-def carry_out(order: CureOrder) -> Cured:
+def carry_out(order: RemedyOrder) -> RemedyChanges:
     """Return what changes; what stays as it is is None or empty. Raises MotorcadeError for a mat that is none."""
-    cure, document = order.cure, order.mat
-    if cure == "range_mm":
-        return Cured(range_mm=math.ceil(order.value / _RANGE_STEP_MM) * _RANGE_STEP_MM)
-    if cure in _FIELDS:
-        return Cured(fields=_followers_fields(order.followers, _FIELDS[cure]))
+    remedy, document = order.remedy, order.mat
+    if remedy == "range_mm":
+        return RemedyChanges(range_mm=math.ceil(order.value / _RANGE_STEP_MM) * _RANGE_STEP_MM)
+    if remedy in _FIELDS:
+        return RemedyChanges(fields=_followers_fields(order.followers, _FIELDS[remedy]))
     mat = mat_of(document, Phrase("mat-of-page"))
-    if cure == "loss":
-        return Cured({**document, "physics": _without(document.get("physics", {}), "bit_error_rate")})
-    if cure in ("move", "leader"):
-        return Cured(_placed(order, mat))
-    if cure == "remove-car":
+    if remedy == "loss":
+        return RemedyChanges({**document, "physics": _without(document.get("physics", {}), "bit_error_rate")})
+    if remedy in ("move", "leader"):
+        return RemedyChanges(_placed(order, mat))
+    if remedy == "remove-car":
         cars = _cars(document, mat)
-        return Cured(_with_cars(document, [car for k, car in enumerate(cars) if k != order.value]))
-    kind = cure.removeprefix("remove-")
+        return RemedyChanges(_with_cars(document, [car for k, car in enumerate(cars) if k != order.value]))
+    kind = remedy.removeprefix("remove-")
     pieces = [piece for k, piece in enumerate(document.get(kind, [])) if k != order.value]
-    return Cured({**_without(document, kind), **({kind: pieces} if pieces else {})})
+    return RemedyChanges({**_without(document, kind), **({kind: pieces} if pieces else {})})
 
 
-def _placed(order: CureOrder, mat: Mat) -> MatDocument | None:
+def _placed(order: RemedyOrder, mat: Mat) -> MatDocument | None:
     """The mat with a leader more, or with the car in front of the one that it should hear; None without room."""
     cars, starts, profile = _cars(order.mat, mat), mat.starts, profile_named(order.profile)
-    is_new = order.cure == "leader"
+    is_new = order.remedy == "leader"
     near = order.car if is_new else order.value
     if max(order.car, near) >= len(cars):
         return None
