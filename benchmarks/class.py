@@ -117,16 +117,16 @@ class Pupil:
 
 
 async def show_wall(teacher: Pupil, seen: list[int]) -> None:
-    async with teacher.socket("desk/wall") as wall:
+    async with teacher.socket("teacher/wall") as wall:
         async for message in wall:
             if isinstance(message, bytes):
                 seen.append(len(message))
                 await wall.send("{}")
 
 
-async def show_desk(teacher: Pupil) -> None:
-    async with teacher.socket("desk/stream") as desk:
-        async for _ in desk:
+async def show_class(teacher: Pupil) -> None:
+    async with teacher.socket("teacher/stream") as stream:
+        async for _ in stream:
             pass
 
 
@@ -156,12 +156,12 @@ async def measure(pupils_count: int, seconds: float, browsers: int, open_pages: 
         try:
             base = told["addresses"][0]
             teacher = person(0, base)
-            await teacher.ask("desk/first-password", key=told["desk"].partition("#")[2], password=PASSWORD)
+            await teacher.ask("teacher/first-password", key=told["teacher"].partition("#")[2], password=PASSWORD)
             pupils = [person(number, base) for number in range(1, pupils_count - browsers + 1)]
             for pupil in pupils:
                 await pupil.join(told["code"])
             seen: list[int] = []
-            jobs = [show_wall(teacher, seen), show_desk(teacher)]
+            jobs = [show_wall(teacher, seen), show_class(teacher)]
             jobs += [job for pupil in pupils for job in (pupil.play(), pupil.listen(), pupil.edit(blocks))]
             tasks = [asyncio.create_task(job) for job in jobs]
             while not all(pupil.pictures for pupil in pupils):

@@ -8,8 +8,8 @@ from typing import Any, get_args
 from msgspec import NODEFAULT
 from msgspec import inspect as types
 
-from motorcade.classroom import desk_messages
 from motorcade.classroom import messages as class_messages
+from motorcade.classroom.app import REQUESTS as CLASS_REQUESTS
 from motorcade.server.remote import messages as remote_messages
 from motorcade.service import messages, world_messages
 from motorcade.service.requests import REQUESTS
@@ -97,6 +97,10 @@ class _Writer:
         if name in self._elsewhere:
             self.imported.add(name)
             return name
+        if name.startswith("_"):
+            # The message of a request of a class: the parameters of a method.
+            fields = "; ".join(self._field(kind.cls, each).removesuffix(";") for each in kind.fields)
+            return f"{{ {fields} }}" if fields else self.type_of(types.type_info(messages.Nothing))
         if name not in self.interfaces:
             self.interfaces[name] = ""
             if not kind.fields and not getattr(kind, "tag_field", None):
@@ -172,21 +176,19 @@ def class_types() -> str:
         service.union(name, getattr(world_messages, name))
     writer = _Writer({*service.interfaces, "Sentence", "MatDocument"})
     tables = [
-        _table(writer, title, f"The requests of {who}: `POST /api/{path}/<name>`.", {k: v[:2] for k, v in rows.items()})
-        for title, who, path, rows in (
-            ("PupilRequests", "pupils", "class", class_messages.PUPIL_REQUESTS),
-            ("DeskRequests", "the teacher", "desk", desk_messages.DESK_REQUESTS),
-        )
+        _table(writer, title, f"The requests of {who}: `POST /api/{path}/<name>`.", _class_requests(f"{path}/"))
+        for title, who, path in (("PupilRequests", "pupils", "class"), ("TeacherRequests", "the teacher", "teacher"))
     ]
     unions = [
-        writer.union(name, getattr(part, name))
-        for part, name in (
-            (class_messages, "ClassAnswer"),
-            (desk_messages, "DeskAnswer"),
-            (desk_messages, "WallAnswer"),
-        )
+        writer.union(name, getattr(class_messages, name)) for name in ("ClassAnswer", "TeacherAnswer", "WallAnswer")
     ]
-    writer.type_of(types.type_info(desk_messages.DrawnWall))
+    writer.type_of(types.type_info(class_messages.DrawnWall))
     body = [*writer.interfaces.values(), *unions, *tables]
     imported = sorted(name for name in (*writer.imported, "Sentence", "MatDocument"))
     return "\n".join([_CLASS_HEAD.replace("{names}", ", ".join(imported)), *body])
+
+
+def _class_requests(prefix: str) -> dict[str, tuple[Any, Any]]:
+    """Return the types of a class's requests whose names begin so, by what follows."""
+    found = {name: each for name, (_, each) in CLASS_REQUESTS.items() if name.startswith(prefix)}
+    return {name.removeprefix(prefix): (each.message, each.answer) for name, each in found.items()}

@@ -29,7 +29,7 @@ ARROWS = {
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
-    "classroom": ("cameras", "config", "drive", "engine", "server", "service", "sockets", "timing", "words"),
+    "classroom": ("cameras", "config", "drive", "engine", "server", "service", "sockets", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),
@@ -62,18 +62,7 @@ ARROWS = {
 SIMULATED = ("boards.simulated", "boards.simulated_drive")
 
 # What a class does, without a server: these files import only what runs in a page's worker too.
-CLASS_CORE = (
-    "attempts",
-    "classroom",
-    "desk_messages",
-    "messages",
-    "names",
-    "passwords",
-    "presence",
-    "queues",
-    "record",
-    "views",
-)
+CLASS_CORE = ("messages", "names", "record", "room", "views")
 
 
 def name_of(file):

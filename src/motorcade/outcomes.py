@@ -107,7 +107,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
         403,
         (
             *("wrong-class-code", "wrong-number", "wrong-password", "wrong-first-key"),
-            *("class-closed", "cable-of-another", "cable-sends", "not-your-turn"),
+            *("class-closed", "cable-of-another", "held-by-another", "not-your-turn"),
         ),
     ),
     (PROGRAM_ERROR, 404, ("no-such-pupil",)),
@@ -125,7 +125,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "too-many-handed-out",
         ),
     ),
-    (PROGRAM_ERROR, 429, ("too-many-attempts", "too-many-joined", "gives-too-often")),
+    (PROGRAM_ERROR, 429, ("too-many-attempts", "gives-too-often")),
     (
         PROGRAM_ERROR,
         404,

@@ -1,4 +1,4 @@
-"""A class in real browsers: a teacher's desk and wall, and pupils who join by a few taps."""
+"""A class in real browsers: the teacher's page and wall, and pupils who join by a few taps."""
 
 import json
 import re
@@ -36,8 +36,8 @@ def room(browser, page_built, tmp_path_factory):
 
 
 @pytest.fixture
-def desk(room):
-    """The teacher's desk, at its first part."""
+def teacher(room):
+    """The teacher, with the first part of the page."""
     room.teacher.part("pupils")
     return room.teacher
 
@@ -51,7 +51,7 @@ def expect_cover(visit, text: str) -> None:
     assert (box["width"], box["height"]) == (size["width"], size["height"])
 
 
-def test_a_newcomer_with_a_shared_link_joins_and_gets_it_until_removed(room, desk) -> None:
+def test_a_newcomer_with_a_shared_link_joins_and_gets_it_until_removed(room, teacher) -> None:
     cleo = room.visit()
     cleo.forgive("400", "403", "409", "401", "WebSocket")
     page, alert = cleo.page, cleo.page.get_by_role("alert").filter(visible=True)
@@ -70,12 +70,12 @@ def test_a_newcomer_with_a_shared_link_joins_and_gets_it_until_removed(room, des
     cleo.button("class.goOn").click()
     cleo.wait_for_studio()
     expect(page.get_by_role("textbox").first).to_have_value("From a friend")
-    row = desk.row("Cleo")
+    row = teacher.row("Cleo")
     row.locator("summary").click()
-    desk.page.once("dialog", lambda question: question.accept())
-    row.get_by_role("button", name=desk.say("class.remove")).click()
+    teacher.page.once("dialog", lambda question: question.accept())
+    row.get_by_role("button", name=teacher.say("class.remove")).click()
     expect_cover(cleo, "pupil.goodbye.removed")
-    expect(desk.row("Cleo")).to_have_count(0)
+    expect(teacher.row("Cleo")).to_have_count(0)
     page.get_by_role("link", name=cleo.say("pupil.joinAgain")).click()
     expect(page.get_by_label(cleo.say("class.code"))).to_be_visible()
 
@@ -105,15 +105,16 @@ def test_three_taps_lead_from_the_qr_code_into_the_studio_and_back_into_it(room)
     other.context.close()
 
 
-def test_a_raised_hand_and_a_handed_out_project_cross_the_room(room, desk) -> None:
+def test_a_raised_hand_and_a_handed_out_project_cross_the_room(room, teacher) -> None:
     room.mia.button("pupil.raiseHand").tap()
-    desk.button("class.lowerHandOf", name="Mia").click()
+    teacher.button("class.lowerHandOf", name="Mia").click()
     expect(room.mia.button("pupil.raiseHand")).to_be_visible()
-    assert desk.context.request.post(f"{room.base}api/projects/write", data={"name": "Starter", "project": PROJECT}).ok
-    part = desk.part("handOut")
+    starter = {"name": "Starter", "project": PROJECT}
+    assert teacher.context.request.post(f"{room.base}api/projects/write", data=starter).ok
+    part = teacher.part("handOut")
     part.get_by_role("checkbox", name="Mia").check()
     part.get_by_role("button", name="Starter", exact=True).click()
-    expect(part.get_by_role("status")).to_have_text(desk.say("class.handedOut", what="Starter", count=1))
+    expect(part.get_by_role("status")).to_have_text(teacher.say("class.handedOut", what="Starter", count=1))
     mia = room.mia.page
     expect(mia.get_by_text(room.mia.say("pupil.project", sender="Your teacher", name="Starter"))).to_be_visible()
     room.mia.button("pupil.open").tap()
@@ -125,23 +126,23 @@ def test_a_raised_hand_and_a_handed_out_project_cross_the_room(room, desk) -> No
     expect(room.ming.page.get_by_text("Starter")).to_have_count(0)
 
 
-def test_eyes_up_covers_all_pages_and_pauses_until_work_goes_on(room, desk) -> None:
+def test_eyes_up_covers_all_pages_and_pauses_until_work_goes_on(room, teacher) -> None:
     play = room.ming.page.locator("#mat-play")
     play.click()
     expect(play).to_have_text(room.ming.say("mat.pause"))
-    desk.button("class.freeze").click()
+    teacher.button("class.freeze").click()
     for pupil in (room.mia, room.ming):
         expect_cover(pupil, "pupil.frozen")
-    desk.button("class.thaw").click()
+    teacher.button("class.thaw").click()
     for pupil in (room.mia, room.ming):
         expect(pupil.page.get_by_role("dialog")).to_have_count(0)
     expect(play).to_have_text(room.ming.say("mat.play"))
 
 
-def test_the_wall_shows_all_stages_also_those_that_stand_still(room, desk) -> None:
-    wall = desk.open("wall")
+def test_the_wall_shows_all_stages_also_those_that_stand_still(room, teacher) -> None:
+    wall = teacher.open("wall")
     for pupil in ("Mia", "小明"):
-        tile = wall.get_by_role("img", name=desk.say("class.stageOf", name=pupil), exact=True)
+        tile = wall.get_by_role("img", name=teacher.say("class.stageOf", name=pupil), exact=True)
         expect_leaders(tile, 1)
     before = tile.evaluate(DRAWN)
     room.ming.page.locator("#mat-play").click()
@@ -150,57 +151,56 @@ def test_the_wall_shows_all_stages_also_those_that_stand_still(room, desk) -> No
     )
     room.ming.page.locator("#mat-play").click()
     wall.get_by_role("link").filter(has_text="Mia").click()
-    expect(wall.get_by_role("link", name=desk.say("class.allStages"))).to_be_visible()
-    expect_leaders(wall.get_by_role("img", name=desk.say("class.stageOf", name="Mia"), exact=True), 1)
+    expect(wall.get_by_role("link", name=teacher.say("class.allStages"))).to_be_visible()
+    expect_leaders(wall.get_by_role("img", name=teacher.say("class.stageOf", name="Mia"), exact=True), 1)
     wall.close()
 
 
-def test_the_shared_mat_shows_the_cars_of_both_pupils(room, desk) -> None:
-    part = desk.part("mat")
-    desk.button("class.matOpen").click()
+def test_the_shared_mat_shows_the_cars_of_both_pupils(room, teacher) -> None:
+    part = teacher.part("mat")
+    teacher.button("class.matOpen").click()
     for pupil in (room.mia, room.ming):
         pupil.button("pupil.matSend").click()
         expect(pupil.button("pupil.matLeave")).to_be_visible()
     expect(part.get_by_role("listitem")).to_have_text(["Mia", "小明"])
-    mat = desk.open("mat")
+    mat = teacher.open("mat")
     expect(mat.get_by_role("main")).to_contain_text("小明")
-    desk.button("class.matStart", mat).click()
+    teacher.button("class.matStart", mat).click()
     expect_leaders(mat.get_by_role("img"), 2)
     expect(mat.get_by_role("main").get_by_role("listitem")).to_have_count(3)
-    desk.button("class.pause", mat).click()
-    expect(desk.button("class.play", mat)).to_be_visible()
+    teacher.button("class.pause", mat).click()
+    expect(teacher.button("class.play", mat)).to_be_visible()
     mat.close()
-    wall = desk.open("wall")
-    expect_leaders(wall.get_by_role("img", name=desk.say("class.matTitle"), exact=True), 2)
+    wall = teacher.open("wall")
+    expect_leaders(wall.get_by_role("img", name=teacher.say("class.matTitle"), exact=True), 2)
     wall.close()
-    desk.button("class.matClose").click()
-    expect(desk.button("class.matOpen")).to_be_visible()
+    teacher.button("class.matClose").click()
+    expect(teacher.button("class.matOpen")).to_be_visible()
     expect(room.mia.button("pupil.matAgain")).to_have_count(0)
 
 
-def test_a_turn_at_the_cable_and_at_a_car_is_passed_on(room, desk) -> None:
+def test_the_cable_and_a_car_are_taken_and_passed_on(room, teacher) -> None:
     mia, ming = room.mia, room.ming
-    part = desk.part("cars")
+    cable, red = map(teacher.part("cars").get_by_label, (teacher.say("class.cable"), "red"))
     ming.button("pupil.cable").click()
     expect(ming.button("pupil.cableYours")).to_be_visible()
-    mia.button("pupil.cable").tap()
-    expect(mia.button("pupil.cableWait", count=1)).to_be_visible()
-    desk.button("class.nextOne").click()
+    expect(mia.button("pupil.cableTaken")).to_be_disabled()
+    expect(cable).to_have_value("02")
+    cable.select_option(label="Mia")
     mia.button("pupil.cableYours").tap()
-    expect(part.get_by_text(desk.say("class.cableFree"))).to_be_visible()
+    expect(cable).to_have_value("")
     ming.button("pupil.driveCar", car="red").click()
     with ming.context.expect_page() as opened:
         ming.bar.get_by_role("link").click()
-    mia.button("pupil.driveCar", car="red").tap()
-    expect(mia.bar).to_contain_text(mia.say("pupil.turnWait", count=1))
+    expect(mia.button("pupil.carTaken", car="red")).to_be_disabled()
     drive = opened.value
     steer(drive, drive.get_by_role("status").filter(has_text=ming.say("remote.moving")))
-    desk.button("class.nextOne").click()
+    red.select_option(label="Mia")
     expect(mia.bar.get_by_role("link")).to_be_visible()
     steer(drive, drive.get_by_text(catalogue("zh")["errors"]["not-your-turn"].replace("{car}", "red")))
     drive.close()
     mia.button("pupil.leaveCar", car="red").tap()
-    expect(part.get_by_text(desk.say("class.nobodyDrives"))).to_be_visible()
+    expect(red).to_have_value("")
 
 
 def steer(page, shows) -> None:
@@ -224,7 +224,7 @@ def test_a_pupil_sees_nothing_of_what_others_do(room) -> None:
         expect(page.get_by_text(ming.say("class.projectorNeedsTeacher"))).to_be_visible()
         assert page.get_by_role("img").count() == 0
         page.close()
-    page = ming.open("desk")
+    page = ming.open("teacher")
     expect(page.get_by_label(ming.say("class.password"))).to_be_visible()
     assert "Mia" not in page.content()
     expect_drafts(room, {"02": "Robot"})
@@ -232,17 +232,17 @@ def test_a_pupil_sees_nothing_of_what_others_do(room) -> None:
     expect(page.get_by_role("textbox").first).to_have_value("Robot")
     page.close()
     ming.button("mat.comeBack").click()
-    asked = ming.context.request.post(f"{room.base}api/desk/project", data={"pupil": "01", "name": ""})
+    asked = ming.context.request.post(f"{room.base}api/teacher/project", data={"pupil": "01", "name": ""})
     assert asked.status == 401
 
 
-def test_the_teacher_looks_at_a_pupils_stage_and_at_what_the_pupil_works_on(room, desk) -> None:
-    row = desk.row("小明")
-    with desk.context.expect_page() as opened:
+def test_the_teacher_looks_at_a_pupils_stage_and_at_what_the_pupil_works_on(room, teacher) -> None:
+    row = teacher.row("小明")
+    with teacher.context.expect_page() as opened:
         row.get_by_role("link").first.click()
     wall, page = opened.value, room.ming.page
-    expect_leaders(wall.get_by_role("img", name=desk.say("class.stageOf", name="小明"), exact=True), 1)
-    blocks = wall.get_by_role("region", name=desk.say("editors.leaderBlocks")).locator(".blocklyBlock")
+    expect_leaders(wall.get_by_role("img", name=teacher.say("class.stageOf", name="小明"), exact=True), 1)
+    blocks = wall.get_by_role("region", name=teacher.say("editors.leaderBlocks")).locator(".blocklyBlock")
     expect(blocks).to_have_count(3)
     page.locator("#leader-blocks .blocklyBlock").last.click(position={"x": 8, "y": 8})
     for key, count in (("Delete", 2), ("Control+z", 3)):
@@ -250,33 +250,33 @@ def test_the_teacher_looks_at_a_pupils_stage_and_at_what_the_pupil_works_on(room
         expect(blocks).to_have_count(count)
     wall.close()
     row.locator("summary").click()
-    row.get_by_role("button", name=desk.say("class.showProjects")).click()
-    with desk.context.expect_page() as opened:
-        row.get_by_role("link", name=desk.say("class.draft")).click()
+    row.get_by_role("button", name=teacher.say("class.showProjects")).click()
+    with teacher.context.expect_page() as opened:
+        row.get_by_role("link", name=teacher.say("class.draft")).click()
     looks = opened.value
-    expect(looks.get_by_text(desk.say("pupil.lookAbout"))).to_be_visible()
+    expect(looks.get_by_text(teacher.say("pupil.lookAbout"))).to_be_visible()
     expect(looks.get_by_role("textbox").first).to_have_value("Robot")
     looks.close()
 
 
-def test_the_qr_code_leads_to_the_address_that_the_teacher_chooses(room, desk) -> None:
+def test_the_qr_code_leads_to_the_address_that_the_teacher_chooses(room, teacher) -> None:
     # This computer may have one address only; which of several the server knows and shows first, others test.
-    found = desk.context.request.post(f"{room.base}api/desk/addresses").json()
+    found = teacher.context.request.post(f"{room.base}api/teacher/addresses").json()
     both = [*found["addresses"], "http://10.0.0.7:7710/"]
 
     def choose(route) -> None:
         first = json.loads(route.request.post_data)["address"]
         route.fulfill(json=found | {"addresses": sorted(both, key=first.__ne__), "qr_code": "<svg/>"})
 
-    desk.page.route("**/api/desk/addresses", lambda route: route.fulfill(json=found | {"addresses": both}))
-    desk.page.route("**/api/desk/choose-address", choose)
-    part = desk.part("class")
-    picture = part.get_by_role("img", name=desk.say("class.qrCode")).get_attribute("src")
+    teacher.page.route("**/api/teacher/addresses", lambda route: route.fulfill(json=found | {"addresses": both}))
+    teacher.page.route("**/api/teacher/choose-address", choose)
+    part = teacher.part("class")
+    picture = part.get_by_role("img", name=teacher.say("class.qrCode")).get_attribute("src")
     part.get_by_text(both[1]).click()
     expect(part.get_by_role("radio").first).to_have_accessible_name(both[1])
     expect(part.get_by_role("radio").first).to_be_checked()
-    assert part.get_by_role("img", name=desk.say("class.qrCode")).get_attribute("src") != picture
-    desk.page.unroute_all()
+    assert part.get_by_role("img", name=teacher.say("class.qrCode")).get_attribute("src") != picture
+    teacher.page.unroute_all()
 
 
 def tab_to(page, thing) -> None:
@@ -288,7 +288,7 @@ def tab_to(page, thing) -> None:
     raise AssertionError(f"Tab does not lead to {thing}")
 
 
-def test_everything_is_done_by_keyboard_alone(room, desk) -> None:
+def test_everything_is_done_by_keyboard_alone(room, teacher) -> None:
     kay = room.visit()
     page = kay.page
     page.goto(f"{room.base}join")
@@ -302,12 +302,12 @@ def test_everything_is_done_by_keyboard_alone(room, desk) -> None:
         thing.wait_for()
         tab_to(page, thing)
         page.keyboard.press("Enter")
-    tab_to(desk.page, desk.page.get_by_role("button", name=desk.say("class.lowerHandOf", name="Kay")))
-    desk.page.keyboard.press("Enter")
+    tab_to(teacher.page, teacher.page.get_by_role("button", name=teacher.say("class.lowerHandOf", name="Kay")))
+    teacher.page.keyboard.press("Enter")
     expect(kay.button("pupil.raiseHand")).to_be_visible()
-    tab_to(desk.page, desk.row("Kay").locator("summary"))
-    desk.page.keyboard.press("Enter")
-    expect(desk.row("Kay").get_by_role("button", name=desk.say("class.remove"))).to_be_visible()
+    tab_to(teacher.page, teacher.row("Kay").locator("summary"))
+    teacher.page.keyboard.press("Enter")
+    expect(teacher.row("Kay").get_by_role("button", name=teacher.say("class.remove"))).to_be_visible()
     kay.context.close()
 
 
@@ -324,18 +324,18 @@ def test_no_page_of_the_class_has_barriers_or_is_too_wide(room, size, language, 
     newcomer.page.goto(f"{room.base}join#{room.code}")
     newcomer.page.get_by_label(newcomer.say("class.nickname")).wait_for()
     teacher.page.evaluate("looks => Object.assign(localStorage, looks)", looks)
-    desk, wall = teacher.open("desk"), teacher.open("wall")
-    parts = desk.get_by_role("navigation").get_by_role("button")
+    view, wall = teacher.open("teacher"), teacher.open("wall")
+    parts = view.get_by_role("navigation").get_by_role("button")
     wall.get_by_role("img").first.wait_for()
-    pages = [newcomer.page, room.ming.page if language == "zh" else room.mia.page, desk, wall]
+    pages = [newcomer.page, room.ming.page if language == "zh" else room.mia.page, view, wall]
     if SOAK:
-        pages += [newcomer.open("privacy"), newcomer.open("join"), teacher.open("mat"), teacher.open("desk")]
+        pages += [newcomer.open("privacy"), newcomer.open("join"), teacher.open("mat"), teacher.open("teacher")]
     for page in pages:
         page.set_viewport_size({"width": size[0], "height": size[1]})
         assert_clear(page)
     for part in parts.all()[1:] if SOAK else parts.all()[-1:]:
         part.click()
-        assert_clear(desk)
+        assert_clear(view)
     for page in pages[2:]:
         page.close()
     newcomer.context.close()
@@ -350,13 +350,13 @@ def expect_drafts(room, names: dict[str, str]) -> None:
     """Wait until the server holds drafts of these names, by pupils' ids."""
 
     def name_of(pupil: str) -> str | None:
-        asked = room.teacher.context.request.post(f"{room.base}api/desk/project", data={"pupil": pupil, "name": ""})
+        asked = room.teacher.context.request.post(f"{room.base}api/teacher/project", data={"pupil": pupil, "name": ""})
         return asked.json().get("name")
 
     wait_until(lambda: {pupil: name_of(pupil) for pupil in names} == names)
 
 
-def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, desk) -> None:
+def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, teacher) -> None:
     mia, page = room.mia, room.mia.page
     mia.forgive("WebSocket", "ERR_INTERNET_DISCONNECTED")
     mia.context.set_offline(True)
@@ -366,16 +366,16 @@ def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, desk) ->
     mia.context.set_offline(False)
     expect_drafts(room, {"01": "Asleep"})
     mia.button("pupil.raiseHand").tap()
-    desk.button("class.lowerHandOf", name="Mia").click()
+    teacher.button("class.lowerHandOf", name="Mia").click()
     expect(page.get_by_role("textbox").first).to_have_value("Asleep")
 
 
 @pytest.mark.parametrize("kill", range(10 if SOAK else 1))
-def test_after_the_server_was_killed_all_are_back_and_nothing_is_lost(room, desk, kill) -> None:
+def test_after_the_server_was_killed_all_are_back_and_nothing_is_lost(room, teacher, kill) -> None:
     pupils = {"01": room.mia, "02": room.ming}
-    for visit in (*pupils.values(), desk):
+    for visit in (*pupils.values(), teacher):
         visit.forgive("WebSocket", "ERR_CONNECTION")
-    lost = desk.page.get_by_text(desk.say("class.linkLost"))
+    lost = teacher.page.get_by_text(teacher.say("class.linkLost"))
     names = {number: visit.page.get_by_role("textbox").first for number, visit in pupils.items()}
     names["01"].fill(f"Before {kill}")
     room.kill()
@@ -385,7 +385,7 @@ def test_after_the_server_was_killed_all_are_back_and_nothing_is_lost(room, desk
     began_s = monotonic()
     expect(lost).to_have_count(0)
     for name in ("Mia", "小明"):
-        expect(desk.row(name).and_(desk.page.locator(":not([data-away])"))).to_be_visible()
+        expect(teacher.row(name).and_(teacher.page.locator(":not([data-away])"))).to_be_visible()
     assert not SOAK or monotonic() - began_s < 5
     after = {"01": f"Before {kill}", "02": f"Meanwhile {kill}"}
     expect_drafts(room, after)

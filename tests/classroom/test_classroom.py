@@ -1,4 +1,4 @@
-"""A class without I/O: pupils, hands, queues and turns, at any time and by any chance."""
+"""A class without I/O: pupils, hands, and what they share, at any time and by any chance."""
 
 from contextlib import suppress
 from random import Random
@@ -7,11 +7,11 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from motorcade.classroom.classroom import Classroom
-from motorcade.classroom.names import likeness
-from motorcade.classroom.passwords import is_password, to_stored
+from motorcade.classroom.messages import Shared
+from motorcade.classroom.names import is_password, likeness, to_stored
 from motorcade.classroom.record import from_bytes, to_bytes
-from motorcade.classroom.views import class_view, classmates, pupil_view
+from motorcade.classroom.room import Classroom
+from motorcade.classroom.views import class_view, pupil_view
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 from support.classrooms import BUS, MAT, a_class, refused, row, with_pupils
@@ -19,12 +19,11 @@ from support.classrooms import BUS, MAT, a_class, refused, row, with_pupils
 
 def test_a_pupil_who_was_removed_is_out_everywhere():
     room = with_pupils("Mia", "Ben", cars=["red"])
-    room.wish_cable("01", True)
-    room.wish_turn("01", "red", True, 0.0)
+    for name in ("", "red"):
+        room.take("01", name, True)
     room.remove("01")
     assert room.pupil_at("device 0") is None
-    assert class_view(room, MAT, 0.0).cable == []
-    assert class_view(room, MAT, 0.0).turns[0].driver is None
+    assert class_view(room, MAT, 0.0).shared == [Shared("", None), Shared("red", None)]
     refused("no-such-pupil", room.pupil, "01")
     room.disconnect("01", 1.0)
     assert room.join("Mia", BUS, "d", 0.0).id == "03"
@@ -67,7 +66,7 @@ def test_a_hand_is_raised_until_somebody_lowers_it():
     room.raise_hand("01", True, 10.0)
     room.raise_hand("01", True, 20.0)
     assert row(room, "01", 25.0).hand_s == 15
-    assert pupil_view(room, room.pupil("01"), MAT, 25.0).hand
+    assert pupil_view(room, room.pupil("01"), MAT).hand
     room.raise_hand("01", False, 30.0)
     assert row(room, "01", 31.0).hand_s is None
     refused("no-such-pupil", room.raise_hand, "02", True, 0.0)
@@ -116,108 +115,42 @@ def test_who_was_away_is_not_stuck_for_that():
     assert stuck_s(room, 901.0) == 301
 
 
-def test_turns_at_a_car_change_after_a_minute_when_somebody_waits():
-    room = with_pupils("Mia", "Ben", "Lin", cars=["red", "blue"])
-    room.wish_turn("01", "red", True, 0.0)
-    room.advance(300.0)
-    assert room.may_drive("01", "red"), "nobody waits"
-    room.wish_turn("02", "red", True, 300.0)
-    assert room.may_drive("02", "red"), "the minute was over"
-    room.wish_turn("01", "red", True, 301.0)
-    room.wish_turn("03", "red", True, 302.0)
-    room.advance(359.0)
-    turn = class_view(room, MAT, 359.0).turns[0]
-    assert (turn.driver, turn.left_s, turn.waiting) == ("02", 1, ["01", "03"])
-    room.advance(360.0)
-    assert room.may_drive("01", "red")
-    assert not room.may_drive("02", "red")
-    room.next_turn("red", 365.0)
-    assert room.may_drive("03", "red")
-    assert class_view(room, MAT, 365.0).turns[0].left_s == 60
-    room.wish_turn("03", "red", False, 366.0)
-    assert class_view(room, MAT, 366.0).turns[0].driver is None
-    refused("car-not-listed", room.wish_turn, "01", "green", True, 0.0)
-    refused("car-not-listed", room.next_turn, "green", 0.0)
+def test_one_pupil_at_a_time_has_the_cable_and_each_car_until_it_is_given_back_or_passed_on():
+    room = with_pupils("Mia", "Ben", cars=["red", "blue"])
+    refused("cable-of-another", room.check_cable, "01")
+    for name in ("", "red"):
+        room.take("01", name, True)
+        refused("held-by-another", room.take, "02", name, True)
+        refused("held-by-another", room.take, "02", name, False)
+    room.check_cable("01")
+    refused("cable-of-another", room.check_cable, "02")
+    assert [room.may_drive(*each) for each in (("01", "red"), ("02", "red"), ("01", "blue"))] == [True, False, False]
+    assert pupil_view(room, room.pupil("02"), MAT).shared == [
+        Shared("", "01"),
+        Shared("red", "01"),
+        Shared("blue", None),
+    ]
+    room.take("01", "red", False)
+    room.take("02", "red", True)
+    room.pass_on("", "02")
+    assert room.may_drive("02", "red")
+    room.check_cable("02")
+    room.pass_on("", None)
+    assert class_view(room, MAT, 0.0).shared[0] == Shared("", None)
+    refused("car-not-listed", room.take, "01", "green", True)
+    refused("car-not-listed", room.pass_on, "green", None)
+    refused("no-such-pupil", room.pass_on, "red", "09")
+    refused("no-such-pupil", room.take, "teacher", "blue", True)
 
 
 @pytest.mark.parametrize("hold", ["stop_cars", "freeze"])
 def test_nobody_drives_while_the_cars_are_stopped_or_the_class_is_frozen(hold):
     room = with_pupils("Mia", cars=["red"])
-    room.wish_turn("01", "red", True, 0.0)
+    room.take("01", "red", True)
     getattr(room, hold)(True)
     assert not room.may_drive("01", "red")
     getattr(room, hold)(False)
     assert room.may_drive("01", "red")
-
-
-def test_the_cable_goes_from_one_to_the_next():
-    room = with_pupils("Mia", "Ben")
-    for pupil in ("01", "02", "01"):
-        room.wish_cable(pupil, True)
-    assert [pupil_view(room, room.pupil(each), MAT, 0.0).cable for each in ("01", "02")] == [0, 1]
-    refused("cable-of-another", room.cable.check, "02")
-    room.next_at_cable()
-    room.cable.check("02")
-    room.wish_cable("02", False)
-    room.next_at_cable()
-    refused("cable-of-another", room.cable.check, "02")
-
-
-def at_cable(room):
-    """What is left of the queue, and what the desk and the first pupil's page say of the cable."""
-    view = class_view(room, MAT, 0.0)
-    assert all(pupil_view(room, room.pupil(each), MAT, 0.0).cable_use == view.cable_use for each in view.cable)
-    return view.cable, view.cable_use
-
-
-@pytest.mark.parametrize("ends", [lambda room: room.next_at_cable(), lambda room: room.wish_cable("01", False)])
-def test_a_turn_at_the_cable_ends_when_what_is_sent_is_there(ends):
-    room = with_pupils("Mia", "Ben")
-    for pupil in ("01", "02"):
-        room.wish_cable(pupil, True)
-    room.begin_transfer("01", 0.0)
-    assert at_cable(room) == (["01", "02"], "sends")
-    for _ in range(2):
-        ends(room)
-        room.wish_cable("01", True)
-    assert at_cable(room) == (["01", "02"], "ending")
-    refused("cable-of-another", room.cable.check, "02")
-    refused("cable-sends", room.begin_transfer, "teacher", 1.0)
-    room.end_transfer("01")
-    assert at_cable(room) == (["02"], "free")
-    room.cable.check("02")
-
-
-def test_a_transfer_that_does_not_end_holds_the_cable_for_a_minute_at_most():
-    room = with_pupils("Mia", "Ben")
-    for pupil in ("01", "02"):
-        room.wish_cable(pupil, True)
-    room.begin_transfer("01", 0.0)
-    room.next_at_cable()
-    room.advance(59.0)
-    assert at_cable(room) == (["01", "02"], "ending")
-    room.advance(60.0)
-    assert at_cable(room) == (["02"], "free")
-    room.begin_transfer("02", 61.0)
-    room.end_transfer("01")
-    assert at_cable(room) == (["02"], "sends"), "the end of the late one is not the end of hers"
-
-
-def test_the_teachers_own_transfer_ends_nobodys_turn_and_who_is_removed_leaves_at_once():
-    room = with_pupils("Mia", "Ben", "Lin")
-    for pupil in ("01", "02", "03"):
-        room.wish_cable(pupil, True)
-    room.begin_transfer("teacher", 0.0)
-    refused("cable-sends", room.begin_transfer, "01", 0.0)
-    room.next_at_cable()
-    assert at_cable(room) == (["02", "03"], "sends")
-    room.end_transfer("teacher")
-    room.begin_transfer("02", 1.0)
-    room.next_at_cable()
-    room.remove("02")
-    assert at_cable(room) == (["03"], "sends"), "hers is not broken off"
-    room.end_transfer("02")
-    assert at_cable(room) == (["03"], "free")
 
 
 def test_missions_are_handed_out_to_some_to_all_and_to_who_comes_later():
@@ -233,7 +166,7 @@ def test_missions_are_handed_out_to_some_to_all_and_to_who_comes_later():
         ("mission", "My own"),
         ("mission", "First drive"),
     ]
-    room.seen(room.pupil("02"), 1)
+    room.seen("02", 1)
     assert [each.number for each in room.pupil("02").news] == [2]
     refused("no-such-pupil", room.hand_out_mission, ["01", "99"], own, "x")
     refused("not-found", room.handed_mission, 0)
@@ -268,11 +201,11 @@ def test_a_password_is_stored_so_that_nobody_reads_it():
 
 def test_classmates_see_of_each_other_the_name_alone():
     room = with_pupils("Mia", "Ben")
-    assert [(each.id, each.name) for each in classmates(room, room.pupil("01"))] == [("02", "Ben")]
+    assert [(each.id, each.name) for each in room.classmates("01")] == [("02", "Ben")]
 
 
 class AnyClass(RuleBasedStateMachine):
-    """Whatever happens, in any order: two pupils never have one name, number or device, and queues hold pupils only."""
+    """Whatever happens, in any order: no two pupils have one name or device, and what is shared a pupil or nobody."""
 
     def __init__(self):
         super().__init__()
@@ -293,10 +226,8 @@ class AnyClass(RuleBasedStateMachine):
         for act in (
             lambda: room.connect(pupil, now_s),
             lambda: room.raise_hand(pupil, True, now_s),
-            lambda: room.pupil(pupil) and room.wish_turn(pupil, "red", True, now_s),
-            lambda: room.pupil(pupil) and room.wish_cable(pupil, True),
-            lambda: room.cable.check(pupil) or room.begin_transfer(pupil, now_s),
-            lambda: room.end_transfer(f"0{device}"),
+            lambda: room.take(pupil, "red", True),
+            lambda: room.take(pupil, "", True),
             lambda: room.rename(pupil, name),
             lambda: room.leave(f"d{device}"),
         ):
@@ -329,7 +260,7 @@ class AnyClass(RuleBasedStateMachine):
         assert all(self.room.pupil_at(device) for device in devices)
         view = class_view(self.room, MAT, self.now_s)
         present = {each.id for each in pupils}
-        assert set(view.cable) | set(view.turns[0].waiting) | {view.turns[0].driver} <= present | {None}
+        assert {each.holder for each in view.shared} <= present | {None}
         assert from_bytes(to_bytes(self.room.record), "class.json") == self.room.record
 
 

@@ -62,9 +62,9 @@ def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answe
     with started(tmp_path) as (process, told), ExitStack() as stack:
         base, chance = told["addresses"][0], Random(7)
         teacher = stack.enter_context(httpx.Client(base_url=base))
-        desk, _, key = told["desk"].partition("#")
-        assert desk == f"{base}desk"
-        assert ask(teacher, "desk/first-password", key=key, password=PASSWORD).json() == {}
+        page, _, key = told["teacher"].partition("#")
+        assert page == f"{base}teacher"
+        assert ask(teacher, "teacher/first-password", key=key, password=PASSWORD).json() == {}
         editors = [Editor(base, told["code"], f"pupil {number}") for number in range(PUPILS)]
         for each in editors:
             stack.callback(each.client.close)
@@ -84,8 +84,8 @@ def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answe
             assert all(map(whole, tmp_path.rglob("*.json")))
             process, again = stack.enter_context(started(tmp_path, base.rpartition(":")[2].strip("/")))
             assert again["code"] == told["code"]
-            assert "#" not in again["desk"], "there is a password"
-            assert ask(teacher, "desk/about").json() == {"has_password": True, "signed_in": True}
+            assert "#" not in again["teacher"], "there is a password"
+            assert ask(teacher, "teacher/about").json() == {"has_password": True, "signed_in": True}
             for each in editors:
                 each.expect_all()
         assert all(each.projects and each.draft > 0 for each in editors)

@@ -9,8 +9,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from motorcade.classroom import network
-from motorcade.classroom.certificates import class_keys
-from motorcade.classroom.network import Network, join_url, likely_first, qr_for_terminal, qr_svg, room_hosts
+from motorcade.classroom.network import Network, class_keys, join_url, likely_first, qr_for_terminal, qr_svg, room_hosts
 from support.class_page import class_room
 
 
@@ -67,14 +66,14 @@ def test_a_class_that_listens_at_ipv6_shows_those_addresses(monkeypatch):
 def test_the_teacher_chooses_the_address_of_the_qr_code(tmp_path):
     here = Network(["192.168.1.5", "10.0.0.2"], 7710)
     with class_room(tmp_path, network=here) as room:
-        first = room.teacher.ask("desk/addresses")
-        chosen = room.teacher.ask("desk/choose-address", address="http://10.0.0.2:7710/")
+        first = room.teacher.ask("teacher/addresses")
+        chosen = room.teacher.ask("teacher/choose-address", address="http://10.0.0.2:7710/")
         assert chosen["addresses"] == ["http://10.0.0.2:7710/", "http://192.168.1.5:7710/"]
         assert chosen["qr_code"] != first["qr_code"]
         assert chosen["qr_code"] == qr_svg(join_url("http://10.0.0.2:7710/", room.code))
         for foreign in ("http://evil.example/", "javascript:alert(1)", ""):
-            assert room.teacher.ask("desk/choose-address", address=foreign) == "not-found"
-        assert room.teacher.ask("desk/addresses") == chosen
+            assert room.teacher.ask("teacher/choose-address", address=foreign) == "not-found"
+        assert room.teacher.ask("teacher/addresses") == chosen
 
 
 def test_a_class_at_one_address_shows_that_one():

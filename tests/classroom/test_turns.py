@@ -1,12 +1,11 @@
-"""Real cars in the room: pupils drive in turns, and the teacher stops all."""
+"""Real cars in the room: one pupil drives each, and the teacher stops all."""
 
 import asyncio
-from types import SimpleNamespace
+from functools import partial
 
 import pytest
 
-from motorcade.classroom.running_class import TEACHER
-from motorcade.classroom.visitors import EmergencyStop, TurnFleet
+from motorcade.classroom.cars import EmergencyStop, PupilFleet
 from motorcade.drive.connection import CarError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.fleet import Fleet, PageControl
@@ -49,8 +48,8 @@ class Cars(Fleet):
         return Control(car, self.asked)
 
 
-def fleet_of(room, cars, visitor):
-    return TurnFleet(cars, SimpleNamespace(room=room), visitor)
+def fleet_of(room, cars, pupil):
+    return PupilFleet(cars, partial(room.may_drive, pupil))
 
 
 def refused(code, act):
@@ -64,8 +63,7 @@ async def test_a_pupil_drives_in_turn_and_gives_the_car_back():
     room, cars = with_pupils("Mia", "Ben", cars=["red"]), Cars("red")
     hers, his = [await fleet_of(room, cars, pupil).connect("red", "page") for pupil in ("01", "02")]
     refused("not-your-turn", lambda: hers.steer(1, 0))
-    room.wish_turn("01", "red", True, 0.0)
-    room.wish_turn("02", "red", True, 0.0)
+    room.take("01", "red", True)
     hers.steer(1, 0)
     refused("not-your-turn", lambda: his.steer(1, 0))
     with pytest.raises(MotorcadeError):
@@ -73,7 +71,7 @@ async def test_a_pupil_drives_in_turn_and_gives_the_car_back():
     await his.act("stop")
     assert cars.asked == [("red", 1), ("red", "stop")], "everybody may stop"
     cars.asked.clear()
-    room.advance(60.0)
+    room.pass_on("red", "02")
     assert hers.telemetry() == "telemetry"
     await asyncio.sleep(0)
     assert cars.asked == [("red", 0.0), ("red", "release")]
@@ -82,22 +80,14 @@ async def test_a_pupil_drives_in_turn_and_gives_the_car_back():
 
 
 @mock_clock
-async def test_the_teacher_drives_whenever_she_likes():
-    cars = Cars("red")
-    control = await fleet_of(with_pupils("Mia", cars=["red"]), cars, TEACHER).connect("red", "page")
-    control.steer(1, 0)
-    assert cars.asked == [("red", 1)]
-
-
-@mock_clock
 async def test_all_cars_are_stopped_although_one_is_away():
     cars = Cars("red", "away", "blue")
-    emergency = EmergencyStop(cars)
+    emergency = EmergencyStop(cars, "teacher")
     assert await emergency.stop() == ["away"]
     assert [each for each in cars.asked if each[1] == "stop"] == [("red", "stop"), ("blue", "stop")]
     assert await emergency.release() == ["away"]
     assert [each for each in cars.asked if each[1] == "clear"] == [("red", "clear"), ("blue", "clear")]
-    assert await EmergencyStop(Cars()).stop() == []
+    assert await EmergencyStop(Cars(), "teacher").stop() == []
 
 
 @mock_clock
@@ -109,7 +99,7 @@ async def test_a_car_out_of_reach_is_stopped_as_soon_as_it_is_back():
         cars.asked.append((car, "stop"))
 
     cars.stop = stop
-    emergency = EmergencyStop(cars)
+    emergency = EmergencyStop(cars, "teacher")
     assert await emergency.stop() == ["red"]
     back.set()
     await pass_time(0.1)
@@ -133,21 +123,20 @@ async def test_a_stop_is_lifted_once_the_new_connection_to_the_car_is_there(monk
         await act(control, action)
 
     monkeypatch.setattr(Control, "act", connecting)
-    assert await EmergencyStop(cars).release() == []
+    assert await EmergencyStop(cars, "teacher").release() == []
     assert cars.asked == [("red", "clear"), ("red", "leave")]
 
 
-def test_the_emergency_stop_holds_all_turns(tmp_path):
+def test_the_emergency_stop_holds_all_cars(tmp_path):
     with class_room(tmp_path, cars=(RemoteCar("red", "127.0.0.1", 9),)) as room:
         mia = room.join("Mia")
-        assert mia.ask("class/turn", car="red", wants=True) == {}
-        assert mia.ask("class/turn", car="green", wants=True) == "car-not-listed"
+        assert mia.ask("class/take", name="red", wants=True) == {}
         with mia.open("class/stream") as page:
             view = page.until("pupil")
-            assert (view["turns"][0]["driver"], view["stopped"]) == (mia.id, False)
-            assert room.teacher.ask("desk/stop-all") == {"missed": ["red"]}
+            assert (view["shared"][1], view["stopped"]) == ({"name": "red", "holder": mia.id}, False)
+            assert room.teacher.ask("teacher/stop-all") == ["red"]
             assert page.until("pupil", lambda view: view["stopped"])
-            room.teacher.ask("desk/release-all")
+            room.teacher.ask("teacher/release-all")
             assert not page.until("pupil", lambda view: not view["stopped"])["stopped"]
-            room.teacher.ask("desk/turn/next", car="red", wants=False)
-            assert page.until("pupil", lambda view: view["turns"][0]["driver"] is None)
+            room.teacher.ask("teacher/pass-on", name="red", pupil=None)
+            assert page.until("pupil", lambda view: view["shared"][1]["holder"] is None)

@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
-from motorcade.classroom.desk_messages import Wall
+from motorcade.classroom.messages import Wall
 from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures
 from motorcade.engine.moment import first_cars, moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
@@ -62,7 +62,7 @@ def wall_message(page):
 def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
     mia, ben = room.join("Mia"), room.join("Ben")
     with (
-        room.teacher.open("desk/wall") as wall,
+        room.teacher.open("teacher/wall") as wall,
         mia.open(f"world?session={KEY}") as hers,
         ben.open(f"world?session={OTHER}") as his,
     ):
@@ -141,7 +141,7 @@ def test_of_a_crowd_the_first_cars_are_shown(cars, shown):
 
 def test_the_teacher_looks_on_at_one_pupils_world(room, now):
     mia = room.join("Mia")
-    with mia.open(f"world?session={KEY}") as hers, room.teacher.open(f"desk/watch?pupil={mia.id}") as watching:
+    with mia.open(f"world?session={KEY}") as hers, room.teacher.open(f"teacher/watch?pupil={mia.id}") as watching:
         assert watching.until("wall")["worlds"] == []
         hers.set()
         hers.until("picture")
@@ -154,9 +154,9 @@ def test_the_teacher_looks_on_at_one_pupils_world(room, now):
         hers.send("step", ticks=20)
         hers.until("picture", lambda picture: picture.t_ms == 100)
         assert watching.until("picture", lambda picture: picture.t_ms == 100).number == 2
-        room.teacher.ask("desk/remove", pupil=mia.id)
+        room.teacher.ask("teacher/remove", pupil=mia.id)
         assert watching.until("wall")["worlds"] == []
-    with room.teacher.open("desk/watch?pupil=99") as watching:
+    with room.teacher.open("teacher/watch?pupil=99") as watching:
         assert watching.until("error")["code"] == "no-such-pupil"
 
 
@@ -164,9 +164,9 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
     pupils = [room.join(name) for name in ("Mia", "Ben", "Lin")]
     mia, ben, lin = pupils
     assert mia.ask("class/mat", image=image(forward(1))) == "mat-is-closed"
-    assert room.teacher.ask("desk/mat/start") == "mat-is-empty"
-    assert room.teacher.ask("desk/mat/open", followers=1, places=2) == {}
-    assert room.teacher.ask("desk/mat/start") == "mat-is-empty"
+    assert room.teacher.ask("teacher/mat/start") == "mat-is-empty"
+    assert room.teacher.ask("teacher/mat/open", followers=1, places=2) == {}
+    assert room.teacher.ask("teacher/mat/start") == "mat-is-empty"
     assert mia.ask("class/mat", image=image(forward(60, speed=3))) == {}
     assert lin.ask("class/mat", image=image(wait(1))) == {}
     assert ben.ask("class/mat", image=image(wait(1))) == "mat-is-full"
@@ -174,9 +174,9 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
     assert ben.ask("class/mat", image=image(wait(60))) == {}
     with ben.open("class/stream") as page:
         assert page.until("pupil")["mat"]["entries"] == [mia.id, ben.id]
-    with room.teacher.open("desk/mat") as shown:
+    with room.teacher.open("teacher/mat") as shown:
         assert shown.until("wall")["worlds"] == []
-        assert room.teacher.ask("desk/mat/start") == {}
+        assert room.teacher.ask("teacher/mat/start") == {}
         (world,) = shown.until("wall")["worlds"]
         assert (world["cars"], world["leads"], world["mat"]["size_m"]) == (4, [0, 2], [6.25, 2.5])
         hello = shown.until("hello", lambda hello: hello["cars"])
@@ -193,21 +193,21 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
         assert shown.until("error")["code"] == "not-in-this-world"
         shown.send("pause")
         assert not shown.until("state", lambda state: not state["playing"])["playing"]
-    with room.teacher.open("desk/mat") as again:
+    with room.teacher.open("teacher/mat") as again:
         assert again.until("wall")["worlds"] == [world], "a page that is loaded again has the mat too"
     assert mia.ask("class/mat", image=None) == "mat-is-closed"
-    assert room.teacher.ask("desk/mat/close") == {}
-    with room.teacher.open("desk/stream") as desk:
-        assert desk.until("class")["mat"]["state"] == "closed"
+    assert room.teacher.ask("teacher/mat/close") == {}
+    with room.teacher.open("teacher/stream") as shown:
+        assert shown.until("class")["mat"]["state"] == "closed"
 
 
 def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
-    assert room.teacher.ask("desk/mat/open", followers=3, places=25) == {}
+    assert room.teacher.ask("teacher/mat/open", followers=3, places=25) == {}
     for number in range(25):
         assert room.join(f"pupil {number}").ask("class/mat", image=image(forward(60, speed=3))) == {}
-    with room.teacher.open("desk/wall") as wall:
+    with room.teacher.open("teacher/wall") as wall:
         assert wall_message(wall)["worlds"] == []
-        assert room.teacher.ask("desk/mat/start") == {}
+        assert room.teacher.ask("teacher/mat/start") == {}
         now[0] += 5
         listed = wall_message(wall)
         assert [(each["pupil"], each["cars"], len(each["leads"])) for each in listed["worlds"]] == [("", 100, 25)]
@@ -216,7 +216,7 @@ def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
             now[0] += 0.2
             t_ms, columns = on_the_wall(wall_message(wall), listed["worlds"])[1][0]
         assert len(columns[0]) == 100, "the parade goes on without a page of its own"
-    with room.teacher.open("desk/mat") as shown:
+    with room.teacher.open("teacher/mat") as shown:
         assert shown.until("hello", lambda hello: hello["cars"])["cars"] == 100
         driven = shown.until("picture")
         while not driven.t_ms:
@@ -227,33 +227,33 @@ def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
 
 def test_names_stay_at_their_cars_when_a_pupil_is_removed_while_the_mat_runs(room):
     mia, ben = room.join("Mia"), room.join("Ben")
-    assert room.teacher.ask("desk/mat/open", followers=1, places=2) == {}
+    assert room.teacher.ask("teacher/mat/open", followers=1, places=2) == {}
     for pupil in (mia, ben):
         assert pupil.ask("class/mat", image=image(forward(1))) == {}
-    assert room.teacher.ask("desk/mat/start") == {}
-    assert room.teacher.ask("desk/remove", pupil=mia.id) == {}
-    with room.teacher.open("desk/stream") as desk:
-        assert desk.until("class")["mat"]["entries"] == [mia.id, ben.id]
-    assert room.teacher.ask("desk/mat/start") == {}
-    with room.teacher.open("desk/stream") as desk:
-        assert desk.until("class")["mat"]["entries"] == [ben.id]
+    assert room.teacher.ask("teacher/mat/start") == {}
+    assert room.teacher.ask("teacher/remove", pupil=mia.id) == {}
+    with room.teacher.open("teacher/stream") as shown:
+        assert shown.until("class")["mat"]["entries"] == [mia.id, ben.id]
+    assert room.teacher.ask("teacher/mat/start") == {}
+    with room.teacher.open("teacher/stream") as shown:
+        assert shown.until("class")["mat"]["entries"] == [ben.id]
 
 
 def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
     mia, ben = room.join("Mia"), room.join("Ben")
-    assert room.teacher.ask("desk/mat/open", mission={"id": "no-such"}) == "no-mission"
-    assert room.teacher.ask("desk/mat/open", mission={"id": "follow-me"}) == {}
+    assert room.teacher.ask("teacher/mat/open", mission={"id": "no-such"}) == "no-mission"
+    assert room.teacher.ask("teacher/mat/open", mission={"id": "follow-me"}) == {}
     assert mia.ask("class/mat", image=image(forward(1))) == {}
     assert ben.ask("class/mat", image=image(forward(1))) == "mat-is-full"
-    assert room.teacher.ask("desk/mat/start") == {}
-    with room.teacher.open("desk/stream") as desk:
-        view = desk.until("class")["mat"]
+    assert room.teacher.ask("teacher/mat/start") == {}
+    with room.teacher.open("teacher/stream") as shown:
+        view = shown.until("class")["mat"]
     assert (view["state"], view["mission"], view["places"]) == ("running", "follow-me", 1)
-    with room.teacher.open("desk/mat") as shown:
+    with room.teacher.open("teacher/mat") as shown:
         (world,) = shown.until("wall", lambda wall: wall["worlds"])["worlds"]
     assert [zone["title"]["en"] for zone in world["zones"]] == ["the field"]
     # The goals' own sentences stand below the mat.
     assert [goal["text"]["zh"] for goal in world["goals"]] == [
         goal.text["zh"] for goal in mission_goals(built_in_mission("follow-me"))
     ]
-    assert room.teacher.ask("desk/end", password=PASSWORD) == {}
+    assert room.teacher.ask("teacher/end", password=PASSWORD) == {}

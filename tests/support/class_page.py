@@ -9,7 +9,7 @@ from starlette.testclient import TestClient
 from motorcade.classroom.app import make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.network import Network
-from motorcade.classroom.running_class import ClassServerSettings
+from motorcade.classroom.running import ClassServerSettings
 from support.world_page import Page
 
 HERE = "http://192.168.1.5:7710"
@@ -59,12 +59,12 @@ class Room:
         return Browser(self._client, address or f"192.168.1.{self._addresses}")
 
     def sign_in(self):
-        assert self.teacher.ask("desk/first-password", key=FIRST_KEY, password=PASSWORD) == {}
+        assert self.teacher.ask("teacher/first-password", key=FIRST_KEY, password=PASSWORD) == {}
         return self.teacher
 
     @property
     def code(self):
-        return self.teacher.ask("desk/addresses")["code"]
+        return self.teacher.ask("teacher/addresses")["code"]
 
     def join(self, name, address=None):
         pupil = self.browser(address)

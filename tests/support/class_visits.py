@@ -104,20 +104,20 @@ class Visit:
 
     # The teacher.
 
-    def sign_in(self, desk: str) -> None:
+    def sign_in(self, address: str) -> None:
         """Set the first password at the address that the command printed."""
-        self.page.goto(desk)
+        self.page.goto(address)
         self.page.get_by_label(self.say("class.password")).fill(PASSWORD)
         self.button("class.setPassword").click()
         expect(self.button("class.freeze")).to_be_visible()
 
     def part(self, name: str) -> Locator:
-        """Show a part of the desk."""
+        """Show a part of the teacher's page."""
         self.page.get_by_role("navigation").get_by_role("button", name=self.say(f"class.{name}")).click()
         return self.page.get_by_role("main")
 
     def row(self, pupil: str) -> Locator:
-        """A pupil in the desk's list."""
+        """A pupil in the teacher's list."""
         return self.page.get_by_role("main").get_by_role("listitem").filter(has_text=pupil)
 
 
@@ -163,11 +163,11 @@ class ClassRoom:
 
 @contextmanager
 def class_room(browser: Browser, folder, *more: str):
-    """A class with a teacher, whose desk is open; ``more`` are further options of the command."""
+    """A class with a teacher, whose page is open; ``more`` are further options of the command."""
     with ExitStack() as stack:
         room = ClassRoom(browser, lambda port: stack.enter_context(started(folder, port, *more)))
         room.teacher = room.visit(size=(1440, 900))
-        room.teacher.sign_in(room.told["desk"])
+        room.teacher.sign_in(room.told["teacher"])
         yield room
         room.close()
 

@@ -1,65 +1,74 @@
-"""The server of a class: all routes, and who may ask for which."""
+"""The server of a class: all routes, who may ask for which, and what pages are sent while they are connected."""
 
 import asyncio
 import tempfile
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from functools import partial
+from inspect import isawaitable
 from pathlib import Path
 
 import msgspec
+from msgspec import structs
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
+from starlette.websockets import WebSocket
 
-from motorcade.classroom.desk_messages import DESK_REQUESTS
-from motorcade.classroom.desk_requests import DeskRequests
-from motorcade.classroom.folder import ClassFolder
-from motorcade.classroom.messages import PUPIL_REQUESTS, Exchange
-from motorcade.classroom.pupil_requests import PupilRequests, method_for
-from motorcade.classroom.running_class import TEACHER, ClassServerSettings, RunningClass
+from motorcade.classroom.cars import EmergencyStop, PupilFleet
+from motorcade.classroom.folder import ClassFolder, write_work
+from motorcade.classroom.handlers import Asks, Handlers
+from motorcade.classroom.messages import ClassView, Goodbye, PupilView, exchanges_of
+from motorcade.classroom.room import Classroom
+from motorcade.classroom.running import TEACHER, ClassServerSettings, RunningClass
 from motorcade.classroom.shared_mat import SharedMat
-from motorcade.classroom.streams import Streams
-from motorcade.classroom.visitors import ClassVisitors, TurnFleet
+from motorcade.classroom.views import class_view, pupil_view
 from motorcade.classroom.wall import Walls
-from motorcade.classroom.work import write_work
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
 from motorcade.server.http import exception_handlers, json_response, page_not_built, page_routes
+from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.remote.fleet import Fleet
 from motorcade.server.remote.remote_cars import RemoteCars
 from motorcade.server.request_filter import RequestFilter
 from motorcade.server.studio.app import routes as studio_routes
 from motorcade.server.studio.sessions import PageWorlds
-from motorcade.service.messages import Nothing, decode
+from motorcade.service.messages import Nothing, decode, sentences
+from motorcade.sockets import network_of
 
-_PUPILS, _DESK = "/api/class/", "/api/desk/"
+_API, _TEACHER = "/api/", "/api/teacher/"
 # What the browser builds of a class has at these paths; the files hold no secret.
-PAGES = ("/join", "/desk", "/wall", "/mat", "/privacy")
+PAGES = ("/join", "/teacher", "/wall", "/mat", "/privacy")
 AUTHORITY = "/authority.crt"
+# By name, with the class whose method answers.
+REQUESTS = {each.name: (kind, each) for kind in (Classroom, SharedMat, Handlers) for each in exchanges_of(kind)}
+# A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
+_PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 
 
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:
     """Return the whole server of a class, as an ASGI application; the folder is locked for this process."""
     cars = RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
     running = RunningClass(settings, folder, tuple(car.name for car in settings.cars))
-    visitors = ClassVisitors(running)
-    worlds = PageWorlds(settings, settings.sessions, visitors)
-    mat = SharedMat()
-    pupils, desk = PupilRequests(running, mat), DeskRequests(running, worlds, mat, cars)
-    drivers = (lambda visitor: TurnFleet(cars, running, visitor)) if cars else None
-    streams, walls = Streams(running, mat), Walls(running, worlds, mat)
+    worlds = PageWorlds(settings, settings.sessions, running)
+    handlers = Handlers(running, worlds, EmergencyStop(cars, TEACHER) if cars else None)
+    walls = Walls(running, worlds)
+
+    def cars_of(visitor: str) -> Fleet:
+        assert cars
+        return cars if visitor == TEACHER else PupilFleet(cars, partial(running.room.may_drive, visitor))
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         with suppress(MotorcadeError):
-            await running.delete_shelves()
-        # On a full disk the class begins all the same: the desk says why nothing is stored.
+            await running.delete_libraries()
+        # On a full disk the class begins all the same: the teacher's page says why nothing is stored.
         with suppress(MotorcadeError):
             await running.settle()
-        await visitors.count_stars([pupil.id for pupil in running.room.record.pupils])
+        await running.count_stars([pupil.id for pupil in running.room.record.pupils])
         async with settings.network.announced():
             time = asyncio.create_task(running.pass_time())
             yield
@@ -67,15 +76,17 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
 
     app = Starlette(
         routes=[
-            WebSocketRoute(f"{_PUPILS}stream", streams.serve_pupil),
-            WebSocketRoute(f"{_DESK}stream", streams.serve_desk),
-            WebSocketRoute(f"{_DESK}wall", walls.serve),
-            WebSocketRoute(f"{_DESK}watch", walls.watch),
-            WebSocketRoute(f"{_DESK}mat", walls.serve_mat),
-            Route(f"{_DESK}work.zip", partial(_work, running)),
-            _table_route(_PUPILS, partial(_answer, running, visitors, PUPIL_REQUESTS, pupils)),
-            _table_route(_DESK, partial(_answer, running, visitors, DESK_REQUESTS, desk)),
-            *studio_routes(settings, visitors, worlds, drivers),
+            WebSocketRoute("/api/class/stream", partial(_serve_pupil, running)),
+            WebSocketRoute(f"{_TEACHER}stream", partial(_serve_teacher, running)),
+            WebSocketRoute(f"{_TEACHER}wall", walls.serve),
+            WebSocketRoute(f"{_TEACHER}watch", walls.watch),
+            WebSocketRoute(f"{_TEACHER}mat", walls.serve_mat),
+            Route(f"{_TEACHER}work.zip", partial(_work, running)),
+            *(
+                Route(f"{_API}{path}/{{name:path}}", partial(_answer, running, handlers), methods=["POST"])
+                for path in ("class", "teacher")
+            ),
+            *studio_routes(settings, running, worlds, cars_of if cars else None),
             *_pages(running),
             *page_routes(settings.page),
         ],
@@ -96,48 +107,43 @@ def _holder(running: RunningClass, connection: HTTPConnection) -> tuple[str, boo
 def admit(running: RunningClass, connection: HTTPConnection) -> None:
     """Let a request to what pages only ask for pass, or raise MotorcadeError.
 
-    All that the desk asks for is refused to who isn't signed in as the teacher, and everything else to who has no
+    All that the teacher asks for is refused to who isn't signed in as the teacher, and everything else to who has no
     session, except the requests that are open to everybody.
     """
     path = connection.scope["path"]
-    for prefix, requests in ((_PUPILS, PUPIL_REQUESTS), (_DESK, DESK_REQUESTS)):
-        exchange = requests.get(path.removeprefix(prefix)) if path.startswith(prefix) else None
-        if exchange and exchange.is_open:
-            if running.pupil(connection) is None and not running.is_teacher(connection):
-                running.check_stranger(connection)
-            return
-    if path.startswith(_DESK):
-        if not running.is_teacher(connection):
-            raise MotorcadeError("teacher-session-needed")
-        return
-    running.visitor(connection)
+    _, exchange = REQUESTS.get(path.removeprefix(_API), (None, None))
+    if exchange and exchange.is_open:
+        if running.pupil(connection) is None and not running.is_teacher(connection):
+            running.rates.count(_address(connection), running.now_s())
+    elif not path.startswith(_TEACHER):
+        running.visitor(connection)
+    elif not running.is_teacher(connection):
+        raise MotorcadeError("teacher-session-needed")
 
 
-def _table_route(prefix: str, endpoint: Callable[[Request], Awaitable[Response]]) -> Route:
-    return Route(f"{prefix}{{name:path}}", endpoint, methods=["POST"])
+def _address(connection: HTTPConnection) -> str:
+    return network_of(connection.client.host if connection.client else "")
 
 
-async def _answer(
-    running: RunningClass,
-    visitors: ClassVisitors,
-    requests: Mapping[str, Exchange],
-    methods: object,
-    request: Request,
-) -> Response:
-    """Answer a request of a table: what it changes is stored before the answer is sent."""
-    name = request.path_params["name"]
-    if name not in requests:
+async def _answer(running: RunningClass, handlers: Handlers, request: Request) -> Response:
+    """Answer a request of `REQUESTS`: what it changes is stored before the answer is sent."""
+    name = request.scope["path"].removeprefix(_API)
+    if name not in REQUESTS:
         raise MotorcadeError("not-found")
-    exchange = requests[name]
-    if not exchange.is_open:
-        visitors.check_request(running.visitor(request), running.now_s())
-    async with visitors.bodies.loaded(request) as data:
-        message = Nothing() if exchange.message is Nothing and not data else decode(data, exchange.message)
+    kind, exchange = REQUESTS[name]
+    owner = next(each for each in (running.room, running.mat, handlers) if isinstance(each, kind))
+    who = "" if exchange.is_open else running.visitor(request)
+    if who:
+        running.check_request(who, running.now_s())
+    async with running.bodies.loaded(request) as data:
+        message = decode(data or b"{}", exchange.message)
     response, since = json_response(None), running.room.revision
+    given = {"asks": Asks(request, response, _address(request)), "who": who, "now_s": running.now_s()}
     try:
-        answer = await method_for(methods, name)(request, message, response)
+        answer = exchange.method(owner, **{name: given[name] for name in exchange.given}, **structs.asdict(message))
+        answer = await answer if isawaitable(answer) else answer
     except MotorcadeError:
-        # Also what a refused request has changed, such as the count of wrong numbers.
+        # Also what a refused request has changed.
         running.show_changes()
         raise
     try:
@@ -145,7 +151,7 @@ async def _answer(
     except MotorcadeError:
         if exchange.stores:
             raise
-    response.body = msgspec.json.encode(answer)
+    response.body = msgspec.json.encode(Nothing() if answer is None else answer)
     response.headers["content-length"] = str(len(response.body))
     return response
 
@@ -189,3 +195,60 @@ def _pages(running: RunningClass) -> list[BaseRoute]:
 
 def _file(path: Path) -> Response:
     return FileResponse(path) if path.is_file() else page_not_built()
+
+
+async def _serve_pupil(running: RunningClass, socket: WebSocket) -> None:
+    """Serve a pupil's page until it leaves, or the pupil is no longer in the class."""
+    await socket.accept()
+    room, pupil = running.room, running.pupil(socket)
+    if pupil is None:
+        await refuse_page(socket, running.settings, MotorcadeError("class-session-needed"))
+        return
+    page = PageSocket(socket, running.settings, (PupilView,))
+    room.connect(pupil.id, running.now_s())
+    running.show_changes()
+    try:
+        await page.serve(Nothing, _ignore, [lambda: _show_pupil(running, socket, page, pupil.id)])
+    finally:
+        room.disconnect(pupil.id, running.now_s())
+        running.show_changes()
+
+
+async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket, pupil_id: str) -> None:
+    room, shown = running.room, b""
+    ended = room.ended
+    with running.watching() as changed:
+        while (pupil := running.pupil(socket)) and pupil.id == pupil_id:
+            view = pupil_view(room, pupil, running.mat.view())
+            if (data := msgspec.json.encode(view)) != shown:
+                shown = data
+                page.put(view)
+            await asyncio.sleep(_PUPIL_EVERY_S)
+            await changed.wait()
+            changed.clear()
+    is_in = pupil_id in room.presence
+    await page.say_last(Goodbye("left" if is_in else "ended" if room.ended != ended else "removed"))
+
+
+async def _serve_teacher(running: RunningClass, socket: WebSocket) -> None:
+    """Serve a teacher's page until it leaves, or the teacher is signed out."""
+    await socket.accept()
+    page = PageSocket(socket, running.settings, (ClassView,))
+    await page.serve(Nothing, _ignore, [lambda: _show_teacher(running, socket, page)])
+
+
+async def _show_teacher(running: RunningClass, socket: WebSocket, page: PageSocket) -> None:
+    with running.watching() as changed:
+        while running.is_teacher(socket):
+            problem = running.folder.problem
+            disk = sentences(problem) if problem else None
+            page.put(class_view(running.room, running.mat.view(), running.now_s(), disk))
+            await asyncio.sleep(_TEACHER_EVERY_S)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(changed.wait(), _TEACHER_LATEST_S)
+            changed.clear()
+    await page.say_last(Goodbye("left"))
+
+
+async def _ignore(message: Nothing) -> None:
+    """Such a page has nothing to say."""

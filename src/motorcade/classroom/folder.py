@@ -1,25 +1,43 @@
-"""The folder of a class: ``class.json``, and in ``owners`` the shelf of each pupil.
+"""The folder of a class: ``class.json``, and in ``owners`` the library of each pupil; and all work as one ZIP file.
 
 The folder is the whole class: a copy of it is a backup. A file is replaced whole, so a copy made at any time is good.
 """
 
+import re
 import shutil
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
-from pathlib import Path
+from html import escape
+from itertools import chain, count
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from threading import Lock
+from typing import BinaryIO, NamedTuple
+from urllib.parse import quote
 
+from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
-from motorcade.classroom.record import ClassRecord, from_bytes, new_record, to_bytes
+from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, new_record
 from motorcade.config.files import disk_reason, locked, replace_file
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.library import FolderStorage
-from motorcade.service.library import LONGEST_NAME, Limits, mission_library
+from motorcade.service.documents import project_text
+from motorcade.service.library import LONGEST_NAME, Limits, iso_time, mission_library
+from motorcade.service.messages import LibraryEntry, decode
+from motorcade.service.missions import list_missions
 
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
+_ENDING = ".motorcade.json"
+# What Windows allows in no name of a file.
+_FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
+    "table{border-collapse:collapse;width:100%}th,td{border:1px solid #999;padding:.4rem .6rem;text-align:left;"
+    "vertical-align:top}"
+)
+_WORDS = ("title", "pupil", "projects", "stars", "draft", "unreadable")
 
 
 class ClassFolder(FolderStorage):
@@ -59,12 +77,12 @@ class ClassFolder(FolderStorage):
     def write_version(
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
     ) -> int:
-        """As the base class does."""
+        """Store a version, as `Storage` says, and keep in mind whether the disk takes it."""
         with self._storing():
             return super().write_version(owner, name, data, base, saved_at_s)
 
     def add_stars(self, owner: str, mission: str, stars: list[int]) -> list[int]:
-        """As the base class does."""
+        """Store stars, as `Storage` says, and keep in mind whether the disk takes them."""
         with self._storing():
             return super().add_stars(owner, mission, stars)
 
@@ -85,7 +103,7 @@ class ClassFolder(FolderStorage):
             raise MotorcadeError("folder-not-writable", folder=self._folder, reason=disk_reason(problem)) from None
 
     def load(self, random_below: RandomBelow) -> ClassRecord:
-        """The class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
+        """Return the class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
         try:
             return from_bytes(self._file.read_bytes(), self._file)
         except FileNotFoundError:
@@ -96,13 +114,9 @@ class ClassFolder(FolderStorage):
             raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
 
     def store(self, data: bytes) -> None:
-        """Replace ``class.json``. Raises MotorcadeError where it can't be written; the old one is kept then."""
+        """Replace ``class.json`` by `to_bytes` of a record. Raises MotorcadeError where it can't; the old one stays."""
         with self._storing():
             replace_file(self._file, data)
-
-    def store_record(self, record: ClassRecord) -> None:
-        """Replace ``class.json``, as `store`."""
-        self.store(to_bytes(record))
 
     def write_draft(self, owner: str, data: bytes) -> None:
         """Replace an owner's draft. Raises MotorcadeError."""
@@ -111,25 +125,27 @@ class ClassFolder(FolderStorage):
             folder.mkdir(parents=True, exist_ok=True)
             replace_file(folder / DRAFT, data)
 
-    def read_draft(self, owner: str) -> tuple[bytes, str] | None:
-        """An owner's draft, and when it was saved (ISO 8601, UTC); None where there is none. Raises MotorcadeError."""
-        file = self._owner_folder(owner) / DRAFT
+    def read_draft(self, owner: str) -> StoredDraft | None:
+        """Return an owner's draft; None where there is none. Raises MotorcadeError where it is damaged."""
         try:
-            data = file.read_bytes()
-            saved_at = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="milliseconds")
+            draft = decode((self._owner_folder(owner) / DRAFT).read_bytes(), Draft)
         except FileNotFoundError:
             return None
         except OSError as problem:
             raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
-        return data, saved_at
+        except MotorcadeError:
+            raise MotorcadeError("damaged-version", name=DRAFT) from None
+        return StoredDraft(draft.name, draft.project, self.draft_at(owner) or "")
 
     def draft_at(self, owner: str) -> str | None:
-        """When an owner's draft was saved (ISO 8601, UTC); None where there is none. Raises MotorcadeError."""
-        found = self.read_draft(owner)
-        return found[1] if found else None
+        """Return when an owner's draft was saved; None where there is none."""
+        try:
+            return iso_time((self._owner_folder(owner) / DRAFT).stat().st_mtime)
+        except OSError:
+            return None
 
     def copy(self, data: bytes, to: str, name: str, note: str = "") -> str:
-        """Put a copy of a project into an owner's shelf, under a name that no project there has; return that name.
+        """Put a copy of a project into an owner's library, under a name that no project there has; return that name.
 
         Args:
             data: the text of the project.
@@ -152,7 +168,7 @@ class ClassFolder(FolderStorage):
         return free
 
     def remove_owner(self, owner: str) -> None:
-        """Delete an owner's shelf, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
+        """Delete an owner's library, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
         for each in (owner, mission_library(owner)):
             try:
                 shutil.rmtree(self._owner_folder(each))
@@ -163,7 +179,91 @@ class ClassFolder(FolderStorage):
             self._used_bytes.pop(each, None)
 
     def virtual_car(self, owner: str) -> Path:
-        """The file of an owner's simulated car."""
+        """Return the file of an owner's simulated car."""
         folder = self._owner_folder(owner)
         folder.mkdir(parents=True, exist_ok=True)
         return folder / "virtual-car.image"
+
+
+class _Work(NamedTuple):
+    """What a pupil has made: the folder in the ZIP file, the projects and their files, and the stars by mission."""
+
+    pupil: Pupil
+    folder: str
+    projects: list[tuple[LibraryEntry, str]]
+    draft: str | None
+    stars: dict[str, list[int]]
+
+
+def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], title: str, language: str) -> None:
+    """Write the newest versions of all projects of these pupils, their drafts, and ``overview.html``.
+
+    A file that can't be read is left out; the page says so.
+    """
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        works = [_add(archive, folder, pupil) for pupil in pupils]
+        archive.writestr("overview.html", overview(works, title, language))
+
+
+def _add(archive: zipfile.ZipFile, folder: ClassFolder, pupil: Pupil) -> _Work:
+    place = f"{pupil.id} {_file_name(pupil.name, set())}"
+    projects, taken, draft_file = [], {"draft"}, None
+    for entry in folder.list(pupil.id):
+        name = ""
+        with suppress(MotorcadeError):
+            data = folder.read(pupil.id, entry.name)
+            name = f"{_file_name(entry.name, taken)}{_ENDING}"
+            archive.writestr(f"{place}/{name}", data)
+        projects.append((entry, name))
+    with suppress(MotorcadeError):
+        if (draft := folder.read_draft(pupil.id)) and draft.project:
+            draft_file = f"draft{_ENDING}"
+            archive.writestr(f"{place}/{draft_file}", project_text(draft.project))
+    return _Work(pupil, place, projects, draft_file, folder.stars(pupil.id))
+
+
+def _file_name(name: str, taken: set[str]) -> str:
+    """Return a name that every file system allows, near to ``name`` and not among those taken, to which it is added.
+
+    A project that is opened from such a file gets its name.
+    """
+    allowed = _FORBIDDEN.sub("_", name).strip(". ") or "_"
+    if PureWindowsPath(allowed).is_reserved():
+        allowed = f"_{allowed}"
+    wishes = chain([allowed], (f"{allowed} {number}" for number in count(2)))
+    found = next(each for each in wishes if each.casefold() not in taken)
+    taken.add(found.casefold())
+    return found
+
+
+def overview(works: Iterable[_Work], title: str, language: str) -> str:
+    """Return the page that lists all pupils' projects and stars, as HTML in a language."""
+    words = {key: escape(Phrase(f"overview-{key}").sentence(language)) for key in _WORDS}
+    missions = {each.id: each.name.get(language) or each.name["en"] for each in list_missions({})}
+    rows = []
+    for work in works:
+        items = [_link(work.folder, file, entry.name, entry.saved_at, words) for entry, file in work.projects]
+        if work.draft:
+            items.append(_link(work.folder, work.draft, words["draft"], "", words, is_html=True))
+        stars = [
+            f"<li>{escape(missions.get(each, each))}: {'★' * len(earned)}</li>"
+            for each, earned in work.stars.items()
+            if earned
+        ]
+        cells = (escape(work.pupil.name), f"<ul>{''.join(items)}</ul>", f"<ul>{''.join(stars)}</ul>")
+        rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+    heads = "".join(f"<th scope=col>{words[key]}</th>" for key in ("pupil", "projects", "stars"))
+    name = escape(title) or words["title"]
+    return (
+        f'<!doctype html><html lang="{escape(language)}"><meta charset=utf-8>'
+        f"<meta name=viewport content=width=device-width><title>{name}</title><style>{_STYLE}</style><h1>{name}</h1>"
+        f"<table><thead><tr>{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table></html>\n"
+    )
+
+
+def _link(folder: str, file: str, name: str, saved_at: str, words: dict[str, str], is_html: bool = False) -> str:
+    text = name if is_html else escape(name)
+    if not file:
+        return f"<li>{text} ({words['unreadable']})</li>"
+    when = f" ({escape(saved_at[:16].replace('T', ' '))} UTC)" if saved_at else ""
+    return f'<li><a href="{quote(str(PurePosixPath(folder) / file))}">{text}</a>{when}</li>'

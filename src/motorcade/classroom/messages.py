@@ -1,19 +1,20 @@
-"""Messages between pupils' pages of a class and its server; `motorcade.classroom.desk_messages` has the teacher's.
+"""Messages between the pages of a class and its server.
 
-Requests are `POST /api/class/<name>`. `PupilView` comes over a WebSocket, whole, whenever something has changed.
-`web/src/generated/classroom.ts` is written from these types by `scripts/generate.py`.
+A request is `POST /api/class/<name>` of a pupil's page, or `POST /api/teacher/<name>`: a method that `request`
+declares, whose parameters are the message. `PupilView` and `ClassView` come over WebSockets, whole, whenever something
+has changed. `web/src/generated/classroom.ts` is written from these types by `scripts/generate.py`.
 """
 
-from typing import Annotated, Any, Literal, NamedTuple
+from collections.abc import Callable
+from inspect import Parameter, signature
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
+import msgspec
 from msgspec import Meta, Struct
 
-from motorcade.service.messages import (
-    Nothing,
-    Project,
-    Sentence,
-)
-from motorcade.service.missions import Mission
+from motorcade.service.messages import LibraryEntry, MatDocument, Nothing, Project, Sentence
+from motorcade.service.missions import MissionGoal, MissionZone
+from motorcade.service.world_messages import Refused
 
 # Pictures of cars, drawn by the page.
 AVATARS = (
@@ -23,28 +24,55 @@ AVATARS = (
 Text40 = Annotated[str, Meta(max_length=160)]
 Secret = Annotated[str, Meta(max_length=400)]
 Id = Annotated[str, Meta(max_length=8)]
+# What a method gets beside the message: the request, who sent it (a pupil's id, or the teacher), and the time.
+GIVEN = ("asks", "who", "now_s")
+_Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
-class ClassCode(Struct, forbid_unknown_fields=True):
-    """The code of the class, as somebody typed it; spaces, dashes and small letters don't matter."""
+class Exchange(NamedTuple):
+    """A request, the types of its message and of its answer, and the method that answers it.
 
-    code: Text40
+    Attributes:
+        name: of the request, after ``/api/``.
+        method: of `Classroom` or `Handlers`.
+        given: what of `GIVEN` is among its parameters.
+        is_open: also for who has no session.
+        stores: the answer says that something is stored; where it can't be, the request fails and changes nothing.
+    """
+
+    name: str
+    message: Any
+    answer: Any
+    method: Callable[..., Any]
+    given: tuple[str, ...]
+    is_open: bool
+    stores: bool
 
 
-class Joining(Struct, forbid_unknown_fields=True):
-    """A newcomer: the code of the class, the nickname, and one of the avatars."""
+def request(name: str, *, is_open: bool = False, stores: bool = False) -> Callable[[_Method], _Method]:
+    """Declare that a method answers a request, as `Exchange` says; its parameters are the fields of the message."""
 
-    code: Text40
-    name: Text40
-    avatar: Text40
+    def declare(method: _Method) -> _Method:
+        found = signature(method)
+        given = tuple(name for name in GIVEN if name in found.parameters)
+        fields = [
+            (each.name, each.annotation)
+            if each.default is Parameter.empty
+            else (each.name, each.annotation, each.default)
+            for each in list(found.parameters.values())[1:]
+            if each.name not in GIVEN
+        ]
+        message = msgspec.defstruct(f"_{method.__name__}", fields, forbid_unknown_fields=True)
+        answer = found.return_annotation or Nothing
+        method.exchange = Exchange(name, message, answer, method, given, is_open, stores)  # type: ignore[attr-defined]
+        return method
+
+    return declare
 
 
-class Returning(Struct, forbid_unknown_fields=True):
-    """A pupil who comes back at another device, with the personal number."""
-
-    code: Text40
-    name: Text40
-    number: Text40
+def exchanges_of(kind: type) -> list[Exchange]:
+    """The requests that the methods of a class answer."""
+    return [each.exchange for each in vars(kind).values() if hasattr(each, "exchange")]
 
 
 class Self(Struct):
@@ -61,23 +89,15 @@ class ClassAbout(Struct):
 
     Attributes:
         me: the pupil whose device this is; None for a newcomer.
-        teacher: this browser is signed in at the teacher's desk.
         is_open: newcomers may join.
         avatars: the ids of the pictures to choose from.
         title: the name of the class; may be empty.
     """
 
     me: Self | None
-    teacher: bool
     is_open: bool
     avatars: list[str]
     title: str
-
-
-class Hand(Struct, forbid_unknown_fields=True):
-    """Raise the hand, or lower it."""
-
-    raised: bool
 
 
 class Draft(Struct, forbid_unknown_fields=True):
@@ -103,55 +123,72 @@ class Classmate(Struct):
     avatar: str
 
 
-class Gift(Struct, forbid_unknown_fields=True):
-    """Give a classmate a copy of an own project."""
+class TeacherAbout(Struct):
+    """Whether a password has been set, and whether this browser is signed in."""
 
-    to: Id
-    name: Text40
-
-
-class Copied(Struct):
-    """The name of the copy in the other's shelf."""
-
-    name: str
+    has_password: bool
+    signed_in: bool
 
 
-class Seen(Struct, forbid_unknown_fields=True):
-    """The pupil has seen the news up to this number."""
+class HandedOut(Struct):
+    """To how many pupils it was given; ``missed`` has the ids of those whose library takes nothing more."""
 
-    number: int
-
-
-class HandedMission(Struct, forbid_unknown_fields=True):
-    """The number of a mission that was handed out, as in `PupilView.mission`."""
-
-    number: int
+    pupils: int
+    missed: list[str] = []
 
 
-class CableWish(Struct, forbid_unknown_fields=True):
-    """Stand in the queue for the cable, or leave it."""
+class PupilLibrary(Struct):
+    """A pupil's projects.
 
-    wants: bool
+    Attributes:
+        pupil: the nickname.
+        projects: the one saved last first.
+        draft_at: when the draft was saved; None where there is none.
+    """
 
-
-class TurnWish(Struct, forbid_unknown_fields=True):
-    """Stand in the queue to drive a real car, or leave it."""
-
-    car: Text40
-    wants: bool
-
-
-class MatEntry(Struct, forbid_unknown_fields=True):
-    """The program for the shared mat; None takes the own cars off it."""
-
-    image: bytes | None
+    pupil: str
+    projects: list[LibraryEntry]
+    draft_at: str | None
 
 
-# What is sent to a pupil's page.
+class MissionStars(Struct):
+    """A mission, and the stars that it has."""
+
+    id: str
+    name: Sentence
+    stars: list[int]
+
+
+class ClassProgress(Struct):
+    """The missions, path by path and in order, and by pupil the stars that were earned, of each mission's id."""
+
+    missions: list[MissionStars]
+    stars: dict[str, dict[str, list[int]]]
+
+
+class ClassAddresses(Struct):
+    """How pupils find the class.
+
+    Attributes:
+        code: the code of the class.
+        addresses: of the page, without the code; first the one that was chosen, then the likeliest.
+        local_name: the address with motorcade.local; None where it isn't announced.
+        why_no_name: why not.
+        qr_code: an SVG that leads to the first address, with the code.
+    """
+
+    code: str
+    addresses: list[str]
+    local_name: str | None
+    why_no_name: Sentence | None
+    qr_code: str
+
+
+# What is sent to pages.
 
 
 class News(Struct):
-    """Something that came to a pupil: a project in the shelf, or a mission, and whose it was ("" for the teacher's)."""
+    """Something that came to a pupil: a project or a mission, and whose it was ("" for the teacher's)."""
 
     number: int
     kind: Literal["project", "mission"]
@@ -159,16 +196,11 @@ class News(Struct):
     sender: str
 
 
-class CarTurn(Struct):
-    """The queue for driving one real car: who drives, for how many more seconds, and who waits, in order."""
+class Shared(Struct):
+    """What one pupil at a time may use: the cable, whose name is "", or a real car; ``holder`` None: nobody does."""
 
-    car: str
-    driver: str | None
-    left_s: int
-    waiting: list[str]
-
-
-CableUse = Literal["free", "sends", "ending"]
+    name: str
+    holder: str | None
 
 
 class MatView(Struct):
@@ -198,25 +230,70 @@ class PupilView(ClassAnswerBase, tag="pupil"):
 
     Attributes:
         frozen: 'eyes up': the page shows nothing to work with, worlds are paused.
-        cable: how many are before this pupil in the queue for the cable: 0 when it is the pupil's turn; None: not in
-            the queue.
-        cable_use: "sends": something is sent through the cable; "ending": then the turn of the first one ends.
-        turns: the queues for driving real cars; one for each car of the server.
+        shared: the cable and the real cars.
         stopped: the teacher's emergency stop holds all real cars.
-        mission: the number of the mission that was handed out last (`HandedMission`); None for none.
+        mission: the number of the mission that was handed out last; None for none.
         news: what came and was not seen yet, at most 20.
     """
 
     me: Self
     hand: bool
     frozen: bool
-    cable: int | None
-    cable_use: CableUse
-    turns: list[CarTurn]
+    shared: list[Shared]
     stopped: bool
     mat: MatView
     mission: int | None
     news: list[News]
+
+
+class PupilRow(Struct):
+    """A pupil, as the teacher sees it; all times in seconds until now.
+
+    Attributes:
+        number: the personal number.
+        online: a page of the pupil is connected.
+        away_s: since when it isn't; 0 where it is.
+        hand_s: since when the hand is raised; None where it isn't.
+        stuck_s: since when there was no step in the mission, where that is longer than `ClassView.stuck_minutes`.
+        mission: the id of the mission that the pupil works on; "own" for a document; None for none.
+        goals_met, goals: of the mission, in the world in play.
+        stars: all that the pupil has earned.
+    """
+
+    id: str
+    name: str
+    avatar: str
+    number: str
+    online: bool
+    away_s: int
+    hand_s: int | None
+    stuck_s: int | None
+    mission: str | None
+    goals_met: int
+    goals: int
+    stars: int
+
+
+class ClassView(ClassAnswerBase, tag="class"):
+    """The whole class, for the teacher; sent whole when something has changed.
+
+    Attributes:
+        pupils: in the order in which they joined.
+        shared: the cable and the real cars.
+        stopped: the emergency stop holds all real cars.
+        disk: why the server can't store work at present; None where it can.
+    """
+
+    title: str
+    code: str
+    is_open: bool
+    frozen: bool
+    stuck_minutes: int
+    pupils: list[PupilRow]
+    shared: list[Shared]
+    stopped: bool
+    mat: MatView
+    disk: Sentence | None
 
 
 class Goodbye(ClassAnswerBase, tag="goodbye"):
@@ -225,43 +302,38 @@ class Goodbye(ClassAnswerBase, tag="goodbye"):
     why: Literal["removed", "ended", "left"]
 
 
-class ClassRefused(ClassAnswerBase, tag="error"):
-    """Why the connection ends."""
+class WallWorld(Struct):
+    """A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat.
 
-    code: str
-    details: dict[str, Any]
-    sentence: Sentence
-
-
-ClassAnswer = PupilView | Goodbye | ClassRefused
-
-
-class Exchange(NamedTuple):
-    """The types of a request's message and of its answer; ``is_open``: also for who has no session.
-
-    ``stores``: the answer says that something is stored; where it can't be, the request fails and changes nothing.
+    ``zones`` and ``goals`` are those of its mission.
     """
 
-    message: Any
-    answer: Any
-    is_open: bool = False
-    stores: bool = False
+    pupil: str
+    mat: MatDocument
+    leads: list[int]
+    radius_m: float
+    cars: int
+    zones: list[MissionZone]
+    goals: list[MissionGoal]
 
 
-PUPIL_REQUESTS: dict[str, Exchange] = {
-    "about": Exchange(Nothing, ClassAbout, is_open=True),
-    "check-code": Exchange(ClassCode, Nothing, is_open=True),
-    "join": Exchange(Joining, Self, is_open=True, stores=True),
-    "return": Exchange(Returning, Self, is_open=True, stores=True),
-    "leave": Exchange(Nothing, Nothing, is_open=True),
-    "hand": Exchange(Hand, Nothing),
-    "seen": Exchange(Seen, Nothing),
-    "draft/read": Exchange(Nothing, StoredDraft),
-    "draft/write": Exchange(Draft, Nothing),
-    "classmates": Exchange(Nothing, list[Classmate]),
-    "give": Exchange(Gift, Copied, stores=True),
-    "mission": Exchange(HandedMission, Mission),
-    "cable": Exchange(CableWish, Nothing),
-    "turn": Exchange(TurnWish, Nothing),
-    "mat": Exchange(MatEntry, Nothing),
-}
+class Wall(ClassAnswerBase, tag="wall"):
+    """The worlds on the wall; sent whole when one is new or furnished. Pictures refer to their places in this list.
+
+    A picture is binary: 4 bytes number of the list (the ``number`` of the last Wall), then for each world whose moment
+    has changed: place (uint16), cars shown (uint16), time in ms (uint32), then the columns of these cars as in a
+    picture of a world (`motorcade.service.history`): x_m, y_m, heading (float32), index of the word (uint16), wheels,
+    LED, flags (uint8), filled up to a multiple of four.
+    """
+
+    number: int
+    worlds: list[WallWorld]
+
+
+class DrawnWall(Struct, forbid_unknown_fields=True):
+    """The page has drawn the last picture of the wall, and wants the next."""
+
+
+ClassAnswer = PupilView | Goodbye | Refused
+TeacherAnswer = ClassView | Goodbye | Refused
+WallAnswer = Wall | Refused

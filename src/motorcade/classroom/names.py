@@ -1,8 +1,15 @@
-"""What a pupil types: a nickname, the code of the class and the personal number; each is brought into one form."""
+"""What pupils and the teacher type: nicknames, codes, numbers and passwords, and how often one may try.
 
+Secrets are stored as digests.
+"""
+
+import hashlib
+import math
 import unicodedata
+from collections import OrderedDict, deque
 from collections.abc import Callable, Iterable
 from functools import cache
+from hmac import compare_digest
 from itertools import chain
 
 from motorcade.errors import MotorcadeError, Phrase
@@ -12,6 +19,11 @@ from motorcade.locales import languages
 CODE_CHARACTERS = "34679ACDEFGHJKMNPQRTVWXY"
 CODE_LENGTH = 6
 _NUMBER_LENGTH = 4
+LEAST_OF_A_PASSWORD, MOST_OF_A_PASSWORD = 8, 200
+# 16 MiB and some 50 ms for each attempt (RFC 7914, section 2).
+_COST, _BLOCK, _PARALLEL = 1 << 14, 8, 1
+_KIND = "scrypt"
+_MOST_KEYS = 4096
 # Cyrillic and Greek letters that look like Latin ones, as small or as capital letters (Unicode's confusables.txt).
 _PAIRS = "аa вb еe іi јj кk мm нh оo рp сc тt уy хx ѕs һh ԁd ԛq ԝw αa βb εe ζz ηh ιi κk μm νn οo ρp τt υy χx"
 _LOOK_LIKE = str.maketrans({pair[0]: pair[1] for pair in _PAIRS.split()})
@@ -20,7 +32,7 @@ RandomBelow = Callable[[int], int]
 
 
 def likeness(name: str) -> str:
-    """The same text for names that people take for the same: case, width, spaces and look-alikes make no difference."""
+    """Return the same text for names that people take for the same, whatever case, width, spaces and look-alikes."""
     folded = unicodedata.normalize("NFKC", name).casefold()
     plain = unicodedata.normalize("NFKC", folded).translate(_LOOK_LIKE)
     return "".join(each for each in plain if unicodedata.category(each)[0] in "LMN")
@@ -28,7 +40,7 @@ def likeness(name: str) -> str:
 
 @cache
 def _reserved() -> frozenset[str]:
-    """What a teacher is called, in all languages that the class's pages have, and in some others."""
+    """Return what a teacher is called, in all languages that the class's pages have, and in some others."""
     names = [Phrase("teacher-names").sentence(language).split(",") for language in languages()]
     return frozenset(likeness(name) for name in chain.from_iterable(names))
 
@@ -44,22 +56,85 @@ def check_free(name: str, others: Iterable[str]) -> None:
 
 
 def new_code(random_below: RandomBelow) -> str:
-    """A new code of a class."""
+    """Return a new code of a class."""
     return "".join(CODE_CHARACTERS[random_below(len(CODE_CHARACTERS))] for _ in range(CODE_LENGTH))
 
 
 def typed_code(text: str) -> str:
-    """The code that somebody typed, as `new_code` writes it."""
+    """Return the code that somebody typed, as `new_code` writes it."""
     return "".join(each for each in unicodedata.normalize("NFKC", text).upper() if each.isalnum())[: 2 * CODE_LENGTH]
 
 
 def new_number(random_below: RandomBelow, taken: Iterable[str] = ()) -> str:
-    """A new personal number, if possible one that nobody else has."""
+    """Return a new personal number, if possible one that nobody else has."""
     free = sorted({f"{each:0{_NUMBER_LENGTH}}" for each in range(10**_NUMBER_LENGTH)} - set(taken))
     return free[random_below(len(free))]
 
 
 def typed_number(text: str) -> str:
-    """The personal number that somebody typed, with plain digits."""
+    """Return the personal number that somebody typed, with plain digits."""
     digits = [each for each in unicodedata.normalize("NFKC", text) if each.isdecimal()]
     return "".join(str(unicodedata.decimal(each)) for each in digits)[: 2 * _NUMBER_LENGTH]
+
+
+def check_password(password: str) -> None:
+    """Raise MotorcadeError where a new password is too short or too long."""
+    if not LEAST_OF_A_PASSWORD <= len(password) <= MOST_OF_A_PASSWORD:
+        raise MotorcadeError("bad-password", least=LEAST_OF_A_PASSWORD, most=MOST_OF_A_PASSWORD)
+
+
+def to_stored(password: str, salt: bytes) -> str:
+    """Return what is stored of a password, with 16 random bytes: ``scrypt:COST:SALT:KEY``. It takes some 50 ms."""
+    return ":".join((_KIND, str(_COST), salt.hex(), _key(password, salt, _COST).hex()))
+
+
+def is_password(password: str, stored: str) -> bool:
+    """Return whether it is the stored password; what is stored in another form is nobody's. It takes some 50 ms."""
+    try:
+        kind, cost, salt, key = stored.split(":")
+        found = _key(password[: MOST_OF_A_PASSWORD + 1], bytes.fromhex(salt), int(cost))
+        return kind == _KIND and compare_digest(found, bytes.fromhex(key))
+    except ValueError:
+        return False
+
+
+def _key(password: str, salt: bytes, cost: int) -> bytes:
+    return hashlib.scrypt(password.encode("utf-8", "surrogatepass"), salt=salt, n=cost, r=_BLOCK, p=_PARALLEL)
+
+
+def digest(secret: str) -> str:
+    """Return what is stored of a device's secret: it has 192 random bits, so nobody finds it by trying."""
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+class Attempts:
+    """Count attempts of each key, an address or a name; who has made too many has to wait, also with a right one.
+
+    Args:
+        most: how many a key may have in a window.
+        window_s: the length of the window.
+        code: of the error where there are too many.
+    """
+
+    def __init__(self, most: int, window_s: float, code: str = "too-many-attempts") -> None:
+        self._most, self._window_s, self._code = most, window_s, code
+        self._times_s: OrderedDict[str, deque[float]] = OrderedDict()
+
+    def check(self, key: str, now_s: float) -> None:
+        """Raise MotorcadeError, with the seconds to wait, and how many a second are allowed, if there were too many."""
+        times_s = self._times_s.get(key, deque())
+        if len(times_s) == self._most and now_s - times_s[0] < self._window_s:
+            seconds = max(math.ceil(self._window_s - (now_s - times_s[0])), 1)
+            raise MotorcadeError(self._code, seconds=seconds, most=math.ceil(self._most / self._window_s))
+
+    def add(self, key: str, now_s: float) -> None:
+        """Count an attempt."""
+        self._times_s.setdefault(key, deque(maxlen=self._most)).append(now_s)
+        self._times_s.move_to_end(key)
+        if len(self._times_s) > _MOST_KEYS:
+            self._times_s.popitem(last=False)
+
+    def count(self, key: str, now_s: float) -> None:
+        """Count an attempt. Raises MotorcadeError where there were too many."""
+        self.check(key, now_s)
+        self.add(key, now_s)

@@ -1,15 +1,21 @@
-"""How pupils find a class: the addresses of this computer, its name in the network, and a QR code."""
+"""How pupils find a class: the addresses of this computer, its name in the network, a QR code and a certificate."""
 
+import hashlib
 import io
 import ipaddress
 import socket
 from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import psutil
 import segno
+from cryptography import x509
 
+from motorcade.drive.tls.certificates import AUTHORITY_PUBLIC, CarKeys, make_keys
+from motorcade.drive.tls.keys import CAR
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
 from motorcade.server.running import url_of
@@ -17,7 +23,7 @@ from motorcade.server.running import url_of
 if TYPE_CHECKING:
     from zeroconf.asyncio import AsyncZeroconf
 
-LOCAL_NAME = "motorcade.local"
+LOCAL_NAME, _NAME = "motorcade.local", "motorcade"
 _OWN = "127.0.0.1"
 _SERVICE = "_http._tcp.local."
 # Interfaces of these names are bridges and tunnels of programs on this computer: no tablet reaches it by them.
@@ -25,6 +31,8 @@ _VIRTUAL = (
     *("docker", "podman", "cni", "lxc", "lxd", "br-", "bridge", "veth", "vethernet", "virbr", "vmnet", "vmware"),
     *("vboxnet", "virtualbox", "tun", "tap", "utun", "wg", "wireguard", "tailscale", "zt", "zerotier", "ppp", "ipsec"),
 )
+# A certificate that lasts for less than this is made anew.
+_LEAST = timedelta(days=14)
 _WIRELESS = ("wl", "wi-fi", "wlan", "ath")
 
 
@@ -50,6 +58,7 @@ class Network:
         self._port = port
         self._scheme = scheme
         self._announces = announces
+        self._zeroconf: AsyncZeroconf | None = None
 
     def choose(self, address: str) -> None:
         """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""
@@ -59,31 +68,58 @@ class Network:
 
     @asynccontextmanager
     async def announced(self) -> AsyncIterator[None]:
-        """Announce the name while the block runs; without it the class works by its addresses."""
-        announcement = Announcement()
+        """Announce the name by multicast DNS (RFC 6762) while the block runs; without it the class works by addresses.
+
+        Where an interface can't do it, such as a tunnel, the likeliest address alone is announced.
+        """
         try:
-            if self._announces:
-                await self._announce(announcement)
-                self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
-        except MotorcadeError as problem:
-            self.why_no_name = problem
-        try:
+            for hosts in [self._hosts, self._hosts[:1]] if self._announces else []:
+                self.why_no_name = await self._announce(hosts)
+                if self.why_no_name is None:
+                    self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
+                if self.why_no_name is None or self.why_no_name.code != "local-name-not-announced":
+                    break
             yield
         finally:
-            await announcement.end()
+            await self._end_announcement()
 
-    async def _announce(self, announcement: "Announcement") -> None:
-        """Announce all addresses, or where an interface can't do it, such as a tunnel, the likeliest one."""
+    async def _announce(self, hosts: list[str]) -> MotorcadeError | None:
+        """Announce these addresses; return why that isn't possible, or None."""
         try:
-            await announcement.begin(self._hosts, self._port)
-        except MotorcadeError as problem:
-            if problem.code != "local-name-not-announced" or len(self._hosts) == 1:
-                raise
-            await announcement.begin(self._hosts[:1], self._port)
+            from zeroconf import NonUniqueNameException, ServiceInfo
+            from zeroconf.asyncio import AsyncZeroconf
+        except ModuleNotFoundError:
+            return MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class"))
+        info = ServiceInfo(
+            _SERVICE,
+            f"Motorcade.{_SERVICE}",
+            self._port,
+            parsed_addresses=hosts,
+            server=f"{LOCAL_NAME}.",
+            properties={"path": "/join"},
+        )
+        try:
+            self._zeroconf = AsyncZeroconf(interfaces=hosts)
+            await self._zeroconf.async_register_service(info)
+        except NonUniqueNameException:
+            problem = MotorcadeError("local-name-taken", name=LOCAL_NAME)
+        except (OSError, RuntimeError) as found:
+            # RuntimeError: an interface is gone.
+            reason = getattr(found, "strerror", None) or type(found).__name__
+            problem = MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason)
+        else:
+            return None
+        await self._end_announcement()
+        return problem
+
+    async def _end_announcement(self) -> None:
+        if self._zeroconf:
+            await self._zeroconf.async_close()
+            self._zeroconf = None
 
 
 def interfaces() -> list[tuple[str, str]]:
-    """The names and the addresses of the network interfaces of this computer that are up."""
+    """Return the names and the addresses of the network interfaces of this computer that are up."""
     up = {name for name, status in psutil.net_if_stats().items() if status.isup}
     families = (socket.AF_INET, socket.AF_INET6)
     return [
@@ -95,7 +131,7 @@ def interfaces() -> list[tuple[str, str]]:
 
 
 def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -> list[str]:
-    """The addresses by which others in the room may reach this computer, the likeliest first.
+    """Return the addresses by which others in the room may reach this computer, the likeliest first.
 
     Args:
         found: names and addresses of network interfaces.
@@ -118,7 +154,7 @@ def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -
 
 
 def room_hosts(listener: socket.socket) -> tuple[list[str], str]:
-    """The addresses by which others reach a listening socket, the likeliest first, and that for this computer."""
+    """Return the addresses by which others reach a listening socket, the likeliest first, and this computer's own."""
     host = listener.getsockname()[0]
     if not ipaddress.ip_address(host.partition("%")[0]).is_unspecified:
         return [host], host
@@ -129,7 +165,7 @@ def room_hosts(listener: socket.socket) -> tuple[list[str], str]:
 
 
 def way_out() -> str | None:
-    """The address from which this computer sends to others; nothing is sent to find it out."""
+    """Return the address from which this computer sends to others; nothing is sent to find it out."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             # A documentation address (RFC 5737): connecting a datagram socket only chooses a route.
@@ -140,19 +176,19 @@ def way_out() -> str | None:
 
 
 def join_url(address: str, code: str) -> str:
-    """The address that the QR code has: the code stands behind '#', so a browser sends it to nobody."""
+    """Return the address that the QR code has: the code stands behind '#', so a browser sends it to nobody."""
     return f"{address}join#{code}"
 
 
 def qr_svg(text: str) -> str:
-    """A QR code as an SVG file, black on white with its margin."""
+    """Return a QR code as an SVG file, black on white with its margin."""
     drawn = io.BytesIO()
     segno.make(text, error="m").save(drawn, kind="svg", xmldecl=False, scale=8, light="#fff", border=4)
     return drawn.getvalue().decode()
 
 
 def qr_for_terminal(text: str) -> str:
-    """A QR code of half blocks, for a terminal; light on dark and dark on light both can be scanned."""
+    """Return a QR code of half blocks, for a terminal; light on dark and dark on light both can be scanned."""
     rows = [[bool(module) for module in row] for row in segno.make(text, error="l").matrix_iter(border=2)]
     if len(rows) % 2:
         rows.append([False] * len(rows[0]))
@@ -164,44 +200,28 @@ def qr_for_terminal(text: str) -> str:
     )
 
 
-class Announcement:
-    """Announces ``motorcade.local`` by multicast DNS (RFC 6762)."""
+class ClassKeys(NamedTuple):
+    """The files of a class's HTTPS: the server's secret keys, and the authority's certificate for tablets."""
 
-    def __init__(self) -> None:
-        self._zeroconf: AsyncZeroconf | None = None
+    server: Path
+    authority: Path
 
-    async def begin(self, addresses: Iterable[str], port: int) -> None:
-        """Announce these addresses. Raises MotorcadeError where the name is taken, or that isn't possible."""
-        try:
-            from zeroconf import NonUniqueNameException, ServiceInfo
-            from zeroconf.asyncio import AsyncZeroconf
-        except ModuleNotFoundError:
-            raise MotorcadeError(
-                "local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class")
-            ) from None
-        found = list(addresses)
-        info = ServiceInfo(
-            _SERVICE,
-            f"Motorcade.{_SERVICE}",
-            port,
-            parsed_addresses=found,
-            server=f"{LOCAL_NAME}.",
-            properties={"path": "/join"},
-        )
-        try:
-            self._zeroconf = AsyncZeroconf(interfaces=found)
-            await self._zeroconf.async_register_service(info)
-        except NonUniqueNameException:
-            await self.end()
-            raise MotorcadeError("local-name-taken", name=LOCAL_NAME) from None
-        except (OSError, RuntimeError) as problem:
-            # RuntimeError: an interface is gone.
-            await self.end()
-            reason = getattr(problem, "strerror", None) or type(problem).__name__
-            raise MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason) from None
 
-    async def end(self) -> None:
-        """Take the announcement back."""
-        if self._zeroconf:
-            await self._zeroconf.async_close()
-            self._zeroconf = None
+def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> ClassKeys:
+    """Return the keys for ``motorcade.local`` and these addresses; made where they aren't there or end soon.
+
+    The authority stays when the addresses change, so a tablet that trusts it goes on to do so. Raises MotorcadeError,
+    or OSError where the folder can't be written to.
+    """
+    digest = hashlib.sha256(" ".join(sorted(hosts)).encode()).hexdigest()[:8]
+    kept = folder / f"class-{digest}.pem"
+    try:
+        is_good = x509.load_pem_x509_certificate(kept.read_bytes()).not_valid_after_utc >= now + _LEAST
+    except (FileNotFoundError, ValueError):
+        is_good = False
+    if not is_good:
+        made = folder / f"{CAR}-{_NAME}.pem"
+        made.unlink(missing_ok=True)
+        make_keys(folder, [CarKeys(_NAME, tuple(hosts))], [], now)
+        made.replace(kept)
+    return ClassKeys(kept, folder / AUTHORITY_PUBLIC)

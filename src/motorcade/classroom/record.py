@@ -1,6 +1,6 @@
-"""What the file ``class.json`` holds: the pupils of a class, its code and its settings."""
+"""What is known of a class: what ``class.json`` holds, and while the server runs who is here."""
 
-from typing import TypeVar
+from dataclasses import dataclass
 
 import msgspec
 from msgspec import Struct, field
@@ -11,14 +11,13 @@ from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 
 FORMAT = "motorcade-class/1"
-_Stored = TypeVar("_Stored", bound=Struct)
 
 
 class Pupil(Struct):
     """A pupil.
 
     Attributes:
-        id: stays, also under another name; the owner of the pupil's shelf.
+        id: stays, also under another name; the owner of the pupil's library.
         number: for coming back at another device.
         devices: digests of the secrets that the pupil's devices hold, the newest last.
         mission: the number of the mission that was handed out last, counted from 1; None for none.
@@ -48,12 +47,12 @@ class ClassRecord(Struct):
 
     Attributes:
         id: of this class alone, so that its tablets' cookies serve at any port.
-        password: how the teacher's password is checked (`motorcade.classroom.passwords`); None before the first one.
+        password: how the teacher's password is checked (`motorcade.classroom.names`); None before the first one.
         pupils: in the order in which they joined.
         joined: how many have joined since the beginning; the next pupil's id.
         missions: those that were handed out.
         handed: the number of the mission that newcomers get; None for none.
-        removed: the ids of those who are out, and whose shelves are still to be deleted.
+        removed: the ids of those who are out, and whose libraries are still to be deleted.
     """
 
     code: str
@@ -62,7 +61,6 @@ class ClassRecord(Struct):
     title: str = ""
     is_open: bool = True
     stuck_minutes: int = 5
-    turn_s: int = 60
     password: str | None = None
     sign_ins: list[SignIn] = []
     joined: int = 0
@@ -73,17 +71,17 @@ class ClassRecord(Struct):
 
 
 def new_record(random_below: RandomBelow) -> ClassRecord:
-    """A new class, without pupils."""
+    """Return a new class, without pupils."""
     return ClassRecord(new_code(random_below), new_code(random_below))
 
 
 def to_bytes(record: ClassRecord) -> bytes:
-    """The file of a class, as JSON that people can read."""
+    """Return the file of a class, as JSON that people can read."""
     return msgspec.json.format(msgspec.json.encode(record), indent=1) + b"\n"
 
 
 def from_bytes(data: bytes, file: object) -> ClassRecord:
-    """The class in a file, which errors call ``file``. Raises MotorcadeError where it is damaged, or of a later kind.
+    """Return the class in a file, which errors call ``file``. Raises MotorcadeError: it is damaged, or of a later kind.
 
     Nothing is repaired: a class without its pupils would lose their work.
     """
@@ -96,18 +94,67 @@ def from_bytes(data: bytes, file: object) -> ClassRecord:
     return record
 
 
-def restore_record(record: ClassRecord, stored: ClassRecord) -> None:
-    """Undo what has changed in a record since ``stored``, except who is signed in as the teacher.
+@dataclass(slots=True)
+class Presence:
+    """A pupil who is here, or was. Times are seconds of the server's clock.
 
-    A pupil stays the same object: pages that show one go on to do so.
+    Attributes:
+        pages: how many pages are connected.
+        left_s: when the last one left.
+        hand_s: when the hand was raised; None where it isn't.
+        mission: the mission that the pupil works on; None for none.
+        met, goals: how many goals are met in the world in play, of how many.
+        most_met: the most that have been met since the mission was opened.
+        stars: all that the pupil has earned.
+        step_s: when the last step in the mission was.
+        stuck: there was no step for long.
     """
-    own = {pupil.id: pupil for pupil in record.pupils}
-    stored.sign_ins = record.sign_ins
-    stored.pupils = [_overwritten(own.get(pupil.id, pupil), pupil) for pupil in stored.pupils]
-    _overwritten(record, stored)
 
+    pages: int = 0
+    left_s: float = 0.0
+    hand_s: float | None = None
+    mission: str | None = None
+    met: int = 0
+    goals: int = 0
+    most_met: int = 0
+    stars: int = 0
+    step_s: float = 0.0
+    stuck: bool = False
 
-def _overwritten(old: _Stored, new: _Stored) -> _Stored:
-    for name in new.__struct_fields__:
-        setattr(old, name, getattr(new, name))
-    return old
+    def open_mission(self, mission: str | None, now_s: float) -> bool:
+        """Begin a mission, or none; opening it again is no step. Return whether pages show a change."""
+        if mission == self.mission:
+            return False
+        self.mission, self.goals, self.met, self.most_met = mission, 0, 0, 0
+        self._step(now_s)
+        return True
+
+    def see_goals(self, met: int, goals: int, now_s: float) -> bool:
+        """Note how many goals are met in the pupil's world: more than ever before is a step."""
+        if (met, goals) == (self.met, self.goals):
+            return False
+        self.met, self.goals = met, goals
+        if met > self.most_met:
+            self.most_met = met
+            self._step(now_s)
+        return True
+
+    def earn(self, stars: int, now_s: float) -> bool:
+        """Note how many stars the pupil has now."""
+        if stars == self.stars:
+            return False
+        self.stars = stars
+        self._step(now_s)
+        return True
+
+    def advance(self, now_s: float, stuck_s: float) -> bool:
+        """Let time pass; return whether the pupil is stuck now and wasn't, or the reverse."""
+        works = self.pages > 0 and self.mission is not None and not 0 < self.goals <= self.most_met
+        stuck = works and now_s - self.step_s >= stuck_s
+        changed = stuck != self.stuck
+        self.stuck = stuck
+        return changed
+
+    def _step(self, now_s: float) -> None:
+        self.step_s = now_s
+        self.stuck = False

@@ -1,13 +1,13 @@
 """The shared mat: one world in which each pupil's leader runs the pupil's own program, and its followers hear it."""
 
+import secrets
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 from anyio import CapacityLimiter
-from msgspec import UNSET
+from msgspec import UNSET, Meta
 
-from motorcade.classroom.desk_messages import OpenMat, Wall, WallWorld
-from motorcade.classroom.messages import MatView
+from motorcade.classroom.messages import MatView, Wall, WallWorld, request
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.driving import PageWorld, build_world
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
@@ -22,12 +22,13 @@ _KEY = "mat"
 # So far apart, followers of one leader hear no other; followers stand behind theirs.
 _BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M = 2.5, 0.3
 _IN_A_ROW = 6
+_SEED_BELOW = 1 << 32
 _PARADE_S = 60
 MOST_PLACES = 60
 
 
 def parade(leaders: int, followers: int) -> dict[str, Any]:
-    """A motorcade-mission/1 document: so many leaders without obstacles, each with its followers behind it.
+    """Return a motorcade-mission/1 document: so many leaders without obstacles, each with its followers behind it.
 
     All cars have to move, without touching each other, and then far.
     """
@@ -69,10 +70,12 @@ class SharedMat:
 
     Attributes:
         session: its world; a page of the teacher shows it.
+        changes: grows with each change that pages show.
     """
 
     def __init__(self) -> None:
         self.session = PageWorld(_KEY, _KEY, _MOST_CARS, CapacityLimiter(1))
+        self.changes = 0
         self._images: dict[str, bytes] = {}
         # Whose leaders drive, in their order, also of pupils who have left since.
         self._started: list[str] = []
@@ -82,7 +85,7 @@ class SharedMat:
         self._is_open = self._is_running = False
 
     def view(self) -> MatView:
-        """What pages show of it."""
+        """Return what pages show of it."""
         over = self._is_running and self._is_over()
         state: Any = "over" if over else "running" if self._is_running else "collecting" if self._is_open else "closed"
         mission = (self._mission.id or "own") if self._mission else None
@@ -99,16 +102,28 @@ class SharedMat:
         referee = self.session.world.referee if self.session.has_world else None
         return referee is not None and referee.is_over
 
-    def open(self, wanted: OpenMat) -> None:
-        """Collect programs from now on, for a mission or a parade; earlier ones are gone. Raises MotorcadeError."""
-        title, places = sentences(Phrase("parade")), wanted.places
-        if wanted.mission:
-            mission = chosen_mission(wanted.mission)
-            title, places = mission.name.texts, len(mission.mat.starts.leaders)
-            if not 0 < places <= MOST_PLACES or len(mission.mat.starts) > _MOST_CARS:
+    @request("teacher/mat/open")
+    def open(
+        self,
+        mission: MissionChoice | None = None,
+        followers: Annotated[int, Meta(ge=0, le=10)] = 2,
+        places: Annotated[int, Meta(ge=1, le=MOST_PLACES)] = 30,
+    ) -> None:
+        """Collect programs from now on; earlier ones are gone. Raises MotorcadeError.
+
+        Args:
+            mission: one with many leaders; None for a parade with a leader for each program.
+            followers: in a parade, the followers of each leader.
+            places: in a parade, the most leaders.
+        """
+        title = sentences(Phrase("parade"))
+        if mission:
+            chosen = chosen_mission(mission)
+            title, places = chosen.name.texts, len(chosen.mat.starts.leaders)
+            if not 0 < places <= MOST_PLACES or len(chosen.mat.starts) > _MOST_CARS:
                 raise MotorcadeError("mission-not-for-a-class", most=MOST_PLACES)
         self.close()
-        self._mission, self._followers = wanted.mission, wanted.followers
+        self._mission, self._followers = mission, followers
         self._title, self._places, self._is_open = title, places, True
 
     def enter(self, pupil: str, image: bytes | None) -> None:
@@ -118,6 +133,7 @@ class SharedMat:
         """
         if not self._is_open or self._is_running:
             raise MotorcadeError("mat-is-closed")
+        self.changes += 1
         if image is None:
             self._images.pop(pupil, None)
             return
@@ -127,10 +143,12 @@ class SharedMat:
         self._images[pupil] = image
 
     def leave(self, pupil: str) -> None:
-        """A pupil is no longer in the class."""
+        """Take the program of a pupil who is no longer in the class off the mat."""
         self._images.pop(pupil, None)
+        self.changes += 1
 
-    async def start(self, seed: int) -> None:
+    @request("teacher/mat/start")
+    async def start(self) -> None:
         """Start all programs together, from the beginning; a parade has a leader for each.
 
         Raises MotorcadeError where there is none.
@@ -141,7 +159,7 @@ class SharedMat:
         choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
         mission = chosen_mission(choice)
         images += [_NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
-        document = mission.mat_document
+        document, seed = mission.mat_document, secrets.randbelow(_SEED_BELOW)
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session
         async with session.lock:
@@ -162,9 +180,12 @@ class SharedMat:
             if session.page:
                 session.page.put(answer)
         session.changed.set()
+        self.changes += 1
 
+    @request("teacher/mat/close")
     def close(self) -> None:
         """Clear the mat: programs and world are gone."""
+        self.changes += 1
         self._images, self._started = {}, []
         self._places, self._title, self._mission = 0, {}, None
         self._is_open = self._is_running = False

@@ -1,23 +1,18 @@
 """What pages show of a class, whole, at a time."""
 
-from motorcade.classroom.classroom import Classroom
-from motorcade.classroom.desk_messages import ClassView, PupilRow
-from motorcade.classroom.messages import CableUse, CarTurn, Classmate, MatView, PupilView
-from motorcade.classroom.presence import Presence
-from motorcade.classroom.record import Pupil
+from motorcade.classroom.messages import ClassView, MatView, PupilRow, PupilView
+from motorcade.classroom.record import Presence, Pupil
+from motorcade.classroom.room import Classroom
 from motorcade.service.messages import Sentence
 
 
-def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, now_s: float) -> PupilView:
-    """What a pupil's page shows of the class; no other pupil's number or progress."""
-    queue = room.cable.pupils
+def pupil_view(room: Classroom, pupil: Pupil, mat: MatView) -> PupilView:
+    """Return what a pupil's page shows of the class; no other pupil's number or progress."""
     return PupilView(
         me=room.self_of(pupil),
         hand=room.presence[pupil.id].hand_s is not None,
         frozen=room.frozen,
-        cable=queue.index(pupil.id) if pupil.id in queue else None,
-        cable_use=_cable_use(room),
-        turns=_turns(room, now_s),
+        shared=room.shared(),
         stopped=room.stopped,
         mat=mat,
         mission=pupil.mission,
@@ -26,7 +21,7 @@ def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, now_s: float) -> Pup
 
 
 def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | None = None) -> ClassView:
-    """What the teacher's desk shows; ``disk`` is why work can't be stored at present."""
+    """Return what the teacher's page shows; ``disk`` is why work can't be stored at present."""
     record = room.record
     return ClassView(
         title=record.title,
@@ -34,20 +29,12 @@ def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | Non
         is_open=record.is_open,
         frozen=room.frozen,
         stuck_minutes=record.stuck_minutes,
-        turn_s=record.turn_s,
         pupils=[_row(each, room.presence[each.id], now_s) for each in record.pupils],
-        cable=list(room.cable.pupils),
-        cable_use=_cable_use(room),
-        turns=_turns(room, now_s),
+        shared=room.shared(),
         stopped=room.stopped,
         mat=mat,
         disk=disk,
     )
-
-
-def classmates(room: Classroom, pupil: Pupil) -> list[Classmate]:
-    """The other pupils."""
-    return [Classmate(each.id, each.name, each.avatar) for each in room.record.pupils if each is not pupil]
 
 
 def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
@@ -64,19 +51,4 @@ def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
         goals_met=presence.met,
         goals=presence.goals,
         stars=presence.stars,
-        wrong_numbers=presence.wrong_numbers,
     )
-
-
-def _cable_use(room: Classroom) -> CableUse:
-    if room.cable.is_ending:
-        return "ending"
-    return "sends" if room.cable.is_sending else "free"
-
-
-def _turns(room: Classroom, now_s: float) -> list[CarTurn]:
-    turn_s = room.record.turn_s
-    return [
-        CarTurn(car, turns.first, int(turns.left_s(now_s, turn_s)), turns.pupils[1:])
-        for car, turns in room.turns.items()
-    ]

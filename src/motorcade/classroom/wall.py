@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 from starlette.websockets import WebSocket
 
-from motorcade.classroom.desk_messages import DrawnWall, Wall, WallWorld
-from motorcade.classroom.messages import Goodbye
-from motorcade.classroom.running_class import RunningClass
-from motorcade.classroom.shared_mat import SharedMat, described
+from motorcade.classroom.messages import DrawnWall, Goodbye, Wall, WallWorld
+from motorcade.classroom.running import RunningClass
+from motorcade.classroom.shared_mat import described
 from motorcade.engine.moment import first_cars, moment_bytes
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket, refuse_page
@@ -49,11 +48,11 @@ class ShownWorld(NamedTuple):
     mat: MatDocument
 
     def is_same(self, other: "ShownWorld") -> bool:
-        """Whether nothing but the moment differs."""
+        """Return whether nothing but the moment differs."""
         return self.pupil == other.pupil and self.world is other.world and self.mat is other.mat
 
     def moment(self) -> tuple[int, bytes]:
-        """Time and bytes of what the pupil sees: a world that is paused may show its past, or a car that was moved."""
+        """Return time and bytes of what the pupil sees: a paused world may show its past, or a car that was moved."""
         picture = self.session.sent.get(bytes)
         if self.session.playing or not isinstance(picture, bytes):
             return self.session.newest()
@@ -61,7 +60,7 @@ class ShownWorld(NamedTuple):
         return header.t_ms, picture[HEADER_BYTES:][: moment_bytes(header.cars)]
 
     def described(self) -> WallWorld:
-        """What the wall has to know before pictures."""
+        """Return what the wall has to know before pictures."""
         return described(self.pupil, self.world, self.mat)
 
 
@@ -84,7 +83,7 @@ class WallPictures:
         self._last: dict[int, bytes] = {}
 
     def answers(self, now_s: float) -> list[Wall | bytes]:
-        """What is to be sent now: the list where it is new, and a picture where the page has drawn those before."""
+        """Return what is to be sent: the list where it is new, and a picture where the page has drawn those before."""
         answers: list[Wall | bytes] = []
         found = list(self._now_shown())
         same = len(found) == len(self._shown) and all(map(ShownWorld.is_same, found, self._shown))
@@ -98,7 +97,7 @@ class WallPictures:
         return answers
 
     def _picture(self, found: list[ShownWorld]) -> bytes:
-        """The worlds that have changed; empty where none has."""
+        """Return a picture of the worlds that have changed; empty where none has."""
         parts = []
         now = {each.pupil: each for each in found}
         for place, world in enumerate(self._shown):
@@ -128,7 +127,7 @@ class _Onlooker:
         self._sent: dict[type, WorldAnswer | bytes] = {}
 
     def answers(self, world: ShownWorld | None) -> list[Wall | WorldAnswer | bytes]:
-        """What is to be sent now."""
+        """Return what is to be sent now."""
         answers: list[Wall | WorldAnswer | bytes] = []
         before = self._world
         if not self._lists or (world is None) != (before is None) or (world and before and not world.is_same(before)):
@@ -156,10 +155,10 @@ class _Onlooker:
 class Walls:
     """The WebSockets of the wall, and of those who look on at one world."""
 
-    def __init__(self, running: RunningClass, worlds: PageWorlds, mat: SharedMat) -> None:
+    def __init__(self, running: RunningClass, worlds: PageWorlds) -> None:
         self._running = running
         self._worlds = worlds
-        self._mat = mat
+        self._mat = running.mat
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page that shows the wall."""
@@ -209,12 +208,10 @@ class Walls:
             for answer in answers():
                 page.put(answer)
             await asyncio.sleep(every_s)
-        page.put(Goodbye("left"))
-        page.close()
-        await asyncio.Event().wait()
+        await page.say_last(Goodbye("left"))
 
     def _now_shown(self) -> Iterator[ShownWorld]:
-        """The worlds of pupils whose pages are connected, and the shared mat."""
+        """Yield the worlds of pupils whose pages are connected, and the shared mat."""
         newest = self._worlds.newest()
         found = [(pupil.id, newest.get(pupil.id)) for pupil in self._running.room.record.pupils]
         if self._mat.view().state in ("running", "over"):

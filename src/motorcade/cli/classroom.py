@@ -34,10 +34,9 @@ def _class(
     with needs_extra("class", "class"):
         import motorcade.engine.webassembly  # noqa: F401  # before a page asks for a world
         from motorcade.classroom.app import make_class_app
-        from motorcade.classroom.certificates import class_keys
         from motorcade.classroom.folder import ClassFolder
-        from motorcade.classroom.network import LOCAL_NAME, Network, join_url, qr_for_terminal, room_hosts
-        from motorcade.classroom.running_class import ClassServerSettings
+        from motorcade.classroom.network import LOCAL_NAME, Network, class_keys, join_url, qr_for_terminal, room_hosts
+        from motorcade.classroom.running import ClassServerSettings
         from motorcade.server.http import check_page
         from motorcade.server.running import names_of, serve_alone, url_of
     check_page()
@@ -67,7 +66,7 @@ def _class(
             authority=own_keys.authority if own_keys else None,
             **named,
         )
-        desk = url_of(own, bound, page="/desk", scheme=scheme) + (f"#{first_key}" if first_key else "")
+        teacher = url_of(own, bound, page="/teacher", scheme=scheme) + (f"#{first_key}" if first_key else "")
         app = make_class_app(settings, files)
 
         def ready() -> None:
@@ -77,7 +76,7 @@ def _class(
                 "addresses": network.addresses,
                 "local_name": network.local_name,
                 "code": code,
-                "desk": desk,
+                "teacher": teacher,
                 "folder": str(place),
             }
             lines = [translated("class-is-ready", addresses="  ".join(network.addresses), code=code, folder=place)]
@@ -85,7 +84,7 @@ def _class(
                 lines.append(translated("class-has-name", url=network.local_name))
             elif network.why_no_name:
                 lines.append(str(network.why_no_name.sentence()))
-            lines.append(translated("class-first-password" if first_key else "class-desk", url=desk))
+            lines.append(translated("class-first-password" if first_key else "class-teacher", url=teacher))
             if files.problem:
                 lines.append(files.problem.sentence())
             if reaches_others and not https:
@@ -94,7 +93,7 @@ def _class(
             if not wants_json(as_json):
                 print_lines([qr_for_terminal(join_url(network.addresses[0], code))])
             if not no_browser:
-                open_browser(desk)
+                open_browser(teacher)
 
         serve_alone(app, settings, listener, ready, https_context(own_keys.server) if own_keys else None)
 

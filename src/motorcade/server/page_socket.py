@@ -76,6 +76,12 @@ class PageSocket:
         self._closing = True
         self._changed.set()
 
+    async def say_last(self, answer: Any) -> None:
+        """Send an answer, and end the connection with it."""
+        self.put(answer)
+        self.close()
+        await asyncio.Event().wait()
+
     async def send_all(self) -> None:
         """Send the answers as they come, until the connection is to be closed."""
         while not self._closing or self._waiting:

@@ -40,7 +40,7 @@ function useDraft(pupil: string): Programs | null {
   useEffect(() => {
     let shown: string | null = null;
     const ask = async () => {
-      const { draft_at } = await askTeacher("shelf", { pupil });
+      const { draft_at } = await askTeacher("library", { pupil });
       if (draft_at === shown) return;
       setPrograms(draft_at === null ? null : await askTeacher("project", { pupil, name: "" }));
       shown = draft_at;

@@ -122,7 +122,7 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
   const [tiles] = useState(() => new Tiles());
   useEffect(() => {
     let listed: Wall | null = null;
-    const stream = new Stream<WallAnswer>("/api/desk/wall", {
+    const stream = new Stream<WallAnswer>("/api/teacher/wall", {
       onAnswer: (answer) => {
         if (answer.is !== "wall") return;
         listed = answer;

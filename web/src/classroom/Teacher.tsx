@@ -1,7 +1,7 @@
 /** The teacher's view: who is here and who needs help, and what the whole class is given or told. */
 
 import { type ReactNode, useEffect, useState } from "react";
-import type { ClassView, DeskAbout } from "../generated/classroom";
+import type { ClassView, TeacherAbout } from "../generated/classroom";
 import { askTeacher } from "./ask";
 import { ClassPart } from "./TeacherClass";
 import { CarsPart, MatPart } from "./TeacherDriving";
@@ -16,7 +16,7 @@ import { useClass } from "./WallPage";
 
 const SHORTEST_PASSWORD = 8;
 
-function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => void }) {
+function Password({ about, onSignedIn }: { about: TeacherAbout; onSignedIn: () => void }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [password, setPassword] = useState("");
@@ -81,11 +81,11 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
     </>
   );
   return (
-    <Frame title={titleOr(view?.title, t("deskTitle"))} tools={tools}>
+    <Frame title={titleOr(view?.title, t("teacherTitle"))} tools={tools}>
       {!open && view && <p className={css.notice}>{t("linkLost")}</p>}
       <Problem text={problem} />
       {view?.disk && <Problem text={inLanguage(view.disk)} />}
-      <nav className={css.parts} aria-label={t("deskTitle")}>
+      <nav className={css.parts} aria-label={t("teacherTitle")}>
         {PARTS.map((each) => (
           <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>
             {t(each)}
@@ -100,7 +100,7 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
 
 export function Teacher() {
   const t = useTexts();
-  const [about, setAbout] = useState<DeskAbout | null>(null);
+  const [about, setAbout] = useState<TeacherAbout | null>(null);
   const { problem, attempt } = useAttempt();
   useEffect(() => {
     void attempt(async () => setAbout(await askTeacher("about")));
@@ -108,7 +108,7 @@ export function Teacher() {
   }, []);
   if (about?.signed_in) return <SignedIn onSignedOut={() => setAbout({ has_password: true, signed_in: false })} />;
   return (
-    <Frame title={t("deskTitle")} narrow>
+    <Frame title={t("teacherTitle")} narrow>
       <Problem text={problem} />
       {about && <Password about={about} onSignedIn={() => setAbout({ has_password: true, signed_in: true })} />}
     </Frame>

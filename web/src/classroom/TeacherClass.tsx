@@ -84,17 +84,6 @@ function Settings({ view }: { view: ClassView }) {
           onChange={(event) => event.target.validity.valid && event.target.value && set({ stuck_minutes: event.target.valueAsNumber })}
         />
       </label>
-      <label className={css.line}>
-        {t("turnLasts")}
-        <input
-          type="number"
-          min={10}
-          max={600}
-          step={10}
-          defaultValue={view.turn_s}
-          onBlur={(event) => event.target.validity.valid && event.target.value && set({ turn_s: event.target.valueAsNumber })}
-        />
-      </label>
       <Problem text={problem} />
     </section>
   );
@@ -129,7 +118,7 @@ export function ClassPart({ view }: { view: ClassView }) {
       <section aria-label={t("collectTitle")}>
         <h2>{t("collectTitle")}</h2>
         <p>{t("collectAbout")}</p>
-        <a className={css.linkButton} href="/api/desk/work.zip" download>
+        <a className={css.linkButton} href="/api/teacher/work.zip" download>
           {t("collect")}
         </a>
       </section>

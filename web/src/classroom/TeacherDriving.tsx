@@ -1,4 +1,4 @@
-/** Where programs drive: the real cars, with their queues and the emergency stop, and the shared mat. */
+/** Where programs drive: the cable and the real cars, who has them, and the emergency stop; and the shared mat. */
 
 import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
@@ -7,27 +7,13 @@ import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
-/** What a pupil is called, by id. */
-const namesIn = ({ pupils }: ClassView) => (id: string) => pupils.find((pupil) => pupil.id === id)?.name ?? id;
-
-/** Pupils in their order. */
-function Pupils({ ids, view, first }: { ids: readonly string[]; view: ClassView; first?: string }) {
-  return (
-    <ol className={css.queue}>
-      {ids.map((id, place) => (
-        <li key={id}>
-          {namesIn(view)(id)} {place === 0 && first && <b>{first}</b>}
-        </li>
-      ))}
-    </ol>
-  );
-}
+const NOBODY = "";
 
 export function CarsPart({ view }: { view: ClassView }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [missed, setMissed] = useState<readonly string[]>([]);
-  const stop = () => attempt(async () => setMissed((await askTeacher("stop-all")).missed));
+  const stop = () => attempt(async () => setMissed(await askTeacher("stop-all")));
   return (
     <section aria-label={t("cars")}>
       <div className={css.row}>
@@ -42,22 +28,20 @@ export function CarsPart({ view }: { view: ClassView }) {
       </div>
       {view.stopped && missed.length > 0 && <p className={css.problem}>{t("notReached", { cars: missed.join(", ") })}</p>}
       <Problem text={problem} />
-      <h2>{t("cable")}</h2>
-      {view.cable.length === 0 && <p className={css.quiet}>{t("cableFree")}</p>}
-      <Pupils ids={view.cable} view={view} first={t("hasCable")} />
-      {view.cable_use !== "free" && <p role="status">{t(view.cable_use === "ending" ? "cableEnding" : "cableSends")}</p>}
-      {view.cable.length > 0 && <Action onPress={() => void attempt(() => askTeacher("cable/next"))}>{t("nextOne")}</Action>}
-      {view.turns.map((turn) => (
-        <div key={turn.car}>
-          <h2>{turn.car}</h2>
-          <p>{turn.driver ? t("drives", { name: namesIn(view)(turn.driver), count: turn.left_s }) : t("nobodyDrives")}</p>
-          <Pupils ids={turn.waiting} view={view} />
-          {(turn.driver !== null || turn.waiting.length > 0) && (
-            <Action onPress={() => void attempt(() => askTeacher("turn/next", { car: turn.car, wants: true }))}>{t("nextOne")}</Action>
-          )}
-        </div>
+      {view.shared.map(({ name, holder }) => (
+        <label key={name} className={css.line}>
+          {name || t("cable")}{" "}
+          <select value={holder ?? NOBODY} onChange={(event) => void attempt(() => askTeacher("pass-on", { name, pupil: event.target.value || null }))}>
+            <option value={NOBODY}>{t("nobody")}</option>
+            {view.pupils.map((pupil) => (
+              <option key={pupil.id} value={pupil.id}>
+                {pupil.name}
+              </option>
+            ))}
+          </select>
+        </label>
       ))}
-      {view.turns.length === 0 && <p className={css.quiet}>{t("noRealCars")}</p>}
+      {view.shared.length === 1 && <p className={css.quiet}>{t("noRealCars")}</p>}
     </section>
   );
 }
@@ -108,7 +92,11 @@ export function MatPart({ view }: { view: ClassView }) {
       ) : (
         <>
           <p role="status">{t("matCollecting", { count: mat.entries.length, places: mat.places })}</p>
-          <Pupils ids={mat.entries} view={view} />
+          <ol className={css.queue}>
+            {mat.entries.map((id) => (
+              <li key={id}>{view.pupils.find((pupil) => pupil.id === id)?.name ?? id}</li>
+            ))}
+          </ol>
           <div className={css.row}>
             {mat.state === "collecting" && (
               <Action primary disabled={mat.entries.length === 0} onPress={() => void attempt(() => askTeacher("mat/start"))}>

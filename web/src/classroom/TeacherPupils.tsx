@@ -1,7 +1,7 @@
 /** The list of pupils: who is here, who needs help, and what each one does. */
 
 import { useState } from "react";
-import type { ClassView, PupilRow, PupilShelf } from "../generated/classroom";
+import type { ClassView, PupilRow, PupilLibrary } from "../generated/classroom";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Icon } from "../ui/icons";
@@ -26,8 +26,8 @@ function Library({ pupil }: { pupil: PupilRow }) {
   const t = useTexts();
   const language = useLanguage((state) => state.language);
   const { problem, attempt } = useAttempt();
-  const [library, setLibrary] = useState<PupilShelf | null>(null);
-  const show = () => void attempt(async () => setLibrary(await askTeacher("shelf", { pupil: pupil.id })));
+  const [library, setLibrary] = useState<PupilLibrary | null>(null);
+  const show = () => void attempt(async () => setLibrary(await askTeacher("library", { pupil: pupil.id })));
   const when = (saved_at: string) => <span className={css.quiet}>{new Date(saved_at).toLocaleString(language)}</span>;
   const link = (name: string, text: string) => (
     <a href={`/?${new URLSearchParams({ pupil: pupil.id, project: name }).toString()}`} target="look">
@@ -83,7 +83,6 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         {pupil.stuck_s !== null && <span className={css.stuck}>{t("stuckFor", { time: lasting(pupil.stuck_s) })}</span>}
         {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
         <span aria-label={t("starsCount", { count: pupil.stars })}>★ {pupil.stars}</span>
-        {pupil.wrong_numbers > 0 && <span className={css.stuck}>{t("wrongNumbers", { count: pupil.wrong_numbers })}</span>}
       </span>
       <a href={`/wall?pupil=${encodeURIComponent(id)}`} target="wall" aria-label={t("showLarge", { name: pupil.name })}>
         {t("show")}

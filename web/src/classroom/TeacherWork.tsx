@@ -29,7 +29,6 @@ export function ProgressPart({ view }: { view: ClassView }) {
   const inLanguage = useSentences();
   const progress = useProgress();
   if (!progress) return null;
-  const starsOf = new Map(progress.pupils.map((each) => [each.pupil, each.stars]));
   return (
     <div className={css.scroller} tabIndex={0} role="region" aria-label={t("progress")}>
       <table className={css.progress}>
@@ -51,7 +50,7 @@ export function ProgressPart({ view }: { view: ClassView }) {
                 <Avatar name={pupil.avatar} /> {pupil.name}
               </th>
               {progress.missions.map((mission) => {
-                const count = starsOf.get(pupil.id)?.[mission.id]?.length ?? 0;
+                const count = progress.stars[pupil.id]?.[mission.id]?.length ?? 0;
                 return (
                   <td key={mission.id} data-now={pupil.mission === mission.id || undefined} aria-label={t("starsCount", { count })}>
                     {"★".repeat(count)}

@@ -2,7 +2,7 @@
 
 import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
-import type { ClassView, DeskAbout, DeskAnswer, Wall, WallWorld } from "../generated/classroom";
+import type { ClassView, TeacherAbout, TeacherAnswer, Wall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { askTeacher, Stream } from "./ask";
 import { Avatar } from "./Avatar";
@@ -20,7 +20,7 @@ export function useClass(): { view: ClassView | null; open: boolean } {
   const [view, setView] = useState<ClassView | null>(null);
   const [open, setOpen] = useState(false);
   useEffect(() => {
-    const stream = new Stream<DeskAnswer>("/api/desk/stream", {
+    const stream = new Stream<TeacherAnswer>("/api/teacher/stream", {
       onAnswer: (answer) => answer.is === "class" && setView(answer),
       onLink: setOpen,
     });
@@ -32,14 +32,14 @@ export function useClass(): { view: ClassView | null; open: boolean } {
 /** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
 function TeacherOnly({ title, children }: { title: string; children: ReactNode }) {
   const t = useTexts();
-  const [about, setAbout] = useState<DeskAbout | null>(null);
+  const [about, setAbout] = useState<TeacherAbout | null>(null);
   useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
   if (about?.signed_in) return children;
   return (
     <Frame title={title} narrow>
       {about && (
         <p>
-          {t("projectorNeedsTeacher")} <a href="/desk">{t("deskTitle")}</a>
+          {t("projectorNeedsTeacher")} <a href="/teacher">{t("teacherTitle")}</a>
         </p>
       )}
     </Frame>
@@ -153,7 +153,7 @@ function TheWall() {
       {view && !pupil && <p className={css.notice}>{t("pupilGone")}</p>}
       {pupil && (
         <div className={css.shown}>
-          <LargeWorld path={`/api/desk/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />
+          <LargeWorld path={`/api/teacher/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />
           <Suspense>
             <ShownBlocks pupil={pupil.id} />
           </Suspense>
@@ -207,7 +207,7 @@ function TheMat() {
       )}
       {(view?.mat.state === "running" || view?.mat.state === "over") && (
         <LargeWorld
-          path="/api/desk/mat"
+          path="/api/teacher/mat"
           label={title}
           names={entries}
           playable

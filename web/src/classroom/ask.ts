@@ -1,11 +1,11 @@
 /** Requests and streams between the pages of a class and its server. */
 
-import type { DeskRequests, PupilRequests } from "../generated/classroom";
+import type { TeacherRequests, PupilRequests } from "../generated/classroom";
 import { LastingStream, openSocket, post as postTo } from "../api/connection";
 import { RefusedError, UnreachableError } from "../api/service";
 
 /** Where to go without a session. */
-const DOORS: Record<string, string> = { "class-session-needed": "/join", "teacher-session-needed": "/desk" };
+const DOORS: Record<string, string> = { "class-session-needed": "/join", "teacher-session-needed": "/teacher" };
 
 /** What a request to the class's server throws. */
 export type ClassError = RefusedError | UnreachableError;
@@ -56,11 +56,11 @@ export async function askToJoin<Name extends keyof PupilRequests>(
 }
 
 /** A request of the teacher's page. Throws RefusedError or UnreachableError. */
-export async function askTeacher<Name extends keyof DeskRequests>(
+export async function askTeacher<Name extends keyof TeacherRequests>(
   name: Name,
-  message?: DeskRequests[Name]["message"],
-): Promise<DeskRequests[Name]["answer"]> {
-  return (await post(`/api/desk/${name}`, message)) as DeskRequests[Name]["answer"];
+  message?: TeacherRequests[Name]["message"],
+): Promise<TeacherRequests[Name]["answer"]> {
+  return (await post(`/api/teacher/${name}`, message)) as TeacherRequests[Name]["answer"];
 }
 
 interface Told {

@@ -76,7 +76,7 @@ describe("what a small world shows", () => {
 describe("the list of pupils", () => {
   const pupil = (name: string, what: Partial<PupilRow>): PupilRow => ({
     ...{ id: name, name, avatar: "bus", number: "0000", online: true, away_s: 0, hand_s: null, stuck_s: null },
-    ...{ mission: null, goals_met: 0, goals: 0, stars: 0, wrong_numbers: 0 },
+    ...{ mission: null, goals_met: 0, goals: 0, stars: 0 },
     ...what,
   });
 
@@ -96,7 +96,7 @@ describe("what stands behind '#'", () => {
   it("is the code of the class where it can be one, else a shared link", () => {
     expect(secretOf("/join", "HQ6FCA")).toBe("HQ6FCA");
     for (const link of ["", "p=HQ6", "project=fY27", "HQ6FCAX", "HQ6FC", "HQ 6FC", "%20HQ6F"]) expect(secretOf("/join", link)).toBe("");
-    expect(secretOf("/desk", "a-key_of-the-teacher")).toBe("a-key_of-the-teacher");
+    expect(secretOf("/teacher", "a-key_of-the-teacher")).toBe("a-key_of-the-teacher");
     expect(secretOf("/wall", "a-key")).toBe("");
   });
 });

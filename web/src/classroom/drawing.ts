@@ -11,7 +11,7 @@ import { floorOf, type Mat } from "../mat/document";
 import { marksOf } from "../mat/floorMarks";
 import { groundOf } from "../mat/floors";
 
-/** What the cars of one world show; the first columns of a picture. */
+/** What a small world shows of its cars: some columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
 
 const ZONE_NAME_PX = 15;
@@ -20,7 +20,7 @@ const WORLD_HEAD_BYTES = 8;
 
 /**
  * The worlds of a binary picture of the wall, by their place in the list `number`; null where the bytes are cut off.
- * `Wall` in motorcade/classroom/desk_messages.py describes the format.
+ * `Wall` in motorcade/classroom/messages.py describes the format.
  */
 export function decodeWall(bytes: ArrayBuffer): { number: number; worlds: Map<number, Cars> } | null {
   if (bytes.byteLength < HEAD_BYTES) return null;

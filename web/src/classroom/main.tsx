@@ -9,7 +9,7 @@ import { startLanguages } from "./texts";
 
 const PAGES: Record<string, () => React.ReactNode> = {
   "/join": Join,
-  "/desk": Teacher,
+  "/teacher": Teacher,
   "/wall": WallPage,
   "/mat": SharedMat,
   "/privacy": Privacy,

@@ -4,11 +4,11 @@ const CODE = /^[0-9A-Za-z]{6}$/;
 
 /**
  * The secret in the part of an address behind '#': the code of the class at `/join`, from a QR code; the key of a teacher
- * without a password at `/desk`. Empty for anything else: the server sends who opens a shared link without a session to
+ * without a password at `/teacher`. Empty for anything else: the server sends who opens a shared link without a session to
  * `/join`, and browsers keep what stands behind '#'.
  */
 export function secretOf(path: string, behind: string): string {
-  if (path === "/desk") return behind;
+  if (path === "/teacher") return behind;
   return CODE.test(behind) ? behind : "";
 }
 

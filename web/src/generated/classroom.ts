@@ -1,11 +1,17 @@
 /** Messages of a class's pages and the server. Written by scripts/generate.py; don't edit. */
 
-import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionGoal, MissionZone, Nothing, Project, Sentence, StoredProject } from "./messages";
+import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionGoal, MissionZone, Nothing, Project, Refused, Sentence, StoredProject } from "./messages";
+
+/** Another pupil, to whom a copy of a project can be given. */
+export interface Classmate {
+  id: string;
+  name: string;
+  avatar: string;
+}
 
 /** What everybody may know before joining. */
 export interface ClassAbout {
   me: Self | null;
-  teacher: boolean;
   is_open: boolean;
   avatars: string[];
   title: string;
@@ -19,35 +25,6 @@ export interface Self {
   number: string;
 }
 
-/** The code of the class, as somebody typed it; spaces, dashes and small letters don't matter. */
-export interface ClassCode {
-  code: string;
-}
-
-/** A newcomer: the code of the class, the nickname, and one of the avatars. */
-export interface Joining {
-  code: string;
-  name: string;
-  avatar: string;
-}
-
-/** A pupil who comes back at another device, with the personal number. */
-export interface Returning {
-  code: string;
-  name: string;
-  number: string;
-}
-
-/** Raise the hand, or lower it. */
-export interface Hand {
-  raised: boolean;
-}
-
-/** The pupil has seen the news up to this number. */
-export interface Seen {
-  number: number;
-}
-
 /** The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC. */
 export interface StoredDraft {
   name: string;
@@ -55,66 +32,10 @@ export interface StoredDraft {
   saved_at: string;
 }
 
-/** What a pupil works on, under which name: stored beside the projects, without versions. */
-export interface Draft {
-  name: string;
-  project: Project;
-}
-
-/** Another pupil, to whom a copy of a project can be given. */
-export interface Classmate {
-  id: string;
-  name: string;
-  avatar: string;
-}
-
-/** Give a classmate a copy of an own project. */
-export interface Gift {
-  to: string;
-  name: string;
-}
-
-/** The name of the copy in the other's shelf. */
-export interface Copied {
-  name: string;
-}
-
-/** The number of a mission that was handed out, as in `PupilView.mission`. */
-export interface HandedMission {
-  number: number;
-}
-
-/** Stand in the queue for the cable, or leave it. */
-export interface CableWish {
-  wants: boolean;
-}
-
-/** Stand in the queue to drive a real car, or leave it. */
-export interface TurnWish {
-  car: string;
-  wants: boolean;
-}
-
-/** The program for the shared mat; None takes the own cars off it. */
-export interface MatEntry {
-  image: string | null;
-}
-
 /** Whether a password has been set, and whether this browser is signed in. */
-export interface DeskAbout {
+export interface TeacherAbout {
   has_password: boolean;
   signed_in: boolean;
-}
-
-/** Set the password; ``key`` stands behind ``/desk#`` in the address that the command prints. */
-export interface FirstPassword {
-  key: string;
-  password: string;
-}
-
-/** The teacher's password. */
-export interface Password {
-  password: string;
 }
 
 /** How pupils find the class. */
@@ -126,66 +47,23 @@ export interface ClassAddresses {
   qr_code: string;
 }
 
-/** The address that tablets reach: the QR code is to lead there. */
-export interface ChosenAddress {
-  address: string;
-}
-
-/** Settings of the class; None leaves one as it is. */
-export interface ClassSettings {
-  title?: string | null;
-  is_open?: boolean | null;
-  stuck_minutes?: number | null;
-  turn_s?: number | null;
-}
-
-/** Freeze all pupils' pages, or thaw them. */
-export interface Frozen {
-  frozen: boolean;
-}
-
-/** A pupil. */
-export interface PupilId {
-  pupil: string;
-}
-
-/** Give a pupil another nickname. */
-export interface Renaming {
-  pupil: string;
-  name: string;
-}
-
-/** Give pupils a project, or a mission. The project is one of the teacher's own shelf, or comes with the message. */
-export interface HandOut {
-  to?: string[] | null;
-  name?: string;
-  project?: Project | null;
-  mission?: MissionChoice | null;
-}
-
-/** To how many pupils it was given; ``missed`` has the ids of those whose shelf takes nothing more. */
+/** To how many pupils it was given; ``missed`` has the ids of those whose library takes nothing more. */
 export interface HandedOut {
   pupils: number;
   missed: string[];
 }
 
 /** A pupil's projects. */
-export interface PupilShelf {
+export interface PupilLibrary {
   pupil: string;
   projects: LibraryEntry[];
   draft_at: string | null;
 }
 
-/** A project in a pupil's shelf; an empty name for the draft. */
-export interface PupilProject {
-  pupil: string;
-  name: string;
-}
-
-/** The missions, path by path and in order, and what each pupil has earned. */
+/** The missions, path by path and in order, and by pupil the stars that were earned, of each mission's id. */
 export interface ClassProgress {
   missions: MissionStars[];
-  pupils: PupilStars[];
+  stars: Record<string, Record<string, number[]>>;
 }
 
 /** A mission, and the stars that it has. */
@@ -195,45 +73,23 @@ export interface MissionStars {
   stars: number[];
 }
 
-/** The stars that a pupil has earned, of each mission's id. */
-export interface PupilStars {
-  pupil: string;
-  stars: Record<string, number[]>;
-}
-
-/** The real cars that could not be reached; those stop by themselves when their driver is silent. */
-export interface StoppedAll {
-  missed: string[];
-}
-
-/** Open the shared mat: of a mission with many leaders, or None for a parade with one for each program. */
-export interface OpenMat {
-  mission?: MissionChoice | null;
-  followers?: number;
-  places?: number;
-}
-
 /** All that concerns a pupil; sent whole when something has changed. */
 export interface PupilView {
   is: "pupil";
   me: Self;
   hand: boolean;
   frozen: boolean;
-  cable: number | null;
-  cable_use: "ending" | "free" | "sends";
-  turns: CarTurn[];
+  shared: Shared[];
   stopped: boolean;
   mat: MatView;
   mission: number | null;
   news: News[];
 }
 
-/** The queue for driving one real car: who drives, for how many more seconds, and who waits, in order. */
-export interface CarTurn {
-  car: string;
-  driver: string | null;
-  left_s: number;
-  waiting: string[];
+/** What one pupil at a time may use: the cable, whose name is "", or a real car; ``holder`` None: nobody does. */
+export interface Shared {
+  name: string;
+  holder: string | null;
 }
 
 /** The shared mat. */
@@ -245,7 +101,7 @@ export interface MatView {
   entries: string[];
 }
 
-/** Something that came to a pupil: a project in the shelf, or a mission, and whose it was ("" for the teacher's). */
+/** Something that came to a pupil: a project or a mission, and whose it was ("" for the teacher's). */
 export interface News {
   number: number;
   kind: "mission" | "project";
@@ -259,15 +115,7 @@ export interface Goodbye {
   why: "ended" | "left" | "removed";
 }
 
-/** Why the connection ends. */
-export interface ClassRefused {
-  is: "error";
-  code: string;
-  details: Record<string, unknown>;
-  sentence: Sentence;
-}
-
-/** The whole class, for the teacher's desk; sent whole when something has changed. */
+/** The whole class, for the teacher; sent whole when something has changed. */
 export interface ClassView {
   is: "class";
   title: string;
@@ -275,11 +123,8 @@ export interface ClassView {
   is_open: boolean;
   frozen: boolean;
   stuck_minutes: number;
-  turn_s: number;
   pupils: PupilRow[];
-  cable: string[];
-  cable_use: "ending" | "free" | "sends";
-  turns: CarTurn[];
+  shared: Shared[];
   stopped: boolean;
   mat: MatView;
   disk: Sentence | null;
@@ -299,7 +144,6 @@ export interface PupilRow {
   goals_met: number;
   goals: number;
   stars: number;
-  wrong_numbers: number;
 }
 
 /** The worlds on the wall; sent whole when one is new or furnished. Pictures refer to their places in this list. */
@@ -323,56 +167,54 @@ export interface WallWorld {
 /** The page has drawn the last picture of the wall, and wants the next. */
 export type DrawnWall = Record<string, never>;
 
-export type ClassAnswer = PupilView | Goodbye | ClassRefused;
+export type ClassAnswer = PupilView | Goodbye | Refused;
 
-export type DeskAnswer = ClassView | Goodbye | ClassRefused;
+export type TeacherAnswer = ClassView | Goodbye | Refused;
 
-export type WallAnswer = Wall | ClassRefused;
+export type WallAnswer = Wall | Refused;
 
 /** The requests of pupils: `POST /api/class/<name>`. */
 export interface PupilRequests {
-  "about": { message: Nothing; answer: ClassAbout };
-  "check-code": { message: ClassCode; answer: Nothing };
-  "join": { message: Joining; answer: Self };
-  "return": { message: Returning; answer: Self };
-  "leave": { message: Nothing; answer: Nothing };
-  "hand": { message: Hand; answer: Nothing };
-  "seen": { message: Seen; answer: Nothing };
-  "draft/read": { message: Nothing; answer: StoredDraft };
-  "draft/write": { message: Draft; answer: Nothing };
+  "seen": { message: { number: number }; answer: Nothing };
   "classmates": { message: Nothing; answer: Classmate[] };
-  "give": { message: Gift; answer: Copied };
-  "mission": { message: HandedMission; answer: Mission };
-  "cable": { message: CableWish; answer: Nothing };
-  "turn": { message: TurnWish; answer: Nothing };
-  "mat": { message: MatEntry; answer: Nothing };
+  "hand": { message: { raised: boolean }; answer: Nothing };
+  "take": { message: { name: string; wants: boolean }; answer: Nothing };
+  "about": { message: Nothing; answer: ClassAbout };
+  "check-code": { message: { code: string }; answer: Nothing };
+  "join": { message: { code: string; name: string; avatar: string }; answer: Self };
+  "return": { message: { code: string; name: string; number: string }; answer: Self };
+  "leave": { message: Nothing; answer: Nothing };
+  "draft/read": { message: Nothing; answer: StoredDraft };
+  "draft/write": { message: { name: string; project: Project }; answer: Nothing };
+  "give": { message: { to: string; name: string }; answer: string };
+  "mission": { message: { number: number }; answer: Mission };
+  "mat": { message: { image: string | null }; answer: Nothing };
 }
 
-/** The requests of the teacher: `POST /api/desk/<name>`. */
-export interface DeskRequests {
-  "about": { message: Nothing; answer: DeskAbout };
-  "first-password": { message: FirstPassword; answer: Nothing };
-  "sign-in": { message: Password; answer: Nothing };
-  "sign-out": { message: Nothing; answer: Nothing };
-  "addresses": { message: Nothing; answer: ClassAddresses };
-  "choose-address": { message: ChosenAddress; answer: ClassAddresses };
-  "new-code": { message: Nothing; answer: ClassAddresses };
-  "settings": { message: ClassSettings; answer: Nothing };
-  "freeze": { message: Frozen; answer: Nothing };
-  "lower-hand": { message: PupilId; answer: Nothing };
-  "rename": { message: Renaming; answer: Nothing };
-  "reset-number": { message: PupilId; answer: Self };
-  "remove": { message: PupilId; answer: Nothing };
-  "hand-out": { message: HandOut; answer: HandedOut };
-  "shelf": { message: PupilId; answer: PupilShelf };
-  "project": { message: PupilProject; answer: StoredProject };
-  "progress": { message: Nothing; answer: ClassProgress };
-  "cable/next": { message: Nothing; answer: Nothing };
-  "turn/next": { message: TurnWish; answer: Nothing };
-  "stop-all": { message: Nothing; answer: StoppedAll };
-  "release-all": { message: Nothing; answer: Nothing };
-  "mat/open": { message: OpenMat; answer: Nothing };
+/** The requests of the teacher: `POST /api/teacher/<name>`. */
+export interface TeacherRequests {
+  "settings": { message: { title?: string | null; is_open?: boolean | null; stuck_minutes?: number | null }; answer: Nothing };
+  "rename": { message: { pupil: string; name: string }; answer: Nothing };
+  "reset-number": { message: { pupil: string }; answer: Self };
+  "lower-hand": { message: { pupil: string }; answer: Nothing };
+  "pass-on": { message: { name: string; pupil: string | null }; answer: Nothing };
+  "mat/open": { message: { mission?: MissionChoice | null; followers?: number; places?: number }; answer: Nothing };
   "mat/start": { message: Nothing; answer: Nothing };
   "mat/close": { message: Nothing; answer: Nothing };
-  "end": { message: Password; answer: Nothing };
+  "about": { message: Nothing; answer: TeacherAbout };
+  "first-password": { message: { key: string; password: string }; answer: Nothing };
+  "sign-in": { message: { password: string }; answer: Nothing };
+  "sign-out": { message: Nothing; answer: Nothing };
+  "addresses": { message: Nothing; answer: ClassAddresses };
+  "choose-address": { message: { address: string }; answer: ClassAddresses };
+  "new-code": { message: Nothing; answer: ClassAddresses };
+  "freeze": { message: { frozen: boolean }; answer: Nothing };
+  "remove": { message: { pupil: string }; answer: Nothing };
+  "hand-out": { message: { to?: string[] | null; name?: string; project?: Project | null; mission?: MissionChoice | null }; answer: HandedOut };
+  "library": { message: { pupil: string }; answer: PupilLibrary };
+  "project": { message: { pupil: string; name: string }; answer: StoredProject };
+  "progress": { message: Nothing; answer: ClassProgress };
+  "stop-all": { message: Nothing; answer: string[] };
+  "release-all": { message: Nothing; answer: Nothing };
+  "end": { message: { password: string }; answer: Nothing };
 }

@@ -1,4 +1,4 @@
-/** A pupil's bar below the header: who one is, the raised hand, the queues; and what covers the page when all look up. */
+/** A pupil's bar below the header: who one is, the raised hand, the cable and the cars; and what covers the page when all look up. */
 
 import { useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
@@ -85,38 +85,34 @@ function Mat({ view }: { view: PupilView }) {
   );
 }
 
-/** The queues for the cable and for the real cars. */
-function Queues({ view }: { view: PupilView }) {
+/** Where it is free, one's own, and another's. */
+const TEXTS_OF_A_CAR = ["pupil.driveCar", "pupil.leaveCar", "pupil.carTaken"] as const;
+const TEXTS_OF_THE_CABLE = ["pupil.cable", "pupil.cableYours", "pupil.cableTaken"] as const;
+
+/** The cable and the real cars, which one pupil at a time has. */
+function SharedThings({ view }: { view: PupilView }) {
   const { t } = useTranslation();
-  const { cable, cable_use, turns, me } = view;
-  const wish = (wants: boolean) => void attemptInClass(() => askClass("cable", { wants }));
-  return (
-    <>
-      <Button className={small} onPress={() => wish(cable === null)}>
-        {cable === null ? t("pupil.cable") : cable === 0 ? t("pupil.cableYours") : t("pupil.cableWait", { count: cable })}
-      </Button>
-      {cable === 0 && cable_use !== "free" && (
-        <span role="status">{t(cable_use === "ending" ? "pupil.cableEnding" : "pupil.cableSends")}</span>
-      )}
-      {turns.map(({ car, driver, left_s, waiting }) => {
-        const place = waiting.indexOf(me.id);
-        const isIn = driver === me.id || place >= 0;
-        return (
-          <span key={car} className={css.turn}>
-            <Button className={small} onPress={() => void attemptInClass(() => askClass("turn", { car, wants: !isIn }))}>
-              {isIn ? t("pupil.leaveCar", { car }) : t("pupil.driveCar", { car })}
-            </Button>
-            {driver === me.id && (
-              <a href={`/drive?car=${encodeURIComponent(car)}`} target="drive">
-                {t("pupil.yourTurn", { count: left_s })}
-              </a>
-            )}
-            {place >= 0 && t("pupil.turnWait", { count: place + 1 })}
-          </span>
-        );
-      })}
-    </>
-  );
+  return view.shared.map(({ name, holder }) => {
+    const isMine = holder === view.me.id;
+    const whose = holder === null ? 0 : isMine ? 1 : 2;
+    const text = name ? TEXTS_OF_A_CAR[whose] : TEXTS_OF_THE_CABLE[whose];
+    return (
+      <span key={name} className={css.turn}>
+        <Button
+          className={small}
+          isDisabled={holder !== null && !isMine}
+          onPress={() => void attemptInClass(() => askClass("take", { name, wants: !isMine }))}
+        >
+          {t(text, { car: name })}
+        </Button>
+        {isMine && name && (
+          <a href={`/drive?car=${encodeURIComponent(name)}`} target="drive">
+            {t("pupil.yourTurn")}
+          </a>
+        )}
+      </span>
+    );
+  });
 }
 
 /** What covers the whole page; nothing below it can be reached. */
@@ -164,7 +160,7 @@ export function PupilBar() {
         </Button>
       )}
       <Mat view={view} />
-      <Queues view={view} />
+      <SharedThings view={view} />
       <Button className={small} onPress={() => show("give")}>
         {t("pupil.give")}
       </Button>

@@ -19,7 +19,7 @@ export function TeacherBar() {
   const [shown] = useState(looking);
   const [who, setWho] = useState("");
   useEffect(() => {
-    if (shown) void attemptInClass(async () => setWho((await askTeacher("shelf", { pupil: shown.pupil })).pupil));
+    if (shown) void attemptInClass(async () => setWho((await askTeacher("library", { pupil: shown.pupil })).pupil));
   }, [shown]);
   if (!shown || !who) return null;
   const giveBack = () =>

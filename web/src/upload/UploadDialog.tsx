@@ -26,8 +26,8 @@ const BAUD = 115_200;
 function usePorts(hasSerial: boolean) {
   const [ports, setPorts] = useState<Port[]>([]);
   const look = useCallback(() => attempt(async () => setPorts(await request("ports"))), []);
-  // In a class the computer's ports are there for whose turn it is at the cable.
-  const hasCable = usePupil(({ view }) => view?.cable === 0);
+  // In a class the computer's ports are there for who has the cable.
+  const hasCable = usePupil(({ view }) => view?.shared[0]?.holder === view?.me.id);
   useEffect(() => void look(), [look, hasCable]);
   return { ports: ports.filter(({ kind }) => hasSerial || kind !== "serial"), look };
 }

@@ -84,7 +84,7 @@ SESSIONS = SessionLimits()
 class Visitors:
     """The visitors of a studio of one user: whoever is let in may do everything, and all share one library.
 
-    A class has others (`motorcade.classroom.visitors`).
+    A class has others (`motorcade.classroom.running`).
 
     Args:
         library: the folder of the projects.

@@ -1,15 +1,18 @@
 """The state of a class: who is in it and who may come in, and what changes it. Without I/O.
 
-Times are seconds of any clock that never goes back. What has to survive the server is in ``record``.
+Times are seconds of any clock that never goes back. What has to survive the server is in ``record``. Requests that need
+nothing else are answered here.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from hmac import compare_digest
+from typing import Annotated
 
-from motorcade.classroom.attempts import Attempts
-from motorcade.classroom.desk_messages import ClassSettings
-from motorcade.classroom.messages import AVATARS, News, Self
+from msgspec import Meta
+
+from motorcade.classroom.messages import AVATARS, Classmate, Id, News, Self, Shared, Text40, request
 from motorcade.classroom.names import (
+    Attempts,
     RandomBelow,
     check_free,
     likeness,
@@ -18,19 +21,18 @@ from motorcade.classroom.names import (
     typed_code,
     typed_number,
 )
-from motorcade.classroom.presence import Presence
-from motorcade.classroom.queues import Cable, car_turns, leave_all
-from motorcade.classroom.record import ClassRecord, Pupil, SignIn, restore_record
+from motorcade.classroom.record import ClassRecord, Presence, Pupil, SignIn
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 from motorcade.service.user_names import checked_user_name
 
 MOST_PUPILS = 120
-MOST_PAGES_OF_ONE = 8
-# In ten minutes. A class behind one router joins at once; two computers leave a third of the places to others.
-MOST_OF_AN_ADDRESS = MOST_PUPILS // 3
-# In five minutes, of an address: a class behind one router mistypes each code twice.
-MOST_WRONG_CODES = 60
+# In ten minutes, of an address: who joins, and wrong codes, numbers and passwords. Twice a class behind one router.
+MOST_OF_AN_ADDRESS = 60
+# In five minutes, of a name: wrong numbers, from whatever addresses.
+MOST_OF_A_NAME = 10
+# The name of the cable among what pupils share; the others are those of real cars.
+CABLE = ""
 _MOST_DEVICES = 8
 _MOST_NEWS = 20
 _MOST_MISSIONS = 50
@@ -42,7 +44,7 @@ class Classroom:
     """A class while its server runs.
 
     Args:
-        record: what is stored of it; changed in place.
+        record: what is stored of it.
         random_below: for codes and numbers.
         cars: the real cars that can be driven.
         now_s: the time.
@@ -50,6 +52,8 @@ class Classroom:
     Attributes:
         revision: grows with each change that the file has to hold.
         changes: grows with each change that pages show.
+        holders: who has the cable, and each real car; None while it is free.
+        of_an_address, of_a_name: who has tried too often.
         presence: of each pupil, by id, what needn't survive the server.
         frozen: pupils' pages show nothing to work with.
         stopped: the teacher's emergency stop holds all real cars.
@@ -62,35 +66,36 @@ class Classroom:
         self.record = record
         self.revision = self.changes = self.ended = 0
         self.frozen = self.stopped = False
-        self.cable = Cable()
-        self.turns = car_turns(cars)
+        self.holders: dict[str, str | None] = dict.fromkeys((CABLE, *cars))
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
         self._by_device = {device: pupil.id for pupil in record.pupils for device in pupil.devices}
-        self._wrong_codes = Attempts(MOST_WRONG_CODES, 300.0)
-        self._joined = Attempts(MOST_OF_AN_ADDRESS, 600.0, "too-many-joined")
-        self._numbers_of_an_address = Attempts(20, 300.0)
-        self._numbers_for_a_name = Attempts(10, 300.0)
-        self._passwords = Attempts(5, 60.0)
+        self.of_an_address = Attempts(MOST_OF_AN_ADDRESS, 600.0)
+        self.of_a_name = Attempts(MOST_OF_A_NAME, 300.0)
 
     def restore(self, stored: ClassRecord) -> None:
         """Undo what has changed since ``stored``, except who is signed in as the teacher."""
-        restore_record(self.record, stored)
+        stored.sign_ins = self.record.sign_ins
+        self.record = stored
         self.presence = {each.id: self.presence.get(each.id) or Presence() for each in stored.pupils}
+        self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
         self._by_device = {device: pupil.id for pupil in stored.pupils for device in pupil.devices}
         self._save()
 
     # Coming in.
 
-    def check_code(self, typed: str, who: str, now_s: float) -> None:
-        """Raise MotorcadeError where it isn't the code, or the address ``who`` has typed too many wrong ones."""
-        self._wrong_codes.check(who, now_s)
-        if compare_digest(typed_code(typed).encode(), self.record.code.encode()):
-            return
-        self._wrong_codes.add(who, now_s)
-        raise MotorcadeError("wrong-class-code", characters=len(self.record.code))
+    def check_code(self, typed: str, address: str, now_s: float) -> None:
+        """Raise MotorcadeError where it isn't the code, or the address has tried too often."""
+        self.of_an_address.check(address, now_s)
+        if not compare_digest(typed_code(typed).encode(), self.record.code.encode()):
+            raise self.refuse(address, now_s, MotorcadeError("wrong-class-code", characters=len(self.record.code)))
 
-    def join(self, typed_name: str, avatar: str, device: str, now_s: float, who: str | None = None) -> Pupil:
+    def refuse(self, address: str, now_s: float, problem: MotorcadeError) -> MotorcadeError:
+        """Count what was wrong: a code, a number, a password or a first key. Return ``problem``."""
+        self.of_an_address.add(address, now_s)
+        return problem
+
+    def join(self, typed_name: str, avatar: str, device: str, now_s: float, address: str | None = None) -> Pupil:
         """Let a newcomer in, who knows the code. Raises MotorcadeError.
 
         Args:
@@ -98,12 +103,12 @@ class Classroom:
             avatar: the picture.
             device: the digest of a new secret.
             now_s: the time.
-            who: the address from which so many may join; None for no limit.
+            address: whose attempts are counted; None for no limit.
         """
         if not self.record.is_open:
             raise MotorcadeError("class-closed")
-        if who is not None:
-            self._joined.check(who, now_s)
+        if address is not None:
+            self.of_an_address.check(address, now_s)
         if len(self.record.pupils) >= MOST_PUPILS:
             raise MotorcadeError("class-full", most=MOST_PUPILS)
         if avatar not in AVATARS:
@@ -116,27 +121,23 @@ class Classroom:
         self.record.pupils.append(pupil)
         self.presence[pupil.id] = Presence(left_s=now_s, step_s=now_s)
         self._add_device(pupil, device)
-        if who is not None:
-            self._joined.add(who, now_s)
+        if address is not None:
+            self.of_an_address.add(address, now_s)
         return pupil
 
-    def come_back(self, typed_name: str, typed: str, device: str, who: str, now_s: float) -> Pupil:
+    def come_back(self, typed_name: str, typed: str, device: str, address: str, now_s: float) -> Pupil:
         """Let a pupil in at another device, by name and number. Raises MotorcadeError.
 
-        After ten wrong numbers for a name, or twenty of an address, it has to wait for some minutes. A name that nobody
-        has is refused with the same error.
+        After ten wrong numbers for a name, or too many attempts of an address, it has to wait for some minutes. A name
+        that nobody has is refused with the same error.
         """
         alike = likeness(typed_name[:200])
         pupil = next((each for each in self.record.pupils if likeness(each.name) == alike), None)
-        self._numbers_for_a_name.check(alike, now_s)
-        self._numbers_of_an_address.check(who, now_s)
+        self.of_a_name.check(alike, now_s)
+        self.of_an_address.check(address, now_s)
         if pupil is None or not compare_digest(typed_number(typed).encode(), pupil.number.encode()):
-            self._numbers_for_a_name.add(alike, now_s)
-            self._numbers_of_an_address.add(who, now_s)
-            if pupil:
-                self.presence[pupil.id].wrong_numbers += 1
-                self.changes += 1
-            raise MotorcadeError("wrong-number")
+            self.of_a_name.add(alike, now_s)
+            raise self.refuse(address, now_s, MotorcadeError("wrong-number"))
         self._add_device(pupil, device)
         return pupil
 
@@ -148,19 +149,19 @@ class Classroom:
         self._save()
 
     def leave(self, device: str) -> None:
-        """A pupil's device is somebody else's from now on."""
+        """Sign a pupil's device out."""
         if pupil := self.pupil_at(device):
             pupil.devices.remove(device)
             del self._by_device[device]
             self._save()
 
     def pupil_at(self, device: str) -> Pupil | None:
-        """The pupil of a device, by the digest of its secret."""
+        """Return the pupil of a device, by the digest of its secret."""
         found = self._by_device.get(device)
         return self.pupil(found) if found else None
 
     def pupil(self, pupil_id: str) -> Pupil:
-        """The pupil with an id. Raises MotorcadeError."""
+        """Return the pupil with an id. Raises MotorcadeError."""
         for pupil in self.record.pupils:
             if pupil.id == pupil_id:
                 return pupil
@@ -168,44 +169,46 @@ class Classroom:
 
     # The teacher comes in.
 
-    def check_password_attempts(self, who: str, now_s: float) -> None:
-        """Raise MotorcadeError where ``who`` has tried too often."""
-        self._passwords.check(who, now_s)
-
-    def refuse_password(self, who: str, now_s: float, code: str = "wrong-password") -> MotorcadeError:
-        """Count a wrong password, or a wrong first key; return the error with that code."""
-        self._passwords.add(who, now_s)
-        return MotorcadeError(code)
-
     def set_password(self, stored: str) -> None:
-        """Store a new password (`motorcade.classroom.passwords.to_stored`); all other browsers are signed out."""
+        """Store a new password (`motorcade.classroom.names.to_stored`); all other browsers are signed out."""
         self.record.password = stored
         self.record.sign_ins = []
         self._save()
 
     def sign_in(self, device: str, until_s: float) -> None:
-        """The teacher is signed in at a browser until a time (s since 1970)."""
+        """Sign the teacher in at a browser until a time (s since 1970)."""
         self.record.sign_ins = [*self.record.sign_ins[-_MOST_SIGN_INS + 1 :], SignIn(device, until_s)]
         self._save()
 
     def sign_out(self, device: str) -> None:
-        """The teacher is no longer signed in at a browser."""
+        """Sign the teacher out at a browser."""
         self.record.sign_ins = [each for each in self.record.sign_ins if each.device != device]
         self._save()
 
     def is_teacher(self, device: str, now_s: float) -> bool:
-        """Whether the teacher is signed in at a browser, at a time in s since 1970."""
+        """Return whether the teacher is signed in at a browser, at a time in s since 1970."""
         return any(each.device == device and now_s < each.until_s for each in self.record.sign_ins)
 
     # What the teacher does.
 
-    def set(self, settings: ClassSettings) -> None:
-        """Change settings. Raises MotorcadeError."""
-        if settings.title is not None:
-            self.record.title = checked_user_name(settings.title)
-        for name in ("is_open", "stuck_minutes", "turn_s"):
-            if (value := getattr(settings, name)) is not None:
-                setattr(self.record, name, value)
+    @request("teacher/settings", stores=True)
+    def set(
+        self,
+        title: Text40 | None = None,
+        is_open: bool | None = None,
+        stuck_minutes: Annotated[int, Meta(ge=1, le=60)] | None = None,
+    ) -> None:
+        """Change settings; None leaves one as it is. Raises MotorcadeError.
+
+        Args:
+            title: the name of the class.
+            is_open: newcomers may join.
+            stuck_minutes: a pupil is stuck after so many minutes without a step in the mission.
+        """
+        record = self.record
+        record.title = record.title if title is None else checked_user_name(title)
+        record.is_open = record.is_open if is_open is None else is_open
+        record.stuck_minutes = stuck_minutes or record.stuck_minutes
         self._save()
 
     def change_code(self) -> None:
@@ -218,29 +221,30 @@ class Classroom:
         self.frozen = frozen
         self.changes += 1
 
-    def rename(self, pupil_id: str, typed_name: str) -> None:
+    @request("teacher/rename", stores=True)
+    def rename(self, pupil: Id, name: Text40) -> None:
         """Give a pupil another name. Raises MotorcadeError."""
-        pupil, name = self.pupil(pupil_id), checked_user_name(typed_name)
-        check_free(name, [each.name for each in self.record.pupils if each is not pupil])
-        pupil.name = name
+        renamed, checked = self.pupil(pupil), checked_user_name(name)
+        check_free(checked, [each.name for each in self.record.pupils if each is not renamed])
+        renamed.name = checked
         self._save()
 
-    def reset_number(self, pupil_id: str) -> Pupil:
+    @request("teacher/reset-number", stores=True)
+    def reset_number(self, pupil: Id) -> Self:
         """Give a pupil another number; the devices stay signed in. Raises MotorcadeError."""
-        pupil = self.pupil(pupil_id)
-        pupil.number = new_number(self._random_below, [each.number for each in self.record.pupils])
-        self.presence[pupil_id].wrong_numbers = 0
+        found = self.pupil(pupil)
+        found.number = new_number(self._random_below, [each.number for each in self.record.pupils])
         self._save()
-        return pupil
+        return self.self_of(found)
 
     def remove(self, pupil_id: str) -> None:
-        """Remove a pupil, whose devices are signed out; the shelf is to be deleted. Raises MotorcadeError."""
+        """Remove a pupil, whose devices are signed out; the library is to be deleted. Raises MotorcadeError."""
         pupil = self.pupil(pupil_id)
         self.record.pupils.remove(pupil)
         self.record.removed.append(pupil_id)
         del self.presence[pupil_id]
         self._by_device = {device: owner for device, owner in self._by_device.items() if owner != pupil_id}
-        leave_all([self.cable, *self.turns.values()], pupil_id)
+        self.holders = {name: None if holder == pupil_id else holder for name, holder in self.holders.items()}
         self._save()
 
     def end(self) -> None:
@@ -253,13 +257,13 @@ class Classroom:
         self.ended += 1
         self.change_code()
 
-    def shelf_deleted(self, pupil_id: str) -> None:
-        """The shelf of a pupil who is out has been deleted."""
+    def library_deleted(self, pupil_id: str) -> None:
+        """Note that the library of a pupil who is out has been deleted."""
         self.record.removed.remove(pupil_id)
         self._save()
 
     def chosen(self, to: Sequence[str] | None) -> list[Pupil]:
-        """The pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""
+        """Return the pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""
         return list(self.record.pupils) if to is None else [self.pupil(each) for each in dict.fromkeys(to)]
 
     def hand_out_mission(self, to: Sequence[str] | None, mission: MissionChoice, title: str) -> int:
@@ -278,7 +282,7 @@ class Classroom:
         return len(pupils)
 
     def handed_mission(self, number: int) -> MissionChoice:
-        """A mission that was handed out. Raises MotorcadeError."""
+        """Return a mission that was handed out. Raises MotorcadeError."""
         if not 1 <= number <= len(self.record.missions):
             raise MotorcadeError("not-found")
         return self.record.missions[number - 1]
@@ -291,33 +295,46 @@ class Classroom:
 
     # What pupils do.
 
-    def seen(self, pupil: Pupil, number: int) -> None:
-        """A pupil has seen the news up to a number."""
+    @request("class/seen")
+    def seen(self, who: str, number: int) -> None:
+        """Forget a pupil's news up to a number: the pupil has seen them. Raises MotorcadeError."""
+        pupil = self.pupil(who)
         pupil.news = [each for each in pupil.news if each.number > number]
         self._save()
 
-    def raise_hand(self, pupil_id: str, raised: bool, now_s: float) -> None:
+    @request("class/classmates")
+    def classmates(self, who: str) -> list[Classmate]:
+        """Return the other pupils."""
+        return [Classmate(each.id, each.name, each.avatar) for each in self.record.pupils if each.id != who]
+
+    @request("class/hand")
+    def raise_hand(self, who: str, raised: bool, now_s: float) -> None:
         """Raise a pupil's hand, or lower it. Raises MotorcadeError."""
-        presence = self._present(pupil_id)
+        self.pupil(who)
+        presence = self.presence[who]
         if raised != (presence.hand_s is not None):
             presence.hand_s = now_s if raised else None
             self.changes += 1
 
-    def connect(self, pupil_id: str, now_s: float) -> None:
-        """A page of a pupil connects; the time without one is no time without a step.
+    @request("teacher/lower-hand")
+    def lower_hand(self, pupil: Id, now_s: float) -> None:
+        """Lower a pupil's hand. Raises MotorcadeError."""
+        self.raise_hand(pupil, False, now_s)
 
-        Raises MotorcadeError where the pupil has too many.
+    def connect(self, pupil_id: str, now_s: float) -> None:
+        """Count a page of a pupil that connects; the time without one is no time without a step.
+
+        Raises MotorcadeError where there is no such pupil.
         """
-        presence = self._present(pupil_id)
-        if presence.pages >= MOST_PAGES_OF_ONE:
-            raise MotorcadeError("too-many-sessions-of-one", most=MOST_PAGES_OF_ONE)
+        self.pupil(pupil_id)
+        presence = self.presence[pupil_id]
         if not presence.pages:
             presence.step_s += now_s - presence.left_s
         presence.pages += 1
         self.changes += 1
 
     def disconnect(self, pupil_id: str, now_s: float) -> None:
-        """A page of a pupil leaves; the pupil may be gone."""
+        """Count a page of a pupil that leaves; the pupil may be gone."""
         presence = self.presence.get(pupil_id)
         if presence:
             presence.pages -= 1
@@ -330,47 +347,38 @@ class Classroom:
         if presence and change(presence):
             self.changes += 1
 
-    def wish_cable(self, pupil_id: str, wants: bool) -> None:
-        """Stand in the queue for the cable, or leave it."""
-        self.cable.wish(pupil_id, wants)
+    @request("class/take")
+    def take(self, who: str, name: Text40, wants: bool) -> None:
+        """Take the cable or a real car while it is free, or give it back. Raises MotorcadeError."""
+        self.pupil(who)
+        if self._holder(name) not in (None, who):
+            raise MotorcadeError("held-by-another")
+        self.pass_on(name, who if wants else None)
+
+    @request("teacher/pass-on")
+    def pass_on(self, name: Text40, pupil: Id | None) -> None:
+        """Give the cable or a real car to a pupil, or to nobody, whoever has it. Raises MotorcadeError."""
+        self._holder(name)
+        self.holders[name] = self.pupil(pupil).id if pupil else None
         self.changes += 1
 
-    def next_at_cable(self) -> None:
-        """The next one gets the cable."""
-        self.cable.next()
-        self.changes += 1
-
-    def begin_transfer(self, who: str, now_s: float) -> None:
-        """Send through the cable from now on. Raises MotorcadeError where something is sent already."""
-        if self.cable.is_sending:
-            raise MotorcadeError("cable-sends")
-        self.cable.begin(who, now_s)
-        self.changes += 1
-
-    def end_transfer(self, who: str) -> None:
-        """What ``who`` sent has arrived, or not; a turn that waited for it ends."""
-        self.cable.end(who)
-        self.changes += 1
-
-    def wish_turn(self, pupil_id: str, car: str, wants: bool, now_s: float) -> None:
-        """Stand in the queue to drive a car, or leave it. Raises MotorcadeError where there is no such car."""
-        if car not in self.turns:
-            raise MotorcadeError("car-not-listed", car=car[:40])
-        self.turns[car].wish(pupil_id, wants)
-        self.changes += 1
-        self.advance(now_s)
-
-    def next_turn(self, car: str, now_s: float) -> None:
-        """End a turn. Raises MotorcadeError where there is no such car."""
-        if car not in self.turns:
-            raise MotorcadeError("car-not-listed", car=car[:40])
-        self.turns[car].next()
-        self.changes += 1
-        self.advance(now_s)
+    def _holder(self, name: str) -> str | None:
+        if name not in self.holders:
+            raise MotorcadeError("car-not-listed", car=name[:40])
+        return self.holders[name]
 
     def may_drive(self, pupil_id: str, car: str) -> bool:
-        """Whether it is a pupil's turn to drive a car."""
-        return not self.stopped and not self.frozen and car in self.turns and self.turns[car].first == pupil_id
+        """Return whether a pupil has a car, and may drive it now."""
+        return not self.stopped and not self.frozen and self.holders.get(car) == pupil_id
+
+    def check_cable(self, pupil_id: str) -> None:
+        """Raise MotorcadeError where a pupil hasn't the cable."""
+        if self.holders[CABLE] != pupil_id:
+            raise MotorcadeError("cable-of-another")
+
+    def shared(self) -> list[Shared]:
+        """Return the cable and the real cars, and who has them."""
+        return [Shared(name, holder) for name, holder in self.holders.items()]
 
     def stop_cars(self, stopped: bool) -> None:
         """Hold all real cars, or let pupils drive again."""
@@ -378,22 +386,14 @@ class Classroom:
         self.changes += 1
 
     def advance(self, now_s: float) -> None:
-        """Let time pass: turns end, and who makes no step becomes stuck."""
-        self.changes += self.cable.advance(now_s)
-        for turns in self.turns.values():
-            self.changes += turns.advance(now_s, self.record.turn_s)
+        """Let time pass: who makes no step becomes stuck."""
         stuck_s = self.record.stuck_minutes * 60
         for presence in self.presence.values():
             self.changes += presence.advance(now_s, stuck_s)
 
     def self_of(self, pupil: Pupil) -> Self:
-        """What a pupil's own page knows of the pupil."""
+        """Return what a pupil's own page knows of the pupil."""
         return Self(pupil.id, pupil.name, pupil.avatar, pupil.number)
-
-    def _present(self, pupil_id: str) -> Presence:
-        if pupil_id not in self.presence:
-            raise MotorcadeError("no-such-pupil")
-        return self.presence[pupil_id]
 
     def _save(self) -> None:
         self.revision += 1

@@ -1,0 +1,304 @@
+"""Answer the requests of a class that need its folder, cookies, worlds or cars; `Classroom` answers the others."""
+
+import os
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import msgspec
+from anyio import to_thread
+from msgspec import Meta, structs
+from starlette.requests import HTTPConnection
+from starlette.responses import Response
+
+from motorcade.classroom import messages
+from motorcade.classroom.cars import EmergencyStop
+from motorcade.classroom.messages import Id, Secret, Self, Text40, request
+from motorcade.classroom.names import Attempts, check_password, digest, is_password, to_stored
+from motorcade.classroom.network import join_url, qr_svg
+from motorcade.classroom.record import Pupil
+from motorcade.classroom.room import SIGNED_IN_S
+from motorcade.classroom.running import TEACHER, RunningClass
+from motorcade.errors import MotorcadeError
+from motorcade.server.studio.sessions import PageWorlds
+from motorcade.service.documents import open_text, project_text
+from motorcade.service.messages import MissionChoice, Project, StoredProject, sentences
+from motorcade.service.missions import Mission, chosen_mission, list_missions, open_mission
+
+_SALT_BYTES = 16
+_GIFTS_A_MINUTE = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Asks:
+    """A request, and the response whose cookies the answer may set; ``address``: whose attempts are counted."""
+
+    connection: HTTPConnection
+    response: Response
+    address: str
+
+
+class Handlers:
+    """The methods that answer; who may ask was checked before.
+
+    Args:
+        running: the class.
+        worlds: the pupils' worlds.
+        stop: of the real cars; None where there are none.
+    """
+
+    def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop | None) -> None:
+        self._running = running
+        self._room = running.room
+        self._folder = running.folder
+        self._worlds = worlds
+        self._stop = stop
+        self._gifts = Attempts(_GIFTS_A_MINUTE, 60.0, "gives-too-often")
+
+    # Everybody who comes in.
+
+    @request("class/about", is_open=True)
+    def about(self, asks: Asks) -> messages.ClassAbout:
+        """Return what everybody may know."""
+        pupil, record = self._running.pupil(asks.connection), self._room.record
+        me = self._room.self_of(pupil) if pupil else None
+        return messages.ClassAbout(me, record.is_open, list(messages.AVATARS), record.title)
+
+    @request("class/check-code", is_open=True)
+    def check_code(self, asks: Asks, code: Text40, now_s: float) -> None:
+        """Check the code before the nickname is asked for; spaces, dashes and small letters don't matter."""
+        self._room.check_code(code, asks.address, now_s)
+
+    @request("class/join", is_open=True, stores=True)
+    def join(self, asks: Asks, code: Text40, name: Text40, avatar: Text40, now_s: float) -> Self:
+        """Let a newcomer in, with a nickname and one of the avatars."""
+        self._room.check_code(code, asks.address, now_s)
+        return self._let_in(asks, lambda device: self._room.join(name, avatar, device, now_s, asks.address))
+
+    @request("class/return", is_open=True, stores=True)
+    def come_back(self, asks: Asks, code: Text40, name: Text40, number: Text40, now_s: float) -> Self:
+        """Let a pupil in at another device, with the personal number."""
+        self._room.check_code(code, asks.address, now_s)
+        return self._let_in(asks, lambda device: self._room.come_back(name, number, device, asks.address, now_s))
+
+    def _let_in(self, asks: Asks, enter: Callable[[str], Pupil]) -> Self:
+        secret = self._running.new_secret()
+        pupil = enter(digest(secret))
+        self._running.remember(asks.response, asks.connection, secret)
+        return self._room.self_of(pupil)
+
+    @request("class/leave", is_open=True)
+    def leave(self, asks: Asks) -> None:
+        """Sign the pupil's device out."""
+        self._running.forget(asks.response, asks.connection)
+
+    @request("teacher/about", is_open=True)
+    def about_teacher(self, asks: Asks) -> messages.TeacherAbout:
+        """Return whether there is a password, and whether this browser is signed in."""
+        return messages.TeacherAbout(self._room.record.password is not None, self._running.is_teacher(asks.connection))
+
+    @request("teacher/first-password", is_open=True, stores=True)
+    async def set_first_password(self, asks: Asks, key: Secret, password: Secret, now_s: float) -> None:
+        """Set the password, and sign in; ``key`` stands behind ``/teacher#`` in the address that the command prints."""
+        self._room.of_an_address.check(asks.address, now_s)
+        first_key = self._running.first_key
+        if first_key is None or not secrets.compare_digest(key.encode(), first_key.encode()):
+            raise self._room.refuse(asks.address, now_s, MotorcadeError("wrong-first-key"))
+        check_password(password)
+        self._room.set_password(await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES)))
+        await self._running.settle()
+        # It works once.
+        self._running.first_key = None
+        self._sign_in(asks)
+
+    @request("teacher/sign-in", is_open=True)
+    async def sign_in(self, asks: Asks, password: Secret, now_s: float) -> None:
+        """Sign the teacher in."""
+        await self._check_password(asks, password, now_s)
+        self._sign_in(asks)
+
+    def _sign_in(self, asks: Asks) -> None:
+        secret = self._running.new_secret()
+        self._room.sign_in(digest(secret), self._running.settings.unix_s() + SIGNED_IN_S)
+        self._running.remember(asks.response, asks.connection, secret, teacher=True)
+
+    async def _check_password(self, asks: Asks, password: str, now_s: float) -> None:
+        """Raise MotorcadeError unless it is the password; one after the other, as each takes memory and time."""
+        async with self._running.hashing:
+            self._room.of_an_address.check(asks.address, now_s)
+            if not await to_thread.run_sync(is_password, password, self._room.record.password or ""):
+                raise self._room.refuse(asks.address, now_s, MotorcadeError("wrong-password"))
+
+    # Pupils.
+
+    @request("class/draft/read")
+    async def read_draft(self, who: str) -> messages.StoredDraft:
+        """Return the draft of who asks, also the teacher's. Raises MotorcadeError where it is damaged."""
+        return await self._running.with_files(self._folder.read_draft, who) or messages.StoredDraft("", None, "")
+
+    @request("class/draft/write")
+    async def write_draft(self, who: str, name: Text40, project: Project) -> None:
+        """Store the draft of who asks."""
+        data = msgspec.json.encode(messages.Draft(name, project))
+        await self._running.with_files(self._folder.write_draft, who, data)
+
+    @request("class/give", stores=True)
+    async def give(self, who: str, to: Id, name: Text40, now_s: float) -> str:
+        """Put a copy of an own project into a classmate's library; return its name there."""
+        giver, taker = self._room.pupil(who), self._room.pupil(to)
+        self._gifts.count(who, now_s)
+        data = await self._running.with_files(self._folder.read, giver.id, name)
+        copied = await self._running.with_files(self._folder.copy, data, taker.id, name, giver.name)
+        self._room.tell(taker, "project", copied, giver.name)
+        return copied
+
+    @request("class/mission")
+    async def open_handed(self, who: str, number: int) -> Mission:
+        """Return a mission that was handed out; ``number`` as in `PupilView.mission`."""
+        stars = await self._running.with_files(self._folder.stars, who)
+        return open_mission(self._room.handed_mission(number), stars)
+
+    @request("class/mat")
+    def enter_mat(self, who: str, image: bytes | None) -> None:
+        """Send a program to the shared mat; None takes the own cars off it."""
+        self._running.mat.enter(self._room.pupil(who).id, image)
+
+    # The teacher.
+
+    @request("teacher/sign-out")
+    def sign_out(self, asks: Asks) -> None:
+        """Sign this browser out."""
+        self._running.forget(asks.response, asks.connection, teacher=True)
+
+    @request("teacher/addresses")
+    def addresses(self) -> messages.ClassAddresses:
+        """Return how pupils find the class."""
+        network, code = self._running.settings.network, self._room.record.code
+        why = sentences(network.why_no_name) if network.why_no_name else None
+        picture = qr_svg(join_url(network.addresses[0], code))
+        return messages.ClassAddresses(code, list(network.addresses), network.local_name, why, picture)
+
+    @request("teacher/choose-address")
+    def choose_address(self, address: Annotated[str, Meta(max_length=80)]) -> messages.ClassAddresses:
+        """Have the QR code lead to another of the addresses: tablets reach it."""
+        self._running.settings.network.choose(address)
+        return self.addresses()
+
+    @request("teacher/new-code", stores=True)
+    def new_code(self) -> messages.ClassAddresses:
+        """Make a new code."""
+        self._room.change_code()
+        return self.addresses()
+
+    @request("teacher/freeze")
+    async def freeze(self, frozen: bool) -> None:
+        """Freeze all pupils' pages and pause their worlds, or thaw the pages."""
+        self._room.freeze(frozen)
+        if frozen:
+            self._running.show_changes()
+            await self._worlds.pause_all(lambda visitor: visitor != TEACHER)
+
+    @request("teacher/remove", stores=True)
+    async def remove(self, pupil: Id) -> None:
+        """Remove a pupil, and the library."""
+        self._room.remove(pupil)
+        await self._delete_libraries()
+
+    async def _delete_libraries(self) -> None:
+        """Delete the libraries of all who are out. They are out also where that isn't possible."""
+        await self._running.settle()
+        for owner in list(self._room.record.removed):
+            self._running.mat.leave(owner)
+            self._worlds.end(owner, MotorcadeError("class-session-needed"))
+        await self._running.delete_libraries()
+
+    @request("teacher/hand-out", stores=True)
+    async def hand_out(
+        self,
+        to: list[Id] | None = None,
+        name: Text40 = "",
+        project: Project | None = None,
+        mission: MissionChoice | None = None,
+    ) -> messages.HandedOut:
+        """Give pupils a mission, or a project: one of the teacher's library, or one that comes with the message.
+
+        Args:
+            to: the pupils; None for all, also those who join later (of the latter only a mission).
+            name: the name of the project.
+            project: None for the one of that name in the teacher's library.
+            mission: instead of a project.
+        """
+        if mission:
+            title = chosen_mission(mission).name.sentence("en")
+            return messages.HandedOut(self._room.hand_out_mission(to, mission, title))
+        pupils = self._room.chosen(to)
+        if project:
+            data = project_text(project).encode()
+        else:
+            data = await self._running.with_files(self._folder.read, TEACHER, name)
+        missed, why = [], None
+        for pupil in pupils:
+            try:
+                copied = await self._running.with_files(self._folder.copy, data, pupil.id, name)
+            except MotorcadeError as problem:
+                missed.append(pupil.id)
+                why = problem
+            else:
+                self._room.tell(pupil, "project", copied, "")
+        if why and len(missed) == len(pupils):
+            raise why
+        return messages.HandedOut(len(pupils) - len(missed), missed)
+
+    @request("teacher/library")
+    async def library(self, pupil: Id) -> messages.PupilLibrary:
+        """Return a pupil's projects."""
+        found = self._room.pupil(pupil)
+        projects = await self._running.with_files(self._folder.list, pupil)
+        return messages.PupilLibrary(found.name, projects, await self._running.with_files(self._folder.draft_at, pupil))
+
+    @request("teacher/project")
+    async def project(self, pupil: Id, name: Text40) -> StoredProject:
+        """Return a project of a pupil; an empty name is that of the draft."""
+        owner = self._room.pupil(pupil).id
+        found: Project | None
+        if name:
+            found = open_text(await self._running.with_files(self._folder.read, owner, name))
+        else:
+            draft = await self.read_draft(owner)
+            name, found = draft.name, draft.project
+            if found is None:
+                raise MotorcadeError("no-project", name="")
+        return StoredProject(**{**structs.asdict(found), "name": name})
+
+    @request("teacher/progress")
+    async def progress(self) -> messages.ClassProgress:
+        """Return the missions, and what each pupil has earned."""
+        found = [messages.MissionStars(each.id, each.name, each.stars) for each in list_missions({})]
+        stars = {
+            pupil.id: await self._running.with_files(self._folder.stars, pupil.id)
+            for pupil in list(self._room.record.pupils)
+        }
+        return messages.ClassProgress(found, stars)
+
+    @request("teacher/stop-all")
+    async def stop_all(self) -> list[str]:
+        """Stop all real cars; no pupil drives until they are released. Return those that could not be reached."""
+        self._room.stop_cars(True)
+        self._running.show_changes()
+        return await self._stop.stop() if self._stop else []
+
+    @request("teacher/release-all")
+    async def release_all(self) -> None:
+        """Let pupils drive again."""
+        if self._stop:
+            await self._stop.release()
+        self._room.stop_cars(False)
+
+    @request("teacher/end", stores=True)
+    async def end(self, asks: Asks, password: Secret, now_s: float) -> None:
+        """End the class: pupils, their names and their work are deleted."""
+        await self._check_password(asks, password, now_s)
+        self._room.end()
+        self._running.mat.close()
+        await self._delete_libraries()

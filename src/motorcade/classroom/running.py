@@ -1,0 +1,277 @@
+"""A class while its server runs: its state, its folder, who asks and may do what, and who waits for changes."""
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractAsyncContextManager, contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from anyio import CapacityLimiter, to_thread
+from starlette.requests import HTTPConnection
+from starlette.responses import Response
+
+from motorcade.classroom.folder import RECORD, ClassFolder
+from motorcade.classroom.names import Attempts, digest
+from motorcade.classroom.network import Network
+from motorcade.classroom.record import Presence, Pupil, from_bytes, to_bytes
+from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
+from motorcade.classroom.shared_mat import SharedMat
+from motorcade.errors import MotorcadeError
+from motorcade.server.studio.app import Settings, capabilities
+from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Visitors
+from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
+from motorcade.server.studio.workers import CHECK
+from motorcade.service.messages import Port
+from motorcade.service.requests import Context
+from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
+
+# The owner of the teacher's own projects; pupils' ids are numbers.
+TEACHER = "teacher"
+_YEAR_S = 365 * 24 * 3600
+_SECRET_BYTES = 24
+# One world for each pupil and the teacher, so that nobody takes another's place. A hundred take 600 MB at most, so
+# each stores less of the past than in a studio of one user: some ten minutes of 20 cars.
+SESSIONS = SessionLimits(
+    most=MOST_PUPILS + 1, most_of_one_visitor=1, most_cars=500, past_bytes=(4 << 20, 2 << 20), newest_wins=True
+)
+_TICK_S = 1.0
+_REQUESTS_A_SECOND, _RATE_WINDOW_S = 20, 2.0
+_OWN_MISSION = "own"
+# A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
+_MOST_IMPORT_S = 5.0
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClassServerSettings(Settings):
+    """The settings of a class's server; ``library`` is the folder of the class.
+
+    Attributes:
+        first_key: lets who has it set the password; None where there is a password.
+        network: how pupils find the class.
+        authority: the certificate that tablets may install so that they trust the server's; None without HTTPS.
+        unix_s: the time in s since 1970.
+    """
+
+    sessions: SessionLimits = SESSIONS
+    first_key: str | None = None
+    network: Network = field(default_factory=lambda: Network(["127.0.0.1"], 7710))
+    authority: Path | None = None
+    unix_s: Callable[[], float] = time.time
+
+
+class RunningClass(Visitors):
+    """What all routes of a class share, and its pupils, by their ids, and its teacher as visitors of the studio.
+
+    Args:
+        settings: of the server.
+        folder: locked for this process.
+        cars: the names of the real cars.
+    """
+
+    def __init__(self, settings: ClassServerSettings, folder: ClassFolder, cars: tuple[str, ...] = ()) -> None:
+        super().__init__(settings.library, capabilities(settings))
+        self.settings = settings
+        self.storage = self.folder = folder
+        self.first_key = settings.first_key
+        self.room = Classroom(folder.load(secrets.randbelow), secrets.randbelow, cars, settings.clock())
+        self.mat = SharedMat()
+        self.hashing = CapacityLimiter(1)
+        self._storing = asyncio.Lock()
+        # What the file holds, the revision that it has, and the last one that was undone.
+        self._kept = to_bytes(self.room.record)
+        self._stored = self._undone = self._shown = -1
+        self._waiting: set[asyncio.Event] = set()
+        # Of pupils, and of strangers by address: a page needs a few requests in a second, also one that joins.
+        self.rates = Attempts(2 * _REQUESTS_A_SECOND, _RATE_WINDOW_S, "requests-too-fast")
+        self._cars: dict[str, VirtualCar] = {}
+        self._turns: dict[tuple[str, bool], asyncio.Lock] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        # Cookies are shared between ports: two classes on one computer need different names, one the same at any port.
+        own = self.room.record.id
+        self._pupil_cookie, self._teacher_cookie = (f"motorcade_{name}_{own}" for name in ("class", "teacher"))
+
+    def now_s(self) -> float:
+        """Return the time by the server's clock."""
+        return self.settings.clock()
+
+    # Who asks.
+
+    def pupil(self, connection: HTTPConnection) -> Pupil | None:
+        """Return the pupil whose device it is; None for anybody else."""
+        return self.room.pupil_at(digest(connection.cookies.get(self._pupil_cookie, "")))
+
+    def is_teacher(self, connection: HTTPConnection) -> bool:
+        """Return whether the teacher is signed in at this browser."""
+        return self.room.is_teacher(digest(connection.cookies.get(self._teacher_cookie, "")), self.settings.unix_s())
+
+    def visitor(self, connection: HTTPConnection) -> str:
+        """Return whose library it is that asks: a pupil's id, or the teacher. Raises MotorcadeError for strangers."""
+        pupil = self.pupil(connection)
+        if pupil:
+            return pupil.id
+        if self.is_teacher(connection):
+            return TEACHER
+        raise MotorcadeError("class-session-needed")
+
+    def new_secret(self) -> str:
+        """Return a new secret of a device."""
+        return secrets.token_urlsafe(_SECRET_BYTES)
+
+    def remember(self, response: Response, connection: HTTPConnection, secret: str, *, teacher: bool = False) -> None:
+        """Have a browser keep a pupil's or the teacher's secret."""
+        name, age_s = (self._teacher_cookie, int(SIGNED_IN_S)) if teacher else (self._pupil_cookie, _YEAR_S)
+        secure = connection.scope["scheme"] in ("https", "wss")
+        response.set_cookie(name, secret, max_age=age_s, httponly=True, samesite="strict", secure=secure)
+
+    def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
+        """Sign a browser out."""
+        name = self._teacher_cookie if teacher else self._pupil_cookie
+        device = digest(connection.cookies.get(name, ""))
+        (self.room.sign_out if teacher else self.room.leave)(device)
+        response.delete_cookie(name)
+
+    # Changes.
+
+    async def settle(self, since: int | None = None) -> None:
+        """Store what has changed, then let pages know.
+
+        An answer is sent after this, so that nothing is lost that was answered. Where it can't be stored, what has
+        changed since the last time is undone, and this raises MotorcadeError.
+
+        Args:
+            since: the revision with which a request began: what was undone since then, it may have changed.
+        """
+        since = self.room.revision if since is None else since
+        try:
+            async with self._storing:
+                revision = self.room.revision
+                self._check_kept(since)
+                if revision != self._stored:
+                    data = to_bytes(self.room.record)
+                    await self.with_files(self.folder.store, data)
+                    self._stored, self._kept = revision, data
+        except MotorcadeError:
+            self._undo()
+            raise
+        finally:
+            self.show_changes()
+
+    def _check_kept(self, since: int) -> None:
+        if since <= self._undone:
+            raise MotorcadeError("undone-meanwhile")
+
+    def _undo(self) -> None:
+        self._undone = self.room.revision
+        self.room.restore(from_bytes(self._kept, RECORD))
+
+    async def delete_libraries(self) -> None:
+        """Delete the libraries of pupils who are out. Raises MotorcadeError; the next start tries again."""
+        for owner in list(self.room.record.removed):
+            await self.with_files(self.folder.remove_owner, owner)
+            self.room.library_deleted(owner)
+
+    def show_changes(self) -> None:
+        """Let pages know of what has changed."""
+        if (changes := self.room.changes + self.mat.changes) != self._shown:
+            self._shown = changes
+            for event in self._waiting:
+                event.set()
+
+    @contextmanager
+    def watching(self) -> Iterator[asyncio.Event]:
+        """Yield an event that is set whenever something has changed, and at the beginning."""
+        event = asyncio.Event()
+        event.set()
+        self._waiting.add(event)
+        try:
+            yield event
+        finally:
+            self._waiting.discard(event)
+
+    async def pass_time(self) -> None:
+        """Let time pass, until the task is cancelled."""
+        while True:
+            await asyncio.sleep(_TICK_S)
+            self.room.advance(self.now_s())
+            with suppress(MotorcadeError):
+                await self.settle()
+
+    async def with_files(self, job: Callable[..., _T], *arguments: Any) -> _T:
+        """Do a job with the folder in a thread."""
+        return await to_thread.run_sync(job, *arguments)
+
+    # What its visitors may do in the studio.
+
+    def context(self, visitor: str) -> Context:
+        role: Literal["teacher", "pupil"] = "teacher" if visitor == TEACHER else "pupil"
+        able = capabilities(self.settings, role)
+        return Context(able, self.storage, lambda: self._ports(visitor), visitor)
+
+    def most_s(self, request: str) -> float:
+        return _MOST_IMPORT_S if request == IMPORT else REQUEST_S
+
+    def _ports(self, visitor: str) -> list[Port]:
+        """Return the server's ports where the visitor has the cable, and the simulated car."""
+        if visitor == TEACHER or self.room.holders[CABLE] == visitor:
+            return listed_ports()
+        return [Port(VIRTUAL, "", VIRTUAL)]
+
+    def may_use(self, visitor: str, owner: str) -> bool:
+        return visitor == owner
+
+    def check_message(self, visitor: str, message: WorldMessage) -> None:
+        if visitor not in self.room.presence:
+            return
+        # A page that is loaded again gets its world, which stands still.
+        if self.room.frozen and isinstance(message, Play | Step):
+            raise MotorcadeError("class-frozen")
+        if isinstance(message, SetWorld):
+            mission = (message.mission.id or _OWN_MISSION) if message.mission else None
+            self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.now_s()))
+            self.show_changes()
+
+    def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
+        for answer in answers:
+            if isinstance(answer, Goals):
+                met, count = sum(goal.progress == "met" for goal in answer.goals), len(answer.goals)
+                self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.now_s()))
+                self.show_changes()
+
+    def note_answered(self, visitor: str, request: str) -> None:
+        if request == CHECK:
+            task = asyncio.create_task(self.count_stars([visitor]))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    async def count_stars(self, owners: Iterable[str]) -> None:
+        """Count the stars that pupils have earned."""
+        for owner in owners:
+            earned = await self.with_files(self.folder.stars, owner)
+            total = sum(map(len, earned.values()))
+            self.room.note(owner, partial(Presence.earn, stars=total, now_s=self.now_s()))
+        self.show_changes()
+
+    def check_request(self, visitor: str, now_s: float) -> None:
+        if visitor != TEACHER:
+            self.rates.count(visitor, now_s)
+
+    def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
+        """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
+        return self._turns.setdefault((visitor, request == CHECK), asyncio.Lock())
+
+    @contextmanager
+    def virtual_car(self, connection: HTTPConnection, port: str) -> Iterator[VirtualCar]:
+        visitor = self.visitor(connection)
+        if visitor != TEACHER:
+            if self.room.frozen:
+                raise MotorcadeError("class-frozen")
+            if port != VIRTUAL:
+                self.room.check_cable(visitor)
+        if visitor not in self._cars:
+            self._cars[visitor] = VirtualCar(self.folder.virtual_car(visitor))
+        yield self._cars[visitor]
