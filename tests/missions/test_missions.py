@@ -33,7 +33,8 @@ def test_a_mission_is_told_whole_in_every_language(name):
 @pytest.mark.parametrize("path", PATHS)
 def test_a_path_has_its_missions_in_order(path):
     orders = [each.document["order"] for each in MISSIONS.values() if each.document["path"] == path]
-    assert orders == [*range(1, 9)]
+    assert orders == [*range(1, len(orders) + 1)]
+    assert len(orders) >= 8
 
 
 def test_bits_that_the_pupil_flips_lead_from_the_start_to_the_solution():
