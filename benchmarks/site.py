@@ -27,25 +27,38 @@ from scripts.studio_process import build_page, project_link
 from support.site_server import serving
 
 VISITS, TIMED_S, FOLLOWERS = 5, 5.0, 1_000
-MB_GOAL, SECOND_VISIT_GOAL_S, WORDS_GOAL_MS, PICTURES_GOAL, RATE_GOAL = 12, 3, 100, 25, 0.95
+MB_GOAL, DRIVE_GOAL_S, SECOND_VISIT_GOAL_S, WORDS_GOAL_MS, PICTURES_GOAL, RATE_GOAL = 12, 1, 3, 100, 25, 0.95
 # The blocks can be dragged.
 EDITOR = """() => document.querySelector(".blocklyDraggable") !== null && performance.now()"""
-# Counts what the page acknowledges: pictures that came from the worker and were taken.
+# A picture is drawn in which cars have driven for a tenth of a second.
+DRIVEN = """() => (document.querySelector("output[aria-label='Time']")?.textContent ?? "0:00.0") !== "0:00.0"
+    && performance.now()"""
+PYTHON = """() => window.pythonReady"""
+# Counts what the page acknowledges: pictures that came from the worker and were taken; and notes when Python is ready.
 COUNT = """window.shown = 0
 const post = Worker.prototype.postMessage
 Worker.prototype.postMessage = function (message, ...rest) {
+    if (message.is === "start") {
+        const note = ({ data }) => data.is === "ready" && (window.pythonReady ??= performance.now())
+        this.addEventListener("message", note)
+    }
     if (typeof message.data === "string" && message.data.includes('"shown"')) window.shown += 1
     return post.call(this, message, ...rest)
 }"""
-SETTINGS = "localStorage['motorcade.settings'] ??= JSON.stringify({ toured: true, level: 'words' })"
+SETTINGS = "localStorage['motorcade.settings'] ??= JSON.stringify({ toured: %s, level: 'words' })"
 
 Rows = Iterator[tuple[str, str, str, str]]
 
 
-def visitor(browser: Browser) -> BrowserContext:
-    """An empty browser profile; without the page's policy, which forbids how Playwright waits for values."""
+def visitor(browser: Browser, is_new: bool = False) -> BrowserContext:
+    """An empty browser profile; without the page's policy, which forbids how Playwright waits for values.
+
+    Args:
+        browser: makes the profile.
+        is_new: whether the page finds somebody who has not been shown around.
+    """
     context = browser.new_context(viewport={"width": 1440, "height": 900}, bypass_csp=True)
-    context.add_init_script(SETTINGS)
+    context.add_init_script(SETTINGS % ("false" if is_new else "true"))
     context.add_init_script(COUNT)
     return context
 
@@ -63,27 +76,28 @@ def size_rows(files: dict[str, bytes]) -> Rows:
 
 def start_rows(browser: Browser, url: str) -> Rows:
     times: dict[tuple[str, str], list[float]] = {}
+    conditions = {"the editor is usable": EDITOR, "cars drive": DRIVEN, "Python is ready": PYTHON}
     for _ in range(VISITS):
-        context = visitor(browser)
+        context = visitor(browser, is_new=True)
         for visit in ("first", "second"):
             page = context.new_page()
             page.goto(url)
-            times.setdefault((visit, "the editor is usable"), []).append(seconds(page, EDITOR))
-            times.setdefault((visit, "Play is ready"), []).append(seconds(page, INTERACTIVE))
+            for what, condition in conditions.items():
+                times.setdefault((visit, what), []).append(seconds(page, condition))
             # The snapshot, and the files for use without a network, are stored after the start.
             page.wait_for_timeout(3000)
             page.close()
         context.close()
-    for (visit, what), each in times.items():
-        is_goal = (visit, what) == ("second", "the editor is usable")
-        figure = f"{median(each):.1f} s ({min(each):.1f}–{max(each):.1f})"
-        goal = f"≤ {SECOND_VISIT_GOAL_S} s" if is_goal else ""
-        yield (
-            f"{visit} visit: {what}",
-            figure,
-            goal,
-            result(max(each), SECOND_VISIT_GOAL_S, least=False) if goal else "",
-        )
+    goals = {
+        ("first", "cars drive"): DRIVE_GOAL_S,
+        ("second", "cars drive"): DRIVE_GOAL_S,
+        ("second", "the editor is usable"): SECOND_VISIT_GOAL_S,
+    }
+    for key, each in times.items():
+        goal = goals.get(key)
+        figure = f"{median(each):.2f} s ({min(each):.2f}–{max(each):.2f})"
+        outcome = result(max(each), goal, least=False) if goal else ""
+        yield f"{key[0]} visit: {key[1]}", figure, f"≤ {goal} s" if goal else "", outcome
 
 
 def words_rows(browser: Browser, url: str) -> Rows:

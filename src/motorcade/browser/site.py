@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from motorcade.browser.opening import opening_zip
 from motorcade.browser.python_zip import PACKAGE, python_zip
 from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import replace_file
@@ -59,6 +60,7 @@ def site_files(page: Path = PAGE) -> dict[str, bytes]:
     python = {"python.zip": python_zip(), "engine.wasm": (PACKAGE / "engine" / "engine.wasm").read_bytes()}
     for name, answer in _FIRST_ANSWERS.items():
         python[f"start/{name}.json"] = msgspec.json.encode(answer())
+    python["start/opening.zip"] = opening_zip(documents.opening())
     # The folder's name changes with its content, so that no page ever has Python of another build.
     folder = f"python-{hashlib.sha256(_list_of(python)).hexdigest()[:12]}/"
     files.update({folder + name: data for name, data in python.items()})

@@ -1,7 +1,9 @@
 """Project files, with the program, the mat and the layout of the blocks; and the example projects."""
 
 import json
+from collections.abc import Iterator
 from importlib import resources
+from itertools import count
 from typing import Any
 
 import msgspec
@@ -25,6 +27,9 @@ EXAMPLES: dict[str, Difficulty] = {
     "dance": 3,
     "ripple": 3,
 }
+
+# What a first visit finds; its cars drive at once.
+_OPENING = "parade"
 
 # Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
 _NO_PROJECTS = {
@@ -143,3 +148,24 @@ def example(name: str) -> Project:
     if name not in EXAMPLES:
         raise MotorcadeError("no-example", name=name[:40])
     return open_text((resources.files(__package__) / "gallery" / f"{name}.motorcade.json").read_bytes())
+
+
+def opening() -> Project:
+    """Return the project that a first visit finds. Each block has an id, so that its words are known in advance."""
+    project = example(_OPENING)
+    numbers = count()
+    for workspace in (project.leader, project.followers or {}):
+        _give_ids(workspace.get("blocks", {}).get("blocks"), numbers)
+    return project
+
+
+def _give_ids(part: Any, numbers: Iterator[int]) -> None:
+    """Give each block in a part of a workspace an id, unless it has one."""
+    if isinstance(part, list):
+        for each in part:
+            _give_ids(each, numbers)
+    elif isinstance(part, dict):
+        if "type" in part:
+            part.setdefault("id", f"{_OPENING}-{next(numbers)}")
+        for each in part.values():
+            _give_ids(each, numbers)

@@ -10,7 +10,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import exchange, messages, missions, remedies
-from motorcade.service.documents import example, examples, open_file, open_text, project_text
+from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
 from motorcade.service.messages import Nothing, decode
@@ -140,6 +140,7 @@ REQUESTS: dict[str, Request] = {
     "remedy": Request(remedies.RemedyOrder, remedies.RemedyChanges, lambda order, context: remedies.carry_out(order)),
     "open": Request(messages.Text, messages.Project, lambda file, context: open_file(file.text)),
     "save-text": Request(messages.Project, messages.Text, _save_text),
+    "opening": Request(Nothing, messages.Project, lambda message, context: opening()),
     "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),
     "example": Request(messages.ExampleName, messages.Project, lambda wanted, context: example(wanted.id)),
     "missions": Request(Nothing, list[missions.MissionEntry], _list_missions),

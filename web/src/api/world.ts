@@ -35,7 +35,9 @@ export interface Picture extends Columns {
 export type EventKind = (typeof KINDS)[number];
 export type LossReason = (typeof LOSS_REASONS)[number];
 
-const PICTURE = 1;
+/** The kind of a picture, and the flag of one that doesn't continue the one before. */
+export const PICTURE = 1;
+export const FIRST = 2;
 
 /** Null for bytes that are no picture: of another kind, or cut off. */
 export function decodePicture(bytes: ArrayBuffer): Picture | null {

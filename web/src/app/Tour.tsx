@@ -3,7 +3,7 @@ import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { alterBlocks } from "../blocks/rows";
 import { playWhenReady } from "../mat/actions";
-import { FIRST_STEPS, FIRST_SWARM } from "../projects/project";
+import { BLANK, FIRST_STEPS, FIRST_SWARM, loadProject, markSaved } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -15,9 +15,21 @@ const STEPS = ["blocks", "followers", "drive"] as const;
 /** What the page lights up at each step. */
 const PLACES = { blocks: "blocks", followers: "blocks", drive: "stage" } as const;
 
-/** Give blocks to whoever has none, so that the tour has something to show; undo takes them back. */
+/**
+ * Give blocks to whoever has none, so that the tour has something to show; undo takes them back. What a first visit finds
+ * makes room for them.
+ */
 function first(): void {
-  if ((useStudio.getState().compiled?.states ?? 0) === 0) alterBlocks(FIRST_STEPS.leader, FIRST_STEPS.followers);
+  const { compiled, isOpening, unsaved } = useStudio.getState();
+  const give = () => alterBlocks(FIRST_STEPS.leader, FIRST_STEPS.followers);
+  if (isOpening && !unsaved) {
+    loadProject(BLANK);
+    // The editors are filled in the same turn.
+    setTimeout(() => {
+      markSaved();
+      give();
+    });
+  } else if ((compiled?.states ?? 0) === 0) give();
 }
 
 /** Only where the leader's two blocks are the tour's own: other programs stay as they are. */

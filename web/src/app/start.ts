@@ -7,6 +7,7 @@ import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
 import { startLanguages } from "../i18n";
+import { request } from "../api/service";
 import { openSharedLink } from "../projects/actions";
 import { looking, lookAt } from "../pupil/looking";
 import { attemptInClass, findPupilsWork, startPupil } from "../pupil/store";
@@ -16,7 +17,7 @@ import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog } from "../state/dialogs";
 import { replaceForbiddenStorage } from "../state/forbiddenStorage";
-import { startSettings } from "../state/settings";
+import { startSettings, useSettings } from "../state/settings";
 import { loadFigures, useStudio } from "../state/studio";
 import { listenForKeys } from "./keys";
 import { compileEveryChange } from "../words/compiling";
@@ -69,10 +70,22 @@ async function openPupilsProject(): Promise<boolean> {
   return true;
 }
 
+/** Open what a first visit finds, whose cars drive at once; false for those who have seen it, or come by a link. */
+async function openOpening(): Promise<boolean> {
+  if (useSettings.getState().toured || location.hash) return false;
+  const project = await request("opening").catch(() => null);
+  if (!project) return false;
+  loadProject(project);
+  useStudio.setState({ isOpening: true });
+  return true;
+}
+
 async function openFirstProject(): Promise<void> {
   if (await openPupilsProject()) return;
-  const { key, stored } = useStudio.getState().capabilities?.classroom === "pupil" ? await findPupilsWork() : await findWork();
+  const isPupil = useStudio.getState().capabilities?.classroom === "pupil";
+  const { key, stored } = isPupil ? await findPupilsWork() : await findWork();
   place = key;
+  if (!stored && !isPupil && (await openOpening())) return;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false, kept: stored?.kept ?? null, attempts: stored?.attempts ?? {} });
   void resumeMission();

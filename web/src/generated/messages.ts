@@ -701,6 +701,7 @@ export interface Requests {
   "remedy": { message: RemedyOrder; answer: RemedyChanges };
   "open": { message: Text; answer: Project };
   "save-text": { message: Project; answer: Text };
+  "opening": { message: Nothing; answer: Project };
   "examples": { message: Nothing; answer: Example[] };
   "example": { message: ExampleName; answer: Project };
   "missions": { message: Nothing; answer: MissionEntry[] };

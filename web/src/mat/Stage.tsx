@@ -69,7 +69,8 @@ function Notice({ session }: { session: Session }) {
   const link = useMat((now) => now.link);
   const problem = useMat((now) => now.problem);
   const isLost = link === "lost" || link === "elsewhere";
-  const isStarting = useStudio(({ service }) => service === "starting");
+  const hasCars = useMat(({ hello }) => Boolean(hello?.cars));
+  const isStarting = useStudio(({ service }) => service === "starting") && !hasCars;
   const waiting = isStarting ? t("server.starting") : isLost ? t(`mat.link.${link}`) : null;
   const mat = useStudio((studio) => studio.mat);
   const beside = useMemo(() => carBeside(mat), [mat]);

@@ -163,7 +163,9 @@ export function askWhy(session: Session, car: number): void {
 /** Let the cars drive: at once, or as soon as there are any, unless another project is opened before. */
 export function playWhenReady(): void {
   const { generation } = useStudio.getState();
-  const press = () => document.getElementById("mat-play")?.click();
+  const press = () => {
+    if (!useMat.getState().state?.playing) document.getElementById("mat-play")?.click();
+  };
   if (useMat.getState().hello?.cars) {
     press();
     return;

@@ -43,6 +43,7 @@ export function sameRunning(a: Running, b: Running): boolean {
   return EDITORS.every((editor) => (a.get(editor) ?? []).join() === (b.get(editor) ?? []).join());
 }
 
+const CALM = "(prefers-reduced-motion: reduce)";
 const BEGINNING_KEY = "motorcade.world.beginning";
 const SEED_KEY = "motorcade.world.seed";
 const SYNC_MS = 120;
@@ -98,6 +99,7 @@ export class Session {
       stopSeed();
       stop();
     };
+    this.playRequested = useStudio.getState().isOpening && !matchMedia(CALM).matches;
     this.connection = new WorldConnection(this.name, {
       onPicture: (picture) => this.receivePicture(picture),
       onAnswer: (answer) => this.receive(answer),

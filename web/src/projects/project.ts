@@ -73,6 +73,7 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     selection: null,
     base: project.name && project.version ? { name: project.name, version: project.version } : null,
     editor: "leader",
+    isOpening: false,
     generation: generation + 1,
   }));
 }

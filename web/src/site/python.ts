@@ -10,6 +10,7 @@ interface Pyodide {
   pyimport: (name: string) => unknown;
   runPython: (code: string) => unknown;
   makeMemorySnapshot: () => Uint8Array<ArrayBuffer>;
+  _module: { HEAP8: Int8Array };
 }
 
 interface FileSystem {
@@ -63,9 +64,10 @@ export async function startPython(places: Places): Promise<Shell> {
   try {
     return await startFrom(places, stored);
   } catch (error) {
-    // The next try begins without the snapshot: it may be damaged.
-    if (stored) await storeSnapshot(places.python, null);
-    throw error;
+    if (!stored) throw error;
+    // It may be damaged. The next visit has another one.
+    await storeSnapshot(places.python, null);
+    return startFrom(places, null);
   }
 }
 
@@ -82,12 +84,14 @@ async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<S
     ...(snapshot ? { _loadSnapshot: snapshot } : { _makeSnapshot: canStore() }),
   });
   const engine = await opening;
+  const heap = python._module.HEAP8.length;
   if (snapshot) {
     // All that begin with one snapshot would draw the same numbers.
     python.runPython("import random; random.seed()");
   } else if (canStore()) {
     python.runPython("import motorcade.browser.preload");
-    void storeSnapshot(places.python, python.makeMemorySnapshot());
+    // Pyodide can't begin with a memory that has grown (its issue 6254).
+    if (python._module.HEAP8.length === heap) void storeSnapshot(places.python, python.makeMemorySnapshot());
   }
   const shell = python.pyimport("motorcade.browser.shell") as { start: (openInstance: () => EngineInstance) => Shell };
   return shell.start(() => engine.instance());

@@ -3,6 +3,8 @@
 import { RefusedError, type Service, type Stream, type StreamListeners, type StreamName, UnreachableError } from "../api/service";
 import type { ErrorAnswer, Requests } from "../generated/messages";
 import { useStudio } from "../state/studio";
+import { FirstWorld } from "./firstWorld";
+import { Opening } from "./opening";
 import type { Places } from "./protocol";
 import { RestartingWorker } from "./restartingWorker";
 
@@ -18,6 +20,8 @@ export class WorkerService implements Service {
   private hasAsked = false;
   private second: RestartingWorker | null = null;
   private readonly files = new Map<string, Promise<unknown>>();
+  /** What a first visit finds; null where nobody asked for it. */
+  private opening: Opening | null = null;
 
   /**
    * @param makeWorker makes a worker that runs `worker.ts`.
@@ -35,6 +39,13 @@ export class WorkerService implements Service {
 
   async ask<Name extends keyof Requests>(name: Name, message: Requests[Name]["message"] | null): Promise<Requests[Name]["answer"]> {
     if (STATIC.includes(name)) return (await this.file(`start/${name}.json`)) as Requests[Name]["answer"];
+    if (name === "opening") {
+      // Where the file is missing, Python answers.
+      this.opening ??= await Opening.load(this.fileUrl).catch(() => null);
+      if (this.opening) return this.opening.project as Requests[Name]["answer"];
+    }
+    const compiled = name === "compile" ? this.opening?.compiled(message as Requests["compile"]["message"]) : null;
+    if (compiled) return compiled as Requests[Name]["answer"];
     const worker = LONG.includes(name) ? this.secondWorker() : this.worker;
     const text = await worker.ask(name, JSON.stringify(message ?? {}));
     const { answer, error } = JSON.parse(text) as { answer?: Requests[Name]["answer"]; error?: ErrorAnswer };
@@ -44,7 +55,9 @@ export class WorkerService implements Service {
   }
 
   openStream(name: StreamName, session: string, listeners: StreamListeners): Stream {
-    return this.worker.openStream(name, session, listeners);
+    const open = (each: StreamListeners) => this.worker.openStream(name, session, each);
+    const isFirst = name === "world" && this.opening && useStudio.getState().service === "starting";
+    return isFirst ? new FirstWorld(this.opening!, session, listeners, open) : open(listeners);
   }
 
   /** Ask the browser once not to clear what this site has stored when it needs room. */

@@ -38,6 +38,8 @@ export interface Studio {
   stored: boolean;
   /** The version of the library that the project was made from; null for none. */
   base: { name: string; version: number } | null;
+  /** The project is what a first visit finds. */
+  isOpening: boolean;
   /** Counts the projects opened: with each, the editors are filled anew. */
   generation: number;
 
@@ -92,6 +94,7 @@ export const useStudio = create<Studio>(() => ({
   unsaved: false,
   stored: false,
   base: null,
+  isOpening: false,
   generation: 0,
   profileFigures: null,
   capabilities: null,

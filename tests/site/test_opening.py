@@ -1,0 +1,240 @@
+"""A first visit: the page steps the opening's world until Python takes it over, bit for bit and without a jump.
+
+The page's own code runs in Node (`support/first_world.mjs`), and Python's shell on this computer.
+"""
+
+import json
+import subprocess
+import sys
+from base64 import b64decode, b64encode
+from pathlib import Path
+
+import pytest
+
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.browser.opening import opening_zip
+from motorcade.browser.shell import CAPABILITIES, Shell
+from motorcade.browser.storage import BrowserStorage
+from motorcade.engine.events import LOST
+from motorcade.engine.linear_memory import PATH
+from motorcade.engine.moment import moment_bytes, unpack_events
+from motorcade.server.studio.driving import build_world
+from motorcade.service.documents import example, opening
+from motorcade.service.history import FIRST, HEADER_BYTES, header_of
+from motorcade.service.messages import Blocks, decode
+from motorcade.service.programs import compile_blocks
+from motorcade.service.world_messages import SetWorld
+from support.pictures import Picture
+
+SCRIPT = Path(__file__).parents[1] / "support" / "first_world.mjs"
+KEY = "ab" * 16
+PLAY, PAUSE = {"do": "play", "speed": 1}, {"do": "pause"}
+MOVE = {"do": "move", "car": 1, "x_m": 0.5, "y_m": 0.5, "heading_deg": 90}
+# A call of the page's timer, as the page has it.
+FRAME_MS = 50
+PROJECTS = {"opening": opening(), "herd": example("herd"), "ripple": example("ripple")}
+
+
+def set_of(project):
+    """The message by which a page sets the world of a project."""
+    image = compile_blocks(Blocks(project.leader, project.followers, project.profile)).image
+    asked = {"image": b64encode(image).decode(), "mat": project.mat, "range_mm": project.range_mm, "mission": None}
+    return {"do": "set", "profile": project.profile, "seed": 0, **asked}
+
+
+def world_of(message):
+    return build_world(message, DrivenCars(), CAPABILITIES.most_cars)
+
+
+class Visit:
+    """A first visit to a project.
+
+    Attributes:
+        told: the last answer of each kind that the page got.
+        pictures: all that the page got, as bytes.
+        worlds: those that Python has built.
+    """
+
+    def __init__(self, folder, project):
+        archive = folder / "opening.zip"
+        archive.write_bytes(opening_zip(project))
+        command = [str(Path(sys.executable).with_name("node")), str(SCRIPT), str(archive), str(PATH)]
+        self._node = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", bufsize=1
+        )
+        self._now_s = 0.0
+        self.worlds = []
+        self._shell = Shell(BrowserStorage(), self._make, lambda: self._now_s)
+        self._is_open = False
+        self.told, self.pictures = {}, []
+
+    def _make(self, message):
+        self.worlds.append(world_of(message))
+        return self.worlds[-1]
+
+    def close(self):
+        self._node.stdin.close()
+        self._node.wait(20)
+        self._node.stdout.close()
+
+    def say(self, *messages):
+        for message in messages:
+            self._do(send=json.dumps(message))
+
+    def pass_time(self, duration_ms):
+        for _ in range(duration_ms // FRAME_MS):
+            self._now_s += FRAME_MS / 1000
+            self._do(advance_ms=FRAME_MS)
+
+    def start_python(self):
+        self._is_open = True
+        self._answer(self._shell.open(1, "world", KEY), open=True)
+
+    def lose_python(self):
+        """Python has not started, and begins again."""
+        self._do(lose=True)
+
+    def _do(self, **order):
+        self._node.stdin.write(json.dumps(order) + "\n")
+        got = json.loads(self._node.stdout.readline())
+        for each in got["page"]:
+            if isinstance(each, str):
+                answer = json.loads(each)
+                self.told[answer["is"]] = answer
+            else:
+                self.pictures.append(b64decode(each[0]))
+                self._do(send=json.dumps({"do": "shown", "frame": header_of(self.pictures[-1]).number}))
+        for each in got["python"]:
+            self._answer(self._shell.receive(1, each))
+        if self._is_open and 0 <= self._shell.wait_s(1) <= 0:
+            self._answer(self._shell.advance(1))
+
+    def _answer(self, sent, **order):
+        texts = [each for each in sent if isinstance(each, str)]
+        pictures = [b64encode(each).decode() for each in sent if isinstance(each, bytes)]
+        if sent or order:
+            self._do(texts=texts, pictures=pictures, **order)
+
+
+@pytest.fixture
+def visit(tmp_path, request):
+    made = Visit(tmp_path, PROJECTS[getattr(request, "param", "opening")])
+    made.message = set_of(PROJECTS[getattr(request, "param", "opening")])
+    yield made
+    made.close()
+
+
+def assert_continues(visit):
+    """All pictures and their events are those of a world that Python has run from the beginning."""
+    world, events = world_of(decode(json.dumps(visit.message), SetWorld)), []
+    for data in visit.pictures:
+        header = header_of(data)
+        assert header.t_ms >= world.now_ms
+        events += unpack_events(world.run(header.t_ms - world.now_ms))
+        at = HEADER_BYTES + moment_bytes(header.cars)
+        assert data[HEADER_BYTES:at] == world.moment(is_stored=False), header.t_ms
+        assert header.lost == sum(each.kind == LOST and each.t_ms >= header.t_ms - 5000 for each in events)
+    shown = [each for data in visit.pictures for each in Picture(data).events]
+    assert shown == events
+    assert sum(header_of(data).flags & FIRST > 0 for data in visit.pictures) == 1
+
+
+@pytest.mark.parametrize("visit", PROJECTS, indirect=True)
+def test_python_takes_the_world_over_at_a_tick(visit):
+    """Cars drive before Python is ready, and go on as if Python had driven them from the beginning."""
+    visit.say(visit.message)
+    assert visit.told["state"]["playing"] is False
+    visit.say(PLAY)
+    visit.pass_time(3000)
+    assert header_of(visit.pictures[-1]).t_ms > 2500
+    assert visit.worlds == []
+    before = len(visit.pictures)
+    visit.start_python()
+    visit.pass_time(3000)
+    assert header_of(visit.pictures[-1]).t_ms > 5500
+    assert visit.told["state"]["playing"] is True
+    assert_continues(visit)
+    # All before it came from the page's own world.
+    [world] = visit.worlds
+    assert world.now_ms >= header_of(visit.pictures[-1]).t_ms
+    assert len(visit.pictures) > before + 10
+
+
+def test_pause_speed_and_a_new_beginning_need_no_python(visit):
+    visit.say(visit.message, {"do": "play", "speed": 4})
+    visit.pass_time(1000)
+    visit.say(PAUSE)
+    paused_ms = visit.told["state"]["t_ms"]
+    assert paused_ms > 3000
+    visit.pass_time(500)
+    visit.say({"do": "step", "ticks": 5})
+    assert visit.told["state"]["t_ms"] == paused_ms + 5
+    visit.say({"do": "reset", "seed": 0})
+    assert (visit.told["state"]["t_ms"], visit.told["state"]["playing"]) == (0, False)
+    visit.pictures.clear()
+    visit.say(PLAY)
+    visit.pass_time(500)
+    visit.say(PAUSE)
+    paused_ms = visit.told["state"]["t_ms"]
+    visit.start_python()
+    visit.pass_time(500)
+    # A paused world is taken over, too, and stays paused.
+    assert [world.now_ms for world in visit.worlds] == [paused_ms]
+    visit.say(PLAY)
+    visit.pass_time(500)
+    assert visit.worlds[0].now_ms > paused_ms
+
+
+def test_what_only_python_can_do_happens_at_the_tick_at_which_it_was_asked_for(visit):
+    visit.say(visit.message, PLAY)
+    visit.pass_time(1000)
+    visit.say({"do": "watch", "car": 1}, MOVE)
+    visit.pass_time(1000)
+    moved_ms = header_of(visit.pictures[-1]).t_ms
+    assert moved_ms < 1100
+    visit.start_python()
+    visit.pass_time(1000)
+    world = world_of(decode(json.dumps(visit.message), SetWorld))
+    world.run(moved_ms)
+    world.move(*(MOVE[name] for name in ("car", "x_m", "y_m", "heading_deg")))
+    last = header_of(visit.pictures[-1])
+    assert last.t_ms > moved_ms + 500
+    world.run(last.t_ms - moved_ms)
+    at = HEADER_BYTES + moment_bytes(last.cars)
+    assert visit.pictures[-1][HEADER_BYTES : at - last.cars] == world.moment(is_stored=False)[: -last.cars]
+    assert visit.told["car"]["car"] == 1
+
+
+@pytest.mark.parametrize("is_ready", [False, True])
+def test_another_world_than_the_openings_is_pythons(visit, is_ready):
+    """The user has opened another project, or changed the blocks, before Python was ready or just then."""
+    visit.say(visit.message, PLAY)
+    visit.pass_time(500)
+    other = visit.message | {"mat": {**visit.message["mat"], "car": visit.message["mat"]["car"][:3]}}
+    if is_ready:
+        visit.start_python()
+    visit.say(other, PLAY)
+    if not is_ready:
+        visit.pass_time(500)
+        visit.start_python()
+    visit.pass_time(1000)
+    assert visit.told["hello"]["cars"] == 3
+    assert visit.told["state"]["playing"] is True
+    assert visit.worlds[-1].now_ms > 500
+    assert header_of(visit.pictures[-1]).cars == 3
+
+
+def test_python_that_begins_again_takes_the_world_over_then(visit):
+    visit.say(visit.message, PLAY)
+    visit.pass_time(500)
+    visit.lose_python()
+    visit.pass_time(500)
+    visit.start_python()
+    visit.pass_time(500)
+    assert_continues(visit)
+    assert len(visit.worlds) == 1
+
+
+def test_the_same_project_gives_the_same_file():
+    assert opening_zip(opening()) == opening_zip(opening())
+    assert opening_zip(opening()) != opening_zip(example("herd"))
