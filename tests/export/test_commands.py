@@ -5,7 +5,7 @@ import json
 import pytest
 
 from motorcade.export import TARGETS, export
-from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
+from motorcade.words.formats import FORMATS, fingerprint
 from support.command_line import Terminal, data, refusal, run
 
 
@@ -51,7 +51,7 @@ def test_a_folder_that_can_not_be_is_a_sentence(tmp_path):
 def test_formats_prints_fields_and_fingerprints():
     printed = data("formats")
     assert [(each["name"], each["fingerprint"]) for each in printed] == [
-        (word_format.name, f"0x{fingerprint(word_format):08X}") for word_format in (HEADER, CONTROL, DRIVE, FRAME)
+        (word_format.name, f"0x{fingerprint(word_format):08X}") for word_format in FORMATS
     ]
     angle = next(field for field in printed[2]["fields"] if field["name"] == "angle")
     assert {key: angle[key] for key in ("high", "low", "minimum", "maximum", "default", "unit")} == {
@@ -66,7 +66,7 @@ def test_formats_prints_fields_and_fingerprints():
 
 def test_formats_shows_tables_on_a_terminal():
     shown = run("formats", stdout=Terminal()).out
-    for word_format in (HEADER, CONTROL, DRIVE, FRAME):
+    for word_format in FORMATS:
         assert f"{word_format.name}, fingerprint 0x{fingerprint(word_format):08X}" in shown
     assert "0 to 180 deg" in shown
     assert json.loads(run("formats", "--json", stdout=Terminal()).out) == data("formats")
