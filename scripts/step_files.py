@@ -41,8 +41,8 @@ def step_types() -> str:
 def _step_kinds() -> list[dict[str, Any]]:
     """The blocks of all kinds of steps, in the order of the page's toolbox.
 
-    ``holds`` says whether other steps stand inside the block. ``group`` and ``hue`` are absent where the kind has no
-    bits of a word.
+    ``holds`` says whether other steps stand inside the block. ``group``, ``hue`` and ``sets``, the fields of the word
+    that are the same in each step of the kind, are absent where the kind has no bits of a word.
     """
     return [
         {
@@ -53,23 +53,32 @@ def _step_kinds() -> list[dict[str, Any]]:
             "accompanies": kind.accompanies,
             "holds": kind in (TogetherStep, RepeatStep),
             "fields": [_input(each) for each in own_fields(kind)],
-            **({"group": kind.group, "hue": kind.hue} if kind.group else {}),
+            **({"group": kind.group, "hue": kind.hue, "sets": kind.sets} if kind.group else {}),
         }
         for kind in KINDS.values()
     ]
 
 
 def _input(field: Field[Any]) -> dict[str, Any]:
-    """How a field is edited in its block: a choice, a level, a number or seconds."""
+    """How a field is edited in its block: a choice, a level, a number or seconds; ``word``, what it fills in a word."""
     name, schema = field.name.upper(), field.metadata["schema"]
+    word = {"word": field.metadata["word"]} if "word" in field.metadata else {}
     if field.name == "seconds":
-        return {"input": "seconds", "name": name}
+        return {"input": "seconds", "name": name, **word}
     if "enum" in schema:
-        return {"input": "choice", "name": name, "options": list(schema["enum"])}
+        least = field.metadata["least"]
+        return {"input": "choice", "name": name, **word, "options": list(schema["enum"]), "least": least}
     first = field.metadata["first"]
     if "menu" in field.metadata:
         levels = list(range(schema["minimum"], schema["maximum"] + 1))
-        return {"input": "level", "name": name, "menu": field.metadata["menu"], "levels": levels, "first": first}
+        return {
+            "input": "level",
+            "name": name,
+            **word,
+            "menu": field.metadata["menu"],
+            "levels": levels,
+            "first": first,
+        }
     return {"input": "number", "name": name, "minimum": schema["minimum"], "first": first}
 
 

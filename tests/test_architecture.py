@@ -27,7 +27,7 @@ ARROWS = {
     "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
     # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
-    "cameras": ("engine", "runs"),
+    "cameras": ("engine", "mats", "runs"),
     "car": ("words",),
     "classroom": ("cameras", "config", "drive", "engine", "server", "service", "sockets", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.

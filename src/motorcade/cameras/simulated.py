@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from motorcade.engine.moment import Moment
+from motorcade.mats.lines import way_of
 from motorcade.runs.palette import LEDS
 from motorcade.runs.recording import Description
 
@@ -38,6 +39,10 @@ _QUALITY = 70
 _SKY, _HAZE = (150, 190, 225), (205, 215, 222)
 _FLOOR, _LINE = (228, 222, 208), (180, 170, 150)
 _OUTSIDE = (190, 186, 176)
+_DARK = (30, 31, 36)
+# Dark marks on the floor are drawn once, from above: so fine where they are no larger than the picture may be.
+_FINE_M = 0.005
+_MOST_CELLS = 4000
 _WALL, _OBSTACLE = (200, 120, 80), (120, 130, 145)
 _LEADER, _FOLLOWER, _PERSON = (36, 87, 197), (176, 42, 91), (80, 110, 80)
 _LAMP, _TAIL = (255, 250, 220), (220, 30, 30)
@@ -63,6 +68,52 @@ class _Seen(NamedTuple):
     colour: RGB
 
 
+class _DarkFloor(NamedTuple):
+    """What is dark on the floor, from above: the lower left corner, the cells in a metre, and the cells' darkness."""
+
+    left_m: float
+    low_m: float
+    per_m: float
+    cells: NDArray[np.bool_]
+
+    def at(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+        """Return whether the floor is dark at each of these points."""
+        column = np.floor((x - self.left_m) * self.per_m).astype(int)
+        row = np.floor((y - self.low_m) * self.per_m).astype(int)
+        rows, columns = self.cells.shape
+        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        dark: NDArray[np.bool_] = inside & self.cells[np.where(inside, row, 0), np.where(inside, column, 0)]
+        return dark
+
+
+def _dark_floor(about: Description) -> _DarkFloor | None:
+    """Draw the lines, spots and patches of a mat from above; None where there are none."""
+    mat = about.mat
+    bands = [(way_of(line), line.width_m) for line in mat.lines] + [
+        ([(x, y)], 2 * radius) for x, y, radius in mat.spots
+    ]
+    areas = [*bands, *((list(corners), 0.0) for corners in mat.patches)]
+    if not areas:
+        return None
+    low = [min(point[axis] - wide_m / 2 for points, wide_m in areas for point in points) for axis in (0, 1)]
+    high = [max(point[axis] + wide_m / 2 for points, wide_m in areas for point in points) for axis in (0, 1)]
+    size_m = max(high[0] - low[0], high[1] - low[1], _FINE_M)
+    per_m = min(1 / _FINE_M, _MOST_CELLS / size_m)
+    size = [math.ceil((high[axis] - low[axis]) * per_m) + 1 for axis in (0, 1)]
+    image = Image.new("1", (size[0], size[1]))
+    pen = ImageDraw.Draw(image)
+    for points, wide_m in areas:
+        cells = [((x - low[0]) * per_m, (y - low[1]) * per_m) for x, y in points]
+        if not wide_m:
+            pen.polygon(cells, fill=1)
+            continue
+        half = wide_m / 2 * per_m
+        pen.line(cells, fill=1, width=max(1, round(2 * half)))
+        for x, y in cells:
+            pen.ellipse((x - half, y - half, x + half, y + half), fill=1)
+    return _DarkFloor(low[0], low[1], per_m, np.array(image, bool))
+
+
 class Scene:
     """Draws the pictures of the cameras of a run; ``width`` and ``height`` are in pixels."""
 
@@ -78,6 +129,7 @@ class Scene:
             walls += [(*here, *there, 1) for here, there in zip(corners, corners[1:] + corners[:1], strict=True)]
         self._walls = np.array(walls, float).reshape(-1, 5)
         self._discs = np.array(about.mat.discs, float).reshape(-1, 3)
+        self._dark = _dark_floor(about)
         self._focus = width / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
         self._horizon = height * 0.42
         self._width, self._height = width, height
@@ -117,6 +169,8 @@ class Scene:
             inside = (floor_x >= 0) & (floor_x <= w) & (floor_y >= 0) & (floor_y <= h)
             ground = np.where(inside[..., None], ground, np.array(_OUTSIDE, np.float32))
         shaded = ground + (np.array(_LINE, np.float32) - ground) * lines[..., None]
+        if self._dark:
+            shaded = np.where(self._dark.at(floor_x, floor_y)[..., None], np.array(_DARK, np.float32), shaded)
         picture[self._floor_rows] = _hazy(shaded, np.broadcast_to(ahead, lines.shape))
 
     def _draw_walls(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> Floats:

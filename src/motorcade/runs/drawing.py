@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from motorcade.engine.moment import Moment
 from motorcade.errors import Phrase
 from motorcade.locales import FIRST, catalogue
+from motorcade.mats.lines import way_of
 from motorcade.runs.palette import LEDS, rgb
 from motorcade.runs.recording import Description, Recording
 
@@ -23,12 +24,17 @@ _PERSON_M = 0.3
 _WALL = "#3a3a3a"
 _SOLID = "#b5b5b5"
 _PERSON = "#5b8fd6"
+_BED = "#b9bdc4"
+_DARK = "#17181c"
+# A road as wide as the page draws it, under each line that is no wider than this.
+_ROAD_M = 0.2
+_WIDEST_M = 0.1
 _LEAST_POINTS = 1.6
 _LEAST_LEADER_POINTS = 5.0
 _DETAIL_POINTS = 7
 
 # The colours that do not depend on words.
-PLAIN = np.array([rgb(colour) for colour in (_WALL, _SOLID, _PERSON, "#202020", *LEDS)], np.float32)
+PLAIN = np.array([rgb(colour) for colour in (_WALL, _SOLID, _PERSON, _BED, _DARK, "#202020", *LEDS)], np.float32)
 
 # Fonts with Chinese letters, where Matplotlib's own has none.
 _CHINESE_FONTS = (
@@ -94,7 +100,7 @@ def recording_box(recording: Recording) -> Box:
 
 
 def draw_mat(axes: Axes, about: Description) -> None:
-    """Draw the mat's edge, walls and obstacles, and label the axes in metres."""
+    """Draw the mat's edge, roads, walls and obstacles, and label the axes in metres."""
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
@@ -103,12 +109,38 @@ def draw_mat(axes: Axes, about: Description) -> None:
     if about.mat.size_m:
         style = {"linewidth": 3.0} if about.mat.walled else {"linewidth": 1.0, "linestyle": "--"}
         axes.add_patch(Rectangle((0, 0), *about.mat.size_m, fill=False, edgecolor=_WALL, **style))
+    _draw_marks(axes, about)
     for x, y, radius_m in about.mat.discs:
         axes.add_patch(Circle((x, y), radius_m, facecolor=_SOLID, edgecolor=_WALL))
     for corners in about.mat.polygons:
         axes.add_patch(Polygon(corners, facecolor=_SOLID, edgecolor=_WALL))
     walls = [[(x0, y0), (x1, y1)] for x0, y0, x1, y1 in about.mat.walls]
     axes.add_collection(LineCollection(walls, colors=_WALL, linewidths=3, capstyle="round"))
+
+
+def _draw_marks(axes: Axes, about: Description) -> None:
+    """Draw what is dark on the floor, and a bed under lines: all beds first, so that roads that cross are one."""
+    ways = [(np.array(way_of(line)), line.width_m) for line in about.mat.lines]
+    for way, width_m in ways:
+        if width_m <= _WIDEST_M:
+            _draw_band(axes, way, _ROAD_M, _BED, 0.5)
+    for way, width_m in ways:
+        _draw_band(axes, way, width_m, _DARK, 0.6)
+    for x, y, radius_m in about.mat.spots:
+        axes.add_patch(Circle((x, y), radius_m, facecolor=_DARK, zorder=0.6))
+    for corners in about.mat.patches:
+        axes.add_patch(Polygon(corners, facecolor=_DARK, zorder=0.6))
+
+
+def _draw_band(axes: Axes, way: NDArray[np.float64], width_m: float, colour: str, zorder: float) -> None:
+    """Draw a band of a width in metres along a way: a quadrangle for each stretch, a circle at each point."""
+    along = np.diff(way, axis=0)
+    length = np.hypot(along[:, 0], along[:, 1])[:, None]
+    aside = np.column_stack([-along[:, 1], along[:, 0]]) / np.where(length, length, 1) * width_m / 2
+    begin, end = way[:-1], way[1:]
+    sides = np.stack([begin + aside, end + aside, end - aside, begin - aside], axis=1)
+    axes.add_collection(PolyCollection(list(sides), facecolors=colour, linewidths=0, zorder=zorder))
+    _circles(axes, [width_m], zorder, facecolors=colour, linewidths=0).set_offsets(way)
 
 
 def show_box(axes: Axes, box: Box) -> None:

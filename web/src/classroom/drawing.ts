@@ -10,6 +10,7 @@ import { hexColour, LEDS, pageFont } from "../mat/colours";
 import { floorOf, type Mat } from "../mat/document";
 import { marksOf } from "../mat/floorMarks";
 import { groundOf } from "../mat/floors";
+import { roadMarks } from "../mat/roadMarks";
 
 /** What a small world shows of its cars: some columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
@@ -139,6 +140,7 @@ export function drawWorld(
   context.fillStyle = inks.floor;
   context.fillRect(box.left, box.bottom, box.right - box.left, box.top - box.bottom);
   drawFloor(context, world.mat, scale, inks.floor);
+  drawRoads(context, world.mat);
   drawZones(view, world, inks);
   drawThings(context, world.mat, Math.max(2 / scale, 0.02), inks.thing);
   context.restore();
@@ -184,6 +186,20 @@ export function drawFloor(context: CanvasRenderingContext2D, mat: Mat, scale: nu
     else context.fill();
   }
   context.globalAlpha = 1;
+}
+
+function drawRoads(context: CanvasRenderingContext2D, mat: Mat): void {
+  context.lineCap = context.lineJoin = "round";
+  for (const { way, widthM, colour } of roadMarks(mat)) {
+    context.beginPath();
+    for (const point of way) context.lineTo(...point);
+    context.lineWidth = widthM;
+    context.fillStyle = context.strokeStyle = hexColour(colour);
+    if (widthM) context.stroke();
+    else context.fill();
+  }
+  context.lineCap = "butt";
+  context.lineJoin = "miter";
 }
 
 /** Walls and obstacles in one ink. */

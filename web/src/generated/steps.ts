@@ -12,16 +12,19 @@ export const STEP_KINDS = [
       {
         "input": "choice",
         "name": "DIRECTION",
+        "word": "motor_direction",
         "options": [
           "forward",
           "left",
           "right",
           "random"
-        ]
+        ],
+        "least": 0
       },
       {
         "input": "level",
         "name": "SPEED",
+        "word": "motor_speed",
         "menu": "speed",
         "levels": [
           0,
@@ -33,11 +36,15 @@ export const STEP_KINDS = [
       },
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "motor_duration"
       }
     ],
     "group": "motor",
-    "hue": 219
+    "hue": 219,
+    "sets": {
+      "motor_enable": 1
+    }
   },
   {
     "kind": "wait",
@@ -49,11 +56,17 @@ export const STEP_KINDS = [
     "fields": [
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "motor_duration"
       }
     ],
     "group": "motor",
-    "hue": 219
+    "hue": 219,
+    "sets": {
+      "motor_enable": 1,
+      "motor_direction": 0,
+      "motor_speed": 0
+    }
   },
   {
     "kind": "led",
@@ -66,6 +79,7 @@ export const STEP_KINDS = [
       {
         "input": "level",
         "name": "WHICH",
+        "word": "led_which",
         "menu": "light",
         "levels": [
           0,
@@ -77,11 +91,13 @@ export const STEP_KINDS = [
       },
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "led_duration"
       }
     ],
     "group": "led",
-    "hue": 41
+    "hue": 41,
+    "sets": {}
   },
   {
     "kind": "avoid",
@@ -94,6 +110,7 @@ export const STEP_KINDS = [
       {
         "input": "level",
         "name": "RADIUS",
+        "word": "avoid_radius",
         "menu": "radius",
         "levels": [
           0,
@@ -105,11 +122,15 @@ export const STEP_KINDS = [
       },
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "avoid_duration"
       }
     ],
     "group": "avoid",
-    "hue": 166
+    "hue": 166,
+    "sets": {
+      "avoid_enable": 1
+    }
   },
   {
     "kind": "voice",
@@ -125,7 +146,10 @@ export const STEP_KINDS = [
       }
     ],
     "group": "voice",
-    "hue": 263
+    "hue": 263,
+    "sets": {
+      "voice": 1
+    }
   },
   {
     "kind": "pir",
@@ -141,7 +165,10 @@ export const STEP_KINDS = [
       }
     ],
     "group": "pir",
-    "hue": 22
+    "hue": 22,
+    "sets": {
+      "pir": 1
+    }
   },
   {
     "kind": "follow_line",
@@ -154,6 +181,7 @@ export const STEP_KINDS = [
       {
         "input": "level",
         "name": "SPEED",
+        "word": "motor_speed",
         "menu": "speed",
         "levels": [
           1,
@@ -164,11 +192,17 @@ export const STEP_KINDS = [
       },
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "motor_duration"
       }
     ],
     "group": "motor",
-    "hue": 95
+    "hue": 95,
+    "sets": {
+      "motor_enable": 1,
+      "motor_direction": 0,
+      "floor": 1
+    }
   },
   {
     "kind": "turn_to_line",
@@ -181,14 +215,17 @@ export const STEP_KINDS = [
       {
         "input": "choice",
         "name": "DIRECTION",
+        "word": "motor_direction",
         "options": [
           "left",
           "right"
-        ]
+        ],
+        "least": 1
       },
       {
         "input": "level",
         "name": "SPEED",
+        "word": "motor_speed",
         "menu": "speed",
         "levels": [
           1,
@@ -199,11 +236,16 @@ export const STEP_KINDS = [
       },
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "motor_duration"
       }
     ],
     "group": "motor",
-    "hue": 95
+    "hue": 95,
+    "sets": {
+      "motor_enable": 1,
+      "floor": 1
+    }
   },
   {
     "kind": "stop_on_dark",
@@ -216,6 +258,7 @@ export const STEP_KINDS = [
       {
         "input": "level",
         "name": "SPEED",
+        "word": "motor_speed",
         "menu": "speed",
         "levels": [
           1,
@@ -226,11 +269,17 @@ export const STEP_KINDS = [
       },
       {
         "input": "seconds",
-        "name": "SECONDS"
+        "name": "SECONDS",
+        "word": "motor_duration"
       }
     ],
     "group": "motor",
-    "hue": 95
+    "hue": 95,
+    "sets": {
+      "motor_enable": 1,
+      "motor_direction": 3,
+      "floor": 1
+    }
   },
   {
     "kind": "floor",
@@ -246,7 +295,10 @@ export const STEP_KINDS = [
       }
     ],
     "group": "floor",
-    "hue": 95
+    "hue": 95,
+    "sets": {
+      "floor": 1
+    }
   },
   {
     "kind": "repeat",

@@ -47,7 +47,7 @@ export function Inspector({ session }: InspectorProps) {
       {car !== null && <CarInspector session={session} car={car} />}
       {!inMission && (
         <>
-          <PieceInspector />
+          <PieceInspector session={session} />
           <Voices />
         </>
       )}

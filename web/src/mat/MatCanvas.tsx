@@ -3,12 +3,12 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
-import { askWhy, dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
+import { askWhy, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
 import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
 import { attachPointers, gripAt } from "./pointer";
-import { chasedCar, choose, type Chosen, toggleChase, useMat } from "./store";
+import { chasedCar, choose, type Chosen, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
 import type { Session } from "./session";
 import { ToolButton } from "./fields";
@@ -77,6 +77,9 @@ function connect(scene: Scene, session: Session): () => void {
       dragTo(session, grip, to, by);
     },
     onDrop: endEdit,
+    isDrawing: () => useMat.getState().drawing,
+    onSketch: (stroke) => scene.sketch(stroke),
+    onStroke: drawRoad,
   });
   return () => {
     for (const end of ends) end();
@@ -105,6 +108,13 @@ function chaseNext(session: Session, car: number, step: 1 | -1): void {
   const cars = useMat.getState().hello?.cars ?? 1;
   choose({ car: (car + step + cars) % cars });
   session.watch();
+}
+
+/** Turn a car by so many degrees, or a road by a right angle. */
+function turn(session: Session, chosen: Chosen, degrees: number): void {
+  if (!chosen) return;
+  if ("car" in chosen) turnCar(session, chosen.car, degrees);
+  else if (chosen.piece.kind === "line") turnRoad(chosen.piece);
 }
 
 /** Act on a key; false for a key that means nothing here. */
@@ -139,9 +149,12 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
     Delete: () => removeChosen(session),
     Backspace: () => removeChosen(session),
     Enter: () => chosen && "car" in chosen && askWhy(session, chosen.car),
-    Escape: () => choose(null),
-    r: () => chosen && "car" in chosen && turnCar(session, chosen.car, -TURN_DEG),
-    R: () => chosen && "car" in chosen && turnCar(session, chosen.car, TURN_DEG),
+    Escape: () => {
+      choose(null);
+      drawRoads(false);
+    },
+    r: () => turn(session, chosen, -TURN_DEG),
+    R: () => turn(session, chosen, TURN_DEG),
   };
   const action = keys[event.key];
   action?.();

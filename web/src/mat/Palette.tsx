@@ -5,7 +5,7 @@ import { type NewKind, NEW_KINDS, place } from "./actions";
 import { toWorld } from "./camera";
 import { Icon } from "../ui/icons";
 import type { Session } from "./session";
-import { useMat } from "./store";
+import { drawRoads, useMat } from "./store";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 
@@ -19,6 +19,7 @@ interface Drag {
 export const Palette = memo(function Palette({ session }: { session: Session }) {
   const { t } = useTranslation();
   const scene = useMat((now) => now.scene);
+  const drawing = useMat((now) => now.drawing);
   const [drag, setDrag] = useState<Drag | null>(null);
   const dragged = useRef(false);
 
@@ -70,6 +71,10 @@ export const Palette = memo(function Palette({ session }: { session: Session }) 
           <span>{t(`mat.things.${kind}`)}</span>
         </button>
       ))}
+      <button type="button" className={fields.button} aria-pressed={drawing} disabled={!scene} onClick={() => drawRoads(!drawing)}>
+        <Icon name="pencil" />
+        <span>{t("mat.drawRoad")}</span>
+      </button>
       {drag && <Ghost {...drag} />}
     </div>
   );

@@ -1,8 +1,9 @@
 import type { Ref } from "react";
 import type { MissionZone } from "../generated/messages";
-import { LEDS } from "./colours";
+import { hexColour, LEDS } from "./colours";
 import { floorOf, type Mat, personAt, type Point } from "./document";
 import { groundOf } from "./floors";
+import { roadMarks } from "./roadMarks";
 import css from "./picture.module.css";
 
 const CAR_M = 0.15;
@@ -48,6 +49,13 @@ export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx
       onPointerLeave={() => onPoint?.(false)}
     >
       {mat.size_m && <rect className={css.floor} style={{ fill: groundOf(floorOf(mat)) }} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
+      {roadMarks(mat).map(({ way: middle, widthM, colour }, k) =>
+        widthM ? (
+          <polyline key={k} className={css.road} stroke={hexColour(colour)} strokeWidth={widthM} points={points(middle)} />
+        ) : (
+          <polygon key={k} fill={hexColour(colour)} points={points(middle)} />
+        ),
+      )}
       {zones.map(({ name, corners_m, centre_m, radius_m }) =>
         centre_m ? (
           <circle key={name} className={css.zone} cx={centre_m[0]} cy={-centre_m[1]!} r={radius_m!} />
@@ -75,7 +83,7 @@ export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx
         <g key={k} transform={`translate(${x} ${-y}) rotate(${-headingDeg})`}>
           <path className={isLeader ? css.leader : css.follower} d={`M${car / 2} 0L${-car / 2} ${-car / 2.6}V${car / 2.6}z`} />
           {LEDS[led] !== undefined && (
-            <g fill={hex(LEDS[led])}>
+            <g fill={hexColour(LEDS[led])}>
               <circle className={css.glow} r={car * 0.7} />
               <circle cx={-car / 6} r={car / 5} />
             </g>
@@ -89,8 +97,6 @@ export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx
 function placed({ at_m, heading_deg = 0, role }: NonNullable<Mat["car"]>[number]): Placed {
   return { at: at_m, headingDeg: heading_deg, isLeader: role === "leader" };
 }
-
-const hex = (colour: number) => `#${colour.toString(16).padStart(6, "0")}`;
 
 /** Left, bottom, right and top of what is there, with some air. */
 function boxOf(mat: Mat, zones: readonly MissionZone[]): [number, number, number, number] {

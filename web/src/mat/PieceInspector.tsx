@@ -5,6 +5,8 @@ import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
 import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
+import { RoadInspector } from "./RoadTools";
+import type { Session } from "./session";
 import { choose, editMat, useMat } from "./store";
 import fields from "./fields.module.css";
 import controls from "../ui/controls.module.css";
@@ -13,7 +15,7 @@ import { classes } from "../ui/classes";
 const MOST_POINTS = 24;
 
 /** All furniture by name, and the chosen piece's points as numbers, for use by keyboard. */
-export function PieceInspector() {
+export function PieceInspector({ session }: { session: Session }) {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
   const chosen = useMat((now) => now.chosen);
@@ -40,7 +42,12 @@ export function PieceInspector() {
           </ListBoxItem>
         ))}
       </ListBox>
-      {piece && <Points id={piece} />}
+      {piece && (
+        <div className={fields.points}>
+          {piece.kind === "line" && <RoadInspector session={session} id={piece} />}
+          <Points id={piece} />
+        </div>
+      )}
     </>
   );
 }
@@ -53,7 +60,7 @@ function Points({ id }: { id: PieceId }) {
   const points = handlesOf(id.kind, piece);
   const path = id.kind === "person" ? (piece as Person).path : null;
   return (
-    <div className={fields.points}>
+    <>
       {path && (
         <ToolSwitch
           label={t("mat.repeats")}
@@ -93,7 +100,7 @@ function Points({ id }: { id: PieceId }) {
           )}
         </div>
       ))}
-    </div>
+    </>
   );
 }
 

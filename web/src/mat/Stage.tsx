@@ -6,12 +6,13 @@ import { isHeard, useStudio, useWords } from "../state/studio";
 import { useMission } from "../missions/store";
 import { ChaseView } from "./ChaseView";
 import { ToolButton } from "./fields";
+import { DrawHint } from "./RoadTools";
 import { ZoneGrips } from "../missions/ZoneGrips";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
 import { carBeside } from "./room";
 import type { Session } from "./session";
-import { choose, useMat } from "./store";
+import { choose, drawRoads, useMat } from "./store";
 import { Sound } from "./sound";
 import { Legend } from "./Legend";
 import { Thoughts } from "./Thoughts";
@@ -23,7 +24,10 @@ import css from "./mat.module.css";
 export function Stage({ session }: { session: Session }) {
   const words = useWords();
   const generation = useStudio((studio) => studio.generation);
-  useEffect(() => choose(null), [generation]);
+  useEffect(() => {
+    choose(null);
+    drawRoads(false);
+  }, [generation]);
   useSound(session);
   return (
     <div className={css.stage}>
@@ -34,6 +38,7 @@ export function Stage({ session }: { session: Session }) {
       <WhyCard />
       <div className={css.top}>
         <Notice session={session} />
+        <DrawHint session={session} />
         <Narration session={session} />
         <Legend session={session} words={words} />
       </div>

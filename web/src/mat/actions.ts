@@ -1,17 +1,20 @@
 /** What pointer, keys and buttons do to cars and furniture. */
 
+import i18next from "i18next";
 import { poseIn } from "../api/world";
+import { notify } from "../state/dialogs";
 import { endEdit, record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed, removedCar, withCar } from "./cars";
-import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type Point, removed, reshaped, rounded } from "./document";
+import { added, type Car, duplicated, type FurnitureKind, listOf, type Mat, moved, type PieceId, type Point, removed, reshaped, rounded } from "./document";
 import type { Grip } from "./pointer";
+import { convoyOn, hasRoomForTile, REACH_M, roadOf, type Tile, TILES, turnedRoad, withRoad, withTile } from "./roads";
 import { freePoint, hasRoomForCar, hasRoomForPiece, type Standing } from "./room";
 import type { Session } from "./session";
-import { choose, editMat, isFixed, useMat } from "./store";
+import { choose, drawRoads, editMat, isFixed, useMat } from "./store";
 
-export type NewKind = FurnitureKind | "leader" | "follower";
-export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
+export type NewKind = Exclude<FurnitureKind, "line"> | Tile | "leader" | "follower";
+export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person", "spot", "patch", ...TILES];
 const BESIDE_M = 0.25;
 /** Half of a car of the classroom's profile, until the world says what its own are. */
 const RADIUS_M = 0.075;
@@ -94,15 +97,53 @@ export function place(session: Session, kind: NewKind, wished: Point): void {
   const { mat } = useStudio.getState();
   const now = standing(session);
   endEdit();
+  drawRoads(false);
+  const isTile = (each: NewKind): each is Tile => (TILES as readonly NewKind[]).includes(each);
+  if (isTile(kind)) {
+    lay(withTile(mat, kind, freePoint(wished, (point) => hasRoomForTile(mat, point))));
+    return;
+  }
   if (kind !== "leader" && kind !== "follower") {
     const at = freePoint(wished, (point) => hasRoomForPiece(mat, now, kind, point));
-    const { mat: changed, id } = added(mat, kind, at);
-    editMat(changed);
-    choose({ piece: id });
+    lay(added(mat, kind, at));
     return;
   }
   const at = freePoint(wished, (point) => hasRoomForCar(mat, now, point));
   addCar(session, { at_m: [rounded(at[0]), rounded(at[1])], ...(kind === "leader" && { role: "leader" }) });
+}
+
+function lay({ mat, id }: { mat: Mat; id: PieceId }): void {
+  editMat(mat);
+  choose({ piece: id });
+}
+
+/** Make a road of a stroke of mouse, pen or finger. */
+export function drawRoad(stroke: readonly Point[]): void {
+  const { mat } = useStudio.getState();
+  const road = roadOf(mat, stroke);
+  if (!road) return;
+  endEdit();
+  lay(withRoad(mat, road, REACH_M));
+}
+
+export function turnRoad(id: PieceId): void {
+  endEdit();
+  editMat(turnedRoad(useStudio.getState().mat, id));
+}
+
+/** Two cars behind each other don't touch. */
+const CLEARANCE_M = 0.03;
+
+/** Let all cars begin on a road, behind each other. */
+export function putConvoy(session: Session, id: PieceId): void {
+  const mat = separate(session);
+  const line = mat && listOf(mat, "line")[id.place];
+  if (!mat?.car || !line) return;
+  endEdit();
+  const { cars, left } = convoyOn(mat.car, line, 2 * (useMat.getState().hello?.radius_m ?? RADIUS_M) + CLEARANCE_M);
+  editMat({ ...mat, car: cars });
+  drawRoads(false);
+  if (left) notify(i18next.t("mat.convoyLeft", { count: left }));
 }
 
 function addCar(session: Session, car: Car): void {

@@ -1,15 +1,16 @@
 /** Draw the view from behind a car: sky and floor, then what stands there, from the farthest to the nearest. */
 
 import { NO_LED } from "../api/world";
-import { carColour, hexColour, LEDS, pageFont, plateColour } from "./colours";
+import { carColour, hexColour, LEDS, type MatTheme, pageFont, plateColour } from "./colours";
 import { paintOrder, type SeenCar } from "./chaseOrder";
 import { ChasePen } from "./chasePen";
 import { thingsSeen } from "./chaseThings";
 import type { Size } from "./camera";
-import type { Point } from "./document";
+import type { FloorName, Point } from "./document";
 import { type Mark, marksOf } from "./floorMarks";
 import { skyOver } from "./floors";
 import { aheadOf, circleAt, type Eye } from "./perspective";
+import { roadAreas } from "./roadMarks";
 import type { Sight } from "./scene";
 import { DARK, LAMPS } from "./carPaint";
 
@@ -63,8 +64,11 @@ export class ChasePainter {
   }
 
   private paintFloor({ mat, floor, theme }: Sight): void {
-    const size = mat?.size_m;
-    if (!size) return;
+    if (mat?.size_m) this.paintGround(mat.size_m, floor, theme);
+    for (const { corners, colour } of mat ? roadAreas(mat) : []) this.pen.polygon(corners, hexColour(colour));
+  }
+
+  private paintGround(size: Point, floor: FloorName, theme: MatTheme): void {
     const [width, height] = size;
     this.pen.polygon([0, 0, 0, width, 0, 0, width, height, 0, 0, height, 0], theme.floor);
     const key = `${floor} ${width} ${height} ${theme.grid}`;

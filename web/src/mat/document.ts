@@ -1,19 +1,36 @@
 /** Edits of a mat document: each returns a new document and leaves the old one unchanged. */
 
-import type { Disc, FloorName, Mat, Person, Point, Polygon, Wall } from "../generated/world";
+import type { Disc, FloorName, Line, Mat, Patch, Person, Point, Polygon, Spot, Wall } from "../generated/world";
 
 export { FLOOR_NAMES } from "../generated/world";
-export type { Car, Crowd, Disc, FloorName, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
+export type { Car, Crowd, Disc, FloorName, Line, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
 
 interface Pieces {
+  line: Line;
+  patch: Patch;
+  spot: Spot;
   wall: Wall;
   disc: Disc;
   polygon: Polygon;
   person: Person;
 }
 export type FurnitureKind = keyof Pieces;
-export const FURNITURE: readonly FurnitureKind[] = ["wall", "disc", "polygon", "person"];
 export type Piece = Pieces[FurnitureKind];
+
+/** How a kind of piece is given: by two ends, a centre and a radius, corners, times and points, or the points of a line. */
+const SHAPES = { line: "line", patch: "corners", spot: "round", wall: "ends", disc: "round", polygon: "corners", person: "walk" } as const;
+/** The lowest first: cars drive over what is flat. */
+export const FURNITURE = Object.keys(SHAPES) as readonly FurnitureKind[];
+const FLAT: ReadonlySet<FurnitureKind> = new Set(["line", "patch", "spot"]);
+
+/** Whether a kind of piece is a mark on the floor, in nobody's way. */
+export function isFlat(kind: FurnitureKind): boolean {
+  return FLAT.has(kind);
+}
+
+export function shapeOf(kind: FurnitureKind): (typeof SHAPES)[FurnitureKind] {
+  return SHAPES[kind];
+}
 
 /** A piece of furniture by its place in the document's list. */
 export interface PieceId {
@@ -61,25 +78,44 @@ function shift([x, y]: Point, dx: number, dy: number): Point {
   return [rounded(x + dx), rounded(y + dy)];
 }
 
-/** The points of a piece that can be dragged; a disc has one, on its rim. */
+/** The points of a piece that can be dragged; a round one has one, on its rim. */
 export function handlesOf(kind: FurnitureKind, piece: Piece): Point[] {
-  if (kind === "wall") return [(piece as Wall).from_m, (piece as Wall).to_m];
-  if (kind === "polygon") return [...(piece as Polygon).corners_m];
-  if (kind === "person") return (piece as Person).path.map(([, x, y]) => [x, y]);
-  const { centre_m, radius_m } = piece as Disc;
-  return [[centre_m[0] + radius_m, centre_m[1]]];
+  switch (SHAPES[kind]) {
+    case "ends":
+      return [(piece as Wall).from_m, (piece as Wall).to_m];
+    case "corners":
+    case "line":
+      return [...pointsOf(piece as Polygon | Line)];
+    case "walk":
+      return (piece as Person).path.map(([, x, y]) => [x, y]);
+    case "round": {
+      const { centre_m, radius_m } = piece as Disc;
+      return [[centre_m[0] + radius_m, centre_m[1]]];
+    }
+  }
 }
 
-/** The piece with each of its points changed; of a disc its centre. */
+/** The piece with each of its points changed; of a round one its centre. */
 export function mapPoints(kind: FurnitureKind, piece: Piece, change: (point: Point, place: number) => Point): Piece {
-  if (kind === "wall") {
-    const { from_m, to_m } = piece as Wall;
-    return { from_m: change(from_m, 0), to_m: change(to_m, 1) };
+  switch (SHAPES[kind]) {
+    case "ends":
+      return { from_m: change((piece as Wall).from_m, 0), to_m: change((piece as Wall).to_m, 1) };
+    case "corners":
+    case "line":
+      return withPoints(piece as Polygon | Line, pointsOf(piece as Polygon | Line).map(change));
+    case "walk":
+      return { ...(piece as Person), path: (piece as Person).path.map(([t, x, y], place) => [t, ...change([x, y], place)] as const) };
+    case "round":
+      return { ...(piece as Disc), centre_m: change((piece as Disc).centre_m, 0) };
   }
-  if (kind === "polygon") return { corners_m: (piece as Polygon).corners_m.map(change) };
-  if (kind === "disc") return { ...(piece as Disc), centre_m: change((piece as Disc).centre_m, 0) };
-  const person = piece as Person;
-  return { ...person, path: person.path.map(([t, x, y], place) => [t, ...change([x, y], place)] as const) };
+}
+
+function pointsOf(piece: Polygon | Line): readonly Point[] {
+  return "corners_m" in piece ? piece.corners_m : piece.points_m;
+}
+
+function withPoints(piece: Polygon | Line, points: readonly Point[]): Polygon | Line {
+  return "corners_m" in piece ? { ...piece, corners_m: points } : { ...piece, points_m: points };
 }
 
 export function moved(mat: Mat, id: PieceId, dx: number, dy: number): Mat {
@@ -93,7 +129,7 @@ const SMALLEST_M = 0.02;
 export function reshaped(mat: Mat, id: PieceId, handle: number, [x, y]: Point): Mat {
   const piece = pieceOf(mat, id);
   if (!piece) return mat;
-  if (id.kind === "disc") {
+  if (SHAPES[id.kind] === "round") {
     const [cx, cy] = (piece as Disc).centre_m;
     return withPiece(mat, id, { ...(piece as Disc), radius_m: rounded(Math.max(SMALLEST_M, Math.hypot(x - cx, y - cy))) });
   }
@@ -103,17 +139,19 @@ export function reshaped(mat: Mat, id: PieceId, handle: number, [x, y]: Point): 
 
 /** A person who walks to a point and back, so that the path can be repeated without a jump. */
 const WALK_S = 4;
+/** The radius of a new road's bends. */
+export const BEND_M = 0.25;
+const box = (x: number, y: number): Polygon => ({
+  corners_m: [shift([x, y], -0.2, -0.15), shift([x, y], 0.2, -0.15), shift([x, y], 0.2, 0.15), shift([x, y], -0.2, 0.15)],
+});
+const round = (x: number, y: number): Disc => ({ centre_m: [rounded(x), rounded(y)], radius_m: 0.15 });
 const NEW_PIECES: { [K in FurnitureKind]: (x: number, y: number) => Pieces[K] } = {
+  line: (x, y) => ({ points_m: [shift([x, y], -0.5, 0), shift([x, y], 0.5, 0)], bend_m: BEND_M }),
+  patch: box,
+  spot: round,
   wall: (x, y) => ({ from_m: [rounded(x - 0.4), rounded(y)], to_m: [rounded(x + 0.4), rounded(y)] }),
-  disc: (x, y) => ({ centre_m: [rounded(x), rounded(y)], radius_m: 0.15 }),
-  polygon: (x, y) => ({
-    corners_m: [
-      shift([x, y], -0.2, -0.15),
-      shift([x, y], 0.2, -0.15),
-      shift([x, y], 0.2, 0.15),
-      shift([x, y], -0.2, 0.15),
-    ],
-  }),
+  disc: round,
+  polygon: box,
   person: (x, y) => ({
     path: [
       [0, rounded(x - 0.5), rounded(y)],
@@ -174,33 +212,40 @@ export function withLoss(mat: Mat, share: number): Mat {
 
 /** Between two points of a person's path. */
 const SHORTEST_S = 0.1;
-/** How far a person walks on to a point that is new at the path's end. */
+/** How far a person walks, or a road goes, on to a point that is new at its end. */
 const ON_M = 0.5;
 const LONGEST_S = 100_000;
-const LEAST: Partial<Record<PieceId["kind"], number>> = { person: 1, polygon: 3 };
+/** The least number of points, where it can differ. */
+const LEAST: Partial<Record<(typeof SHAPES)[FurnitureKind], number>> = { walk: 1, line: 2, corners: 3 };
 
 type Step = Person["path"][number];
 
 /** Whether points can be added to this kind of piece. */
 export function canGrow({ kind }: PieceId): boolean {
-  return LEAST[kind] !== undefined;
+  return LEAST[SHAPES[kind]] !== undefined;
 }
 
 export function canLose({ kind }: PieceId, points: number): boolean {
-  return points > (LEAST[kind] ?? Infinity);
+  return points > (LEAST[SHAPES[kind]] ?? Infinity);
 }
 
 /** Add a point after this one: halfway to the next, or a little farther on at the end. */
 export function withPointAfter(mat: Mat, id: PieceId, at: number): Mat {
   const piece = pieceOf(mat, id);
-  if (piece && id.kind === "person") {
+  if (!piece || !canGrow(id)) return mat;
+  if (id.kind === "person") {
     const { path } = piece as Person;
     return withPiece(mat, id, { ...(piece as Person), path: path.toSpliced(at + 1, 0, stepAfter(path, at)) });
   }
-  if (!piece || id.kind !== "polygon") return mat;
-  const { corners_m } = piece as Polygon;
-  const middle = halfway(corners_m[at]!, corners_m[(at + 1) % corners_m.length]!);
-  return withPiece(mat, id, { corners_m: corners_m.toSpliced(at + 1, 0, middle) });
+  const points = pointsOf(piece as Polygon | Line);
+  const isEnd = at === points.length - 1 && id.kind === "line" && !(piece as Line).closed;
+  const fresh = isEnd ? onwards(points[at - 1]!, points[at]!) : halfway(points[at]!, points[(at + 1) % points.length]!);
+  return withPiece(mat, id, withPoints(piece as Polygon | Line, points.toSpliced(at + 1, 0, fresh)));
+}
+
+function onwards([ax, ay]: Point, [bx, by]: Point): Point {
+  const share = ON_M / (Math.hypot(bx - ax, by - ay) || 1);
+  return shift([bx, by], (bx - ax) * share, (by - ay) * share);
 }
 
 function halfway([ax, ay]: Point, [bx, by]: Point): Point {
@@ -216,14 +261,14 @@ function stepAfter(path: Person["path"], at: number): Step {
 
 export function withoutPoint(mat: Mat, id: PieceId, at: number): Mat {
   const piece = pieceOf(mat, id);
-  if (piece && id.kind === "person") {
+  if (!piece || !canGrow(id)) return mat;
+  if (id.kind === "person") {
     const left = (piece as Person).path.toSpliced(at, 1);
     // A path begins at 0 s, whichever point is its first.
     const begin = left[0]?.[0] ?? 0;
     return withPiece(mat, id, { ...(piece as Person), path: left.map(([t, x, y]) => [rounded(t - begin), x, y] as const) });
   }
-  if (!piece || id.kind !== "polygon") return mat;
-  return withPiece(mat, id, { corners_m: (piece as Polygon).corners_m.toSpliced(at, 1) });
+  return withPiece(mat, id, withPoints(piece as Polygon | Line, pointsOf(piece as Polygon | Line).toSpliced(at, 1)));
 }
 
 /** Change the time of a person's point; later points move by the same time. */
@@ -240,4 +285,10 @@ export function retimed(mat: Mat, id: PieceId, at: number, seconds: number): Mat
 export function withRepeats(mat: Mat, id: PieceId, repeats: boolean): Mat {
   const person = pieceOf(mat, id) as Person | undefined;
   return person ? withPiece(mat, id, { ...person, repeats }) : mat;
+}
+
+/** Change a line's width, its bends, or whether it is closed. */
+export function withLine(mat: Mat, id: PieceId, change: Partial<Line>): Mat {
+  const line = pieceOf(mat, id) as Line | undefined;
+  return line ? withPiece(mat, id, { ...line, ...change }) : mat;
 }

@@ -1,11 +1,13 @@
 /** The mat's floor, furniture and people, and the handles of the chosen piece. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
-import { type Disc, type FloorName, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Polygon } from "./document";
+import { type Disc, type FloorName, handlesOf, type Line, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Point, type Polygon, shapeOf } from "./document";
 import type { Textures } from "./textures";
 import type { MatTheme } from "./colours";
 import { paintFloor } from "./floors";
 import { paintThings } from "./things";
+import { ROAD_COLOURS, ROAD_M, roadMarks } from "./roadMarks";
+import { LINE_M, wayOf } from "./ways";
 import type { Picture } from "../api/world";
 
 const WALL_MM = 24;
@@ -20,8 +22,10 @@ export class FurnitureLayer {
   /** Above them. */
   readonly above = new Container();
   private readonly ground = new Graphics();
+  private readonly roads = new Graphics();
   private readonly pieces = new Graphics();
   private readonly handles = new Graphics();
+  private readonly stroke = new Graphics();
   private readonly people = new Container<Sprite>();
   floorName: FloorName = "plain";
   private mat: Mat | null = null;
@@ -33,8 +37,8 @@ export class FurnitureLayer {
     private readonly textures: Textures,
     private theme: MatTheme,
   ) {
-    this.floor.addChild(this.ground, this.pieces);
-    this.above.addChild(this.people, this.handles);
+    this.floor.addChild(this.ground, this.roads, this.pieces);
+    this.above.addChild(this.people, this.handles, this.stroke);
   }
 
   setTheme(theme: MatTheme): void {
@@ -48,10 +52,20 @@ export class FurnitureLayer {
     this.stale = true;
   }
 
+  /** Show what is being drawn as the road that it may become. */
+  sketch(stroke: readonly Point[] | null): void {
+    const g = this.stroke.clear();
+    if (!stroke || stroke.length < 2) return;
+    for (const [wide, color] of [[ROAD_M, ROAD_COLOURS.bed], [LINE_M, ROAD_COLOURS.dark]] as const) {
+      g.poly(mm(stroke), false).stroke({ width: wide * 1000, color, alpha: 0.7, cap: "round", join: "round" });
+    }
+  }
+
   draw(scale: number, tMs: number): void {
     if (!this.mat) return;
     const drawnFor = scale.toPrecision(4);
     if (this.stale) this.drawGround(this.mat);
+    if (this.stale) this.drawRoads(this.mat);
     if (this.stale || drawnFor !== this.drawnFor) {
       this.drawPieces(this.mat, scale);
       this.drawHandles(this.mat, scale);
@@ -67,6 +81,15 @@ export class FurnitureLayer {
     const [width, height] = [mat.size_m[0] * 1000, mat.size_m[1] * 1000];
     g.rect(0, 0, width, height).fill(this.theme.floor);
     if (!paintFloor(g, this.floorName, width, height)) this.drawGrid(g, width, height);
+  }
+
+  private drawRoads(mat: Mat): void {
+    const g = this.roads.clear();
+    for (const { way, widthM, colour } of roadMarks(mat)) {
+      g.poly(mm(way), !widthM);
+      if (widthM) g.stroke({ width: widthM * 1000, color: colour, cap: "round", join: "round" });
+      else g.fill(colour);
+    }
   }
 
   private drawEdge(mat: Mat, scale: number): void {
@@ -103,13 +126,15 @@ export class FurnitureLayer {
     if (!this.chosen || !piece) return;
     const around = { width: 3 / scale, color: this.theme.accent };
     const { kind } = this.chosen;
-    if (kind === "polygon") outline(g, piece as Polygon).stroke(around);
-    if (kind === "disc") {
+    const shape = shapeOf(kind);
+    if (shape === "corners") g.poly(mm((piece as Polygon).corners_m)).stroke(around);
+    if (shape === "line") g.poly(mm(wayOf(piece as Line)), false).stroke(around);
+    if (shape === "round") {
       const { centre_m, radius_m } = piece as Disc;
       g.circle(centre_m[0] * 1000, centre_m[1] * 1000, radius_m * 1000).stroke(around);
     }
     const points = handlesOf(kind, piece);
-    if (kind === "wall" || kind === "person") {
+    if (shape === "ends" || shape === "walk") {
       points.forEach(([x, y], place) => (place ? g.lineTo(x * 1000, y * 1000) : g.moveTo(x * 1000, y * 1000)));
       g.stroke(around);
     }
@@ -139,9 +164,7 @@ export class FurnitureLayer {
   }
 }
 
-function outline(g: Graphics, { corners_m }: Polygon): Graphics {
-  return g.poly(corners_m.flatMap(([x, y]) => [x * 1000, y * 1000]));
-}
+const mm = (points: readonly Point[]): number[] => points.flatMap(([x, y]) => [x * 1000, y * 1000]);
 
 const STEP_M = 0.04;
 const LIFTED_M = 1;

@@ -3,6 +3,7 @@
 import { panned, toWorld, zoomed } from "./camera";
 import { FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
 import type { Drawn } from "./carLayer";
+import { ROAD_M } from "./roadMarks";
 import { distance, distanceToPiece } from "./room";
 import type { Scene } from "./scene";
 import type { Chosen } from "./store";
@@ -54,7 +55,7 @@ const PERSON_M = 0.2;
 
 function distanceTo(kind: PieceId["kind"], piece: Piece, point: Point, tMs: number): number {
   if (kind === "person") return distance(personAt(piece as Person, tMs), point) - PERSON_M;
-  return distanceToPiece(kind, piece, point);
+  return distanceToPiece(kind, piece, point) - (kind === "line" ? ROAD_M / 2 : 0);
 }
 
 export interface PointerActions {
@@ -62,6 +63,11 @@ export interface PointerActions {
   onChoose: (grip: Grip | null) => void;
   onDrag: (grip: Grip, to: Point, by: Point) => void;
   onDrop: () => void;
+  /** Whether a drag draws instead. */
+  isDrawing: () => boolean;
+  /** What is drawn so far; null for no more. */
+  onSketch: (stroke: readonly Point[] | null) => void;
+  onStroke: (stroke: readonly Point[]) => void;
 }
 
 const CLICK_PX = 5;
@@ -78,6 +84,7 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
   let grip: Grip | null = null;
   let begun: Finger | null = null;
   let dragging = false;
+  let stroke: Point[] | null = null;
   let last: Point = [0, 0];
 
   const at = (event: MouseEvent): Finger => {
@@ -93,11 +100,16 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
     fingers.set(event.pointerId, finger);
     if (fingers.size > 1) {
       grip = null;
+      sketch(null);
       return;
     }
     begun = finger;
     dragging = false;
     last = world(finger);
+    if (actions.isDrawing()) {
+      sketch([last]);
+      return;
+    }
     const kind = event.pointerType as keyof typeof REACH_PX;
     grip = actions.gripAt(last, REACH_PX[kind]);
   }
@@ -105,11 +117,13 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
   function move(event: PointerEvent) {
     const before = fingers.get(event.pointerId);
     if (!before) {
-      if (isMat(event)) host.style.cursor = actions.gripAt(world(at(event)), REACH_PX.mouse) ? "pointer" : "grab";
+      if (actions.isDrawing()) host.style.cursor = "crosshair";
+      else if (isMat(event)) host.style.cursor = actions.gripAt(world(at(event)), REACH_PX.mouse) ? "pointer" : "grab";
       return;
     }
     const finger = at(event);
-    if (fingers.size === 2) pinch(event.pointerId, before, finger);
+    if (stroke) sketch([...stroke, world(finger)]);
+    else if (fingers.size === 2) pinch(event.pointerId, before, finger);
     else if (fingers.size === 1) drag(before, finger);
     fingers.set(event.pointerId, finger);
   }
@@ -134,8 +148,20 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
     scene.look(zoomed(moved, scene.size, factor, middle.x, middle.y));
   }
 
+  function sketch(points: Point[] | null) {
+    stroke = points;
+    actions.onSketch(points);
+  }
+
   function up(event: PointerEvent) {
     if (!fingers.delete(event.pointerId) || fingers.size) return;
+    if (stroke) {
+      const drawn = stroke;
+      sketch(null);
+      if (event.type === "pointerup") actions.onStroke(drawn);
+      begun = null;
+      return;
+    }
     if (!dragging && event.type === "pointerup") actions.onChoose(grip);
     else actions.onDrop();
     grip = begun = null;

@@ -1,6 +1,7 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
-import { type Disc, type FurnitureKind, handlesOf, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, type Wall } from "./document";
+import { type Disc, FURNITURE, type FurnitureKind, handlesOf, isFlat, type Line, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, shapeOf, type Wall } from "./document";
+import { stretchesOf } from "./ways";
 
 /** Kept free around everything, in metres. */
 const AIR_M = 0.05;
@@ -33,14 +34,23 @@ export function isInside(corners: readonly Point[], [x, y]: Point): boolean {
   return inside;
 }
 
-/** From a point to the nearest part of a piece; negative or 0 inside it. Nobody stumbles over a person. */
+/** From a point to the nearest part of a piece, of a line to its middle; negative or 0 inside it. Nobody stumbles over a person. */
 export function distanceToPiece(kind: FurnitureKind, piece: Piece, point: Point): number {
-  if (kind === "person") return Infinity;
-  if (kind === "wall") return distanceToLine((piece as Wall).from_m, (piece as Wall).to_m, point);
-  if (kind === "disc") return distance((piece as Disc).centre_m, point) - (piece as Disc).radius_m;
-  const { corners_m } = piece as Polygon;
-  if (isInside(corners_m, point)) return 0;
-  return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
+  switch (shapeOf(kind)) {
+    case "walk":
+      return Infinity;
+    case "ends":
+      return distanceToLine((piece as Wall).from_m, (piece as Wall).to_m, point);
+    case "round":
+      return distance((piece as Disc).centre_m, point) - (piece as Disc).radius_m;
+    case "line":
+      return Math.min(...stretchesOf(piece as Line).map(([from, to]) => distanceToLine(from, to, point)));
+    case "corners": {
+      const { corners_m } = piece as Polygon;
+      if (isInside(corners_m, point)) return 0;
+      return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
+    }
+  }
 }
 
 /** The first car that stands beside its mat, which is allowed where the edge is open; null where none does. */
@@ -57,16 +67,14 @@ function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
 export function hasRoomForCar(mat: Mat, { cars, radiusM }: Standing, at: Point): boolean {
   const air = radiusM + AIR_M;
   if (!isOnMat(mat, at, air) || cars.some((car) => distance(car, at) < air + radiusM)) return false;
-  return (["wall", "disc", "polygon"] as const).every((kind) =>
-    listOf(mat, kind).every((piece) => distanceToPiece(kind, piece, at) >= air),
-  );
+  return FURNITURE.every((kind) => isFlat(kind) || listOf(mat, kind).every((piece) => distanceToPiece(kind, piece, at) >= air));
 }
 
 /** Whether new furniture fits here: on the mat, and on no car. Pieces of furniture may touch each other. */
 export function hasRoomForPiece(mat: Mat, { cars, radiusM }: Standing, kind: FurnitureKind, at: Point): boolean {
   const piece = newPiece(kind, at);
   if (!handlesOf(kind, piece).every((point) => isOnMat(mat, point, 0))) return false;
-  return cars.every((car) => distanceToPiece(kind, piece, car) >= radiusM + AIR_M);
+  return isFlat(kind) || cars.every((car) => distanceToPiece(kind, piece, car) >= radiusM + AIR_M);
 }
 
 /** The free point nearest to the wished one, in rings around it; the wished one where none is free. */

@@ -9,7 +9,7 @@ import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, boxOfMat, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
 import { CarLayer, type Drawn, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
-import { type FloorName, floorOf, type Mat, type PieceId } from "./document";
+import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
 import { withFloor } from "./floors";
 import { Drawings, hasFastWebGl } from "./graphics";
 import { makeTextures } from "./textures";
@@ -171,6 +171,12 @@ export class Scene {
 
   setRange(metres: number): void {
     this.air.setRange(metres);
+    this.draw();
+  }
+
+  /** Show what is being drawn; null for nothing. */
+  sketch(stroke: readonly Point[] | null): void {
+    this.furniture.sketch(stroke);
     this.draw();
   }
 

@@ -30,6 +30,8 @@ export interface MatState {
   /** Whether somebody asked the chosen car why it does what it does. */
   asked: boolean;
   followed: boolean;
+  /** A drag on the stage draws a road. */
+  drawing: boolean;
   /** The stage is seen from behind the chosen car, or else the first leader. */
   chase: boolean;
   tracks: boolean;
@@ -54,6 +56,7 @@ export const useMat = create<MatState>(() => ({
   told: [],
   asked: false,
   followed: false,
+  drawing: false,
   chase: false,
   tracks: true,
   air: true,
@@ -70,6 +73,15 @@ export function choose(chosen: Chosen): void {
 export function chasedCar({ chase, chosen, hello }: MatState): number | null {
   if (!chase || !hello?.cars) return null;
   return chosen && "car" in chosen ? Math.min(chosen.car, hello.cars - 1) : (hello.leads?.[0] ?? 0);
+}
+
+/** Draw roads with the next drags, or no more. Meanwhile the camera rests, and shows the whole mat. */
+export function drawRoads(drawing: boolean): void {
+  const { drawing: before, scene } = useMat.getState();
+  if (drawing === before) return;
+  useMat.setState({ drawing, ...(drawing && { chase: false, chosen: null }) });
+  if (drawing) scene?.showAll();
+  else scene?.frame();
 }
 
 export function toggleChase(): void {

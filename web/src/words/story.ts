@@ -3,30 +3,64 @@
 import i18next from "i18next";
 import type { CompiledWord, Profile } from "../api/types";
 import { durationMeaning, levelText } from "../blocks/figures";
-import { WORD_FIELDS } from "../generated/steps";
+import { STEP_KINDS } from "../generated/steps";
 import { valueOf } from "./bits";
 
 const BETWEEN = " · ";
 const AND = " + ";
+/** The kinds of steps that have bits of a word. */
+const TOLD = STEP_KINDS.filter((each) => "group" in each);
+type Told = (typeof TOLD)[number];
+type Field = Told["fields"][number];
 
-function motor(word: CompiledWord, profile: Profile): string {
-  const seconds = durationMeaning(profile, valueOf(word, "motor_duration"));
-  if (!valueOf(word, "motor_speed")) return [i18next.t("story.wait"), seconds].join(BETWEEN);
-  const direction = WORD_FIELDS.motor_direction.options[valueOf(word, "motor_direction")]!;
-  return [i18next.t("story.drive"), i18next.t(`blocks.${direction}`), levelText(profile, "speed", valueOf(word, "motor_speed"), true), seconds].join(BETWEEN);
+/** What a field says; null for bits that no step of its kind has. */
+function fieldText(word: CompiledWord, field: Field, profile: Profile): string | null {
+  if (!("word" in field)) return "";
+  const value = valueOf(word, field.word);
+  switch (field.input) {
+    case "seconds":
+      return durationMeaning(profile, value);
+    case "choice": {
+      const option = field.options[value - field.least];
+      return option === undefined ? null : i18next.t(`blocks.${option}`);
+    }
+    case "level":
+      return (field.levels as readonly number[]).includes(value) ? levelText(profile, field.menu, value, true) : null;
+  }
 }
 
-function timed(word: "led" | "avoid", menu: "light" | "radius", level: number, duration: number, profile: Profile): string {
-  return [i18next.t(`story.${word}`), levelText(profile, menu, level, true), durationMeaning(profile, duration)].join(BETWEEN);
+/** How many of its bits say that the word has a step of this kind; 0 where one says otherwise. A kind without such has a time. */
+function fit(word: CompiledWord, { sets, fields }: Told, profile: Profile): number {
+  const set = Object.entries(sets);
+  if (fields.some((field) => fieldText(word, field, profile) === null)) return 0;
+  if (set.length) return set.every(([name, value]) => valueOf(word, name) === value) ? set.length : 0;
+  return fields.some((field) => field.input === "seconds" && "word" in field && valueOf(word, field.word)) ? 1 : 0;
+}
+
+/** The kinds of a word's steps: of each group the one that says most, unless others have said it all. */
+export function kindsOf(word: CompiledWord, profile: Profile): Told[] {
+  const told: Told[] = [];
+  const said = new Set<string>();
+  for (const group of new Set(TOLD.map((each) => each.group))) {
+    const fits = TOLD.filter((each) => each.group === group).map((kind) => ({ kind, bits: fit(word, kind, profile) }));
+    const { kind, bits } = fits.reduce((best, each) => (each.bits > best.bits ? each : best));
+    const names = Object.keys(kind.sets);
+    if (!bits || (names.length && names.every((name) => said.has(name)))) continue;
+    told.push(kind);
+    for (const name of names) said.add(name);
+  }
+  return told;
+}
+
+function kindStory(word: CompiledWord, { kind, fields }: Told, profile: Profile): string {
+  const texts = fields.map((field) => ({ field, text: fieldText(word, field, profile) ?? "" }));
+  const direction = texts.find(({ field }) => field.input === "choice")?.text ?? "";
+  const after = texts.filter(({ field, text }) => field.input !== "choice" && text).map(({ text }) => text);
+  return [i18next.t(`story.${kind}`, { direction }), ...after].join(BETWEEN);
 }
 
 export function storyOf(word: CompiledWord, profile: Profile): string {
   if (word.part === "header") return i18next.t("story.header", { leader: valueOf(word, "leader_states"), followers: valueOf(word, "follower_words") });
-  const told: string[] = [];
-  if (valueOf(word, "motor_enable")) told.push(motor(word, profile));
-  if (valueOf(word, "led_duration")) told.push(timed("led", "light", valueOf(word, "led_which"), valueOf(word, "led_duration"), profile));
-  if (valueOf(word, "avoid_enable")) told.push(timed("avoid", "radius", valueOf(word, "avoid_radius"), valueOf(word, "avoid_duration"), profile));
-  if (valueOf(word, "voice")) told.push(i18next.t("story.voice"));
-  if (valueOf(word, "pir")) told.push(i18next.t("story.pir"));
+  const told = kindsOf(word, profile).map((kind) => kindStory(word, kind, profile));
   return told.length ? told.join(AND) : i18next.t("story.nothing");
 }

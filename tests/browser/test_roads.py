@@ -1,0 +1,113 @@
+"""A road is drawn on the stage, cars are put on it, and they follow it."""
+
+import json
+import math
+from itertools import pairwise
+from typing import Any
+
+from playwright.sync_api import FloatRect, expect
+
+from motorcade.mats.lines import Line, way_of
+from support.studio_page import PHONE, StudioPage
+from support.studio_programs import PAIR
+from support.waiting import wait_until
+
+NEAR_M = 0.04
+DRIVEN_S = 10
+CONVOY = {
+    "format": "motorcade-program/1",
+    "profile": "classroom",
+    "leader": [],
+    "followers": {"accept_ir": True, "forward": True, "steps": []},
+    "mat": {**PAIR, "car": [*PAIR["car"], {"at_m": [1, 1]}, {"at_m": [3, 1]}]},  # type: ignore[dict-item]
+}
+
+
+def stroke_around(box: FloatRect) -> list[tuple[float, float]]:
+    """An oval as a hand draws it, in pixels of the page: it ends a little before its beginning."""
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    across, high = box["width"] * 0.3, box["height"] * 0.22
+    angles = [2 * math.pi * 0.98 * k / 60 for k in range(61)]
+    return [(middle[0] + across * math.cos(angle), middle[1] + high * math.sin(angle)) for angle in angles]
+
+
+def draw_with_mouse(studio: StudioPage, points: list[tuple[float, float]]) -> None:
+    mouse = studio.page.mouse
+    mouse.move(*points[0])
+    mouse.down()
+    for x, y in points[1:]:
+        mouse.move(x, y)
+    mouse.up()
+
+
+def stored_mat(studio: StudioPage) -> dict[str, Any]:
+    """The mat as the browser has stored it with the newest work."""
+    studio.wait_until_stored('"line"')
+    texts = studio.page.evaluate("() => Object.entries(localStorage).filter(([key]) => /autosave/.test(key)).map(each => each[1])")
+    text = next(each for each in texts if '"line"' in each)
+    found = _find(json.loads(text), "line")
+    assert found is not None
+    return found
+
+
+def _find(value: Any, key: str) -> dict[str, Any] | None:
+    if isinstance(value, str) and f'"{key}"' in value:
+        value = json.loads(value)
+    if isinstance(value, dict):
+        if key in value:
+            return value
+        value = list(value.values())
+    return next((found for each in value if (found := _find(each, key))), None) if isinstance(value, list) else None
+
+
+def off_road_m(line: Line, x: float, y: float) -> float:
+    """How far a point is from the line's middle."""
+    far = math.inf
+    for (ax, ay), (bx, by) in pairwise(way_of(line)):
+        length = math.dist((ax, ay), (bx, by)) or 1
+        share = min(1, max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2))
+        far = min(far, math.dist((x, y), (ax + (bx - ax) * share, ay + (by - ay) * share)))
+    return far
+
+
+def test_a_convoy_follows_a_road_that_was_drawn_with_the_mouse(open_page) -> None:
+    studio = open_page(project=CONVOY)
+    studio.look_up("things")
+    studio.mat_button("drawRoad").click()
+    expect(studio.page.get_by_text(studio.say("mat.drawHint"))).to_be_visible()
+    stage = studio.box(studio.page.get_by_role("application", name=studio.say("mat.canvas")))
+    draw_with_mouse(studio, stroke_around(stage))
+    studio.mat_button("putConvoy").first.click()
+    expect(studio.page.get_by_text(studio.say("mat.drawHint"))).to_be_hidden()
+
+    block = studio.say("blocks.follow_line").partition("\n")[0]
+    for editor in ("leader", "followers"):
+        if editor == "followers" and not studio.editor(editor).is_visible():
+            studio.program_followers()
+        studio.drag_out(editor, "sense", block, below=studio.hat(editor))
+        studio.type_into(studio.field(studio.block(editor, block), "1"), "12")
+    studio.look_up("things")
+    studio.play()
+    wait_until(lambda: seconds(studio) >= DRIVEN_S)
+    studio.mat_button("pause").click()
+
+    line = stored_mat(studio)["line"]
+    assert len(line) == 1 and line[0]["closed"]
+    road = Line(tuple((x, y) for x, y in line[0]["points_m"]), bend_m=line[0]["bend_m"], closed=True)
+    for car in range(4):
+        studio.choose_car(car)
+        x, y = place(studio)
+        assert off_road_m(road, x, y) < NEAR_M, f"car {car} is at {x}, {y}"
+    studio.undo()
+
+
+def seconds(studio: StudioPage) -> float:
+    minutes, rest = studio.clock.inner_text().split(":")
+    return 60 * int(minutes) + float(rest)
+
+
+def place(studio: StudioPage) -> tuple[float, float]:
+    before, _, after = studio.say("mat.place").partition("{{x}}")
+    text = studio.page.get_by_text(before, exact=False).filter(has_text=" m, y ").inner_text()
+    x, _, rest = text.removeprefix(before).partition(after.partition("{{y}}")[0])
+    return float(x), float(rest.partition(" m")[0])

@@ -1,0 +1,64 @@
+import { useTranslation } from "react-i18next";
+import { endEdit } from "../state/history";
+import { useStudio } from "../state/studio";
+import { putConvoy, turnRoad } from "./actions";
+import { MOST_ONE_BY_ONE } from "./cars";
+import { type Line, type PieceId, pieceOf, withLine } from "./document";
+import { Quantity, ToolButton, ToolSwitch } from "./fields";
+import type { Session } from "./session";
+import { drawRoads, editMat, useMat } from "./store";
+import { LINE_M } from "./ways";
+import fields from "./fields.module.css";
+import css from "./mat.module.css";
+
+/** While roads are drawn: what to do, the way for the cars onto the newest road, and the end of it. */
+export function DrawHint({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const drawing = useMat((now) => now.drawing);
+  const chosen = useMat((now) => now.chosen);
+  if (!drawing) return null;
+  const road = chosen && "piece" in chosen && chosen.piece.kind === "line" ? chosen.piece : null;
+  return (
+    <div className={css.drawHint} role="status">
+      <span>{t("mat.drawHint")}</span>
+      {road && <PutConvoy session={session} id={road} />}
+      <ToolButton icon="done" wide label={t("mat.drawDone")} onPress={() => drawRoads(false)} />
+    </div>
+  );
+}
+
+function PutConvoy({ session, id }: { session: Session; id: PieceId }) {
+  const { t } = useTranslation();
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  const isPossible = cars > 0 && cars <= MOST_ONE_BY_ONE;
+  return <ToolButton icon="leader" wide tone="main" label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(session, id)} />;
+}
+
+const LEAST_M = 0.001;
+const WIDEST_M = 1;
+const LARGEST_M = 2000;
+
+/** What a road has beside its points, and what is done with it. */
+export function RoadInspector({ session, id }: { session: Session; id: PieceId }) {
+  const { t } = useTranslation();
+  const mat = useStudio(({ mat }) => mat);
+  const line = pieceOf(mat, id) as Line | undefined;
+  if (!line) return null;
+  const change = (changed: Partial<Line>) => {
+    editMat(withLine(mat, id, changed));
+    endEdit();
+  };
+  return (
+    <>
+      <div className={fields.row}>
+        <PutConvoy session={session} id={id} />
+        <ToolButton icon="turnLeft" label={t("mat.turnRoad")} onPress={() => turnRoad(id)} />
+      </div>
+      <div className={fields.row}>
+        <Quantity label={t("mat.lineWidth")} value={line.width_m ?? LINE_M} least={LEAST_M} most={WIDEST_M} onChange={(width_m) => change({ width_m })} />
+        <Quantity label={t("mat.lineBend")} value={line.bend_m ?? 0} least={0} most={LARGEST_M} onChange={(bend_m) => change({ bend_m })} />
+        <ToolSwitch label={t("mat.lineClosed")} isSelected={line.closed ?? false} onChange={(closed) => change({ closed })} />
+      </div>
+    </>
+  );
+}

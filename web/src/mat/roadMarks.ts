@@ -1,0 +1,59 @@
+/** What is painted of lines, spots and patches: shapes on the floor that every view draws in this order. */
+
+import { type Mat, type Point, listOf } from "./document";
+import { bandAlong, LINE_M, wayOf } from "./ways";
+
+/** A road as wide as a car needs, with light edges, around each line that is no wider than WIDEST_M. */
+export const ROAD_M = 0.2;
+const WIDEST_M = 0.1;
+const EDGE_M = 0.02;
+const CORNERS = 40;
+/** They differ from each other, and so from any floor. */
+export const ROAD_COLOURS = { edge: 0xf4f2ea, bed: 0x868c96, dark: 0x17181c } as const;
+
+/** A line of a width along a way, or an area where that is 0. */
+export interface RoadMark {
+  way: readonly Point[];
+  widthM: number;
+  colour: number;
+}
+
+const known = new WeakMap<Mat, readonly RoadMark[]>();
+
+/** First all edges, then all beds, then all that is dark, so that roads that cross are one. */
+export function roadMarks(mat: Mat): readonly RoadMark[] {
+  const marks = known.get(mat) ?? computed(mat);
+  known.set(mat, marks);
+  return marks;
+}
+
+function computed(mat: Mat): RoadMark[] {
+  const { edge, bed, dark } = ROAD_COLOURS;
+  const lines = listOf(mat, "line").map((line) => ({ way: wayOf(line), widthM: line.width_m ?? LINE_M }));
+  const areas = [...listOf(mat, "patch").map(({ corners_m }) => corners_m), ...listOf(mat, "spot").map(circle)];
+  const rims = areas.map((corners) => ({ way: [...corners, corners[0]!], widthM: 2 * EDGE_M, colour: edge }));
+  const roads = lines.filter(({ widthM }) => widthM <= WIDEST_M);
+  return [
+    ...rims,
+    ...lines.map(({ way, widthM }) => ({ way, widthM: (widthM <= WIDEST_M ? ROAD_M : widthM) + 2 * EDGE_M, colour: edge })),
+    ...roads.map(({ way }) => ({ way, widthM: ROAD_M, colour: bed })),
+    ...areas.map((way) => ({ way, widthM: 0, colour: dark })),
+    ...lines.map(({ way, widthM }) => ({ way, widthM, colour: dark })),
+  ];
+}
+
+function circle({ centre_m: [x, y], radius_m }: { centre_m: Point; radius_m: number }): Point[] {
+  return Array.from({ length: CORNERS }, (_, k): Point => {
+    const angle = (2 * Math.PI * k) / CORNERS;
+    return [x + radius_m * Math.cos(angle), y + radius_m * Math.sin(angle)];
+  });
+}
+
+const areasOf = new WeakMap<Mat, readonly { corners: number[]; colour: number }[]>();
+
+/** The same as areas of the floor, each corner as x, y and 0, for views in perspective. */
+export function roadAreas(mat: Mat): readonly { corners: number[]; colour: number }[] {
+  const areas = areasOf.get(mat) ?? roadMarks(mat).map(({ way, widthM, colour }) => ({ corners: (widthM ? bandAlong(way, widthM) : way).flatMap(([x, y]) => [x, y, 0]), colour }));
+  areasOf.set(mat, areas);
+  return areas;
+}

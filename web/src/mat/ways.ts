@@ -1,0 +1,104 @@
+/** Where lines on the floor go: through their points, with rounded corners, as motorcade/mats/lines.py has it. */
+
+import type { Line, Point } from "./document";
+
+export const LINE_M = 0.03;
+/** How far a chord may be from the arc that it stands for. */
+const SAGITTA_M = 0.0004;
+
+const known = new WeakMap<Line, readonly Point[]>();
+
+/** The points of the line's middle, the first again where it is closed. */
+export function wayOf(line: Line): readonly Point[] {
+  const way = known.get(line) ?? computed(line);
+  known.set(line, way);
+  return way;
+}
+
+function computed({ points_m: points, bend_m = 0, closed = false }: Line): readonly Point[] {
+  const count = points.length;
+  if (count === 2) return points;
+  const way = points.flatMap((here, at): readonly Point[] => {
+    const isEnd = !closed && (at === 0 || at === count - 1);
+    if (isEnd || bend_m === 0) return [here];
+    return bend(points[(at + count - 1) % count]!, here, points[(at + 1) % count]!, bend_m);
+  });
+  return closed ? [...way, way[0]!] : way;
+}
+
+/** The arc that touches both sides of a corner; it takes at most half of each. The corner itself where the way is straight. */
+function bend(before: Point, corner: Point, after: Point, wishedM: number): readonly Point[] {
+  const [toBefore, toAfter] = [direction(corner, before), direction(corner, after)];
+  if (!toBefore || !toAfter) return [corner];
+  const half = Math.acos(Math.max(-1, Math.min(1, toBefore[0] * toAfter[0] + toBefore[1] * toAfter[1]))) / 2;
+  if (half < 1e-3 || half > Math.PI / 2 - 1e-3) return [corner];
+  const mostM = Math.min(gap(corner, before), gap(corner, after)) / 2;
+  const fromCornerM = Math.min(wishedM / Math.tan(half), mostM);
+  const radius = fromCornerM * Math.tan(half);
+  const begin: Point = [corner[0] + toBefore[0] * fromCornerM, corner[1] + toBefore[1] * fromCornerM];
+  const toMiddle: Point = [toBefore[0] + toAfter[0], toBefore[1] + toAfter[1]];
+  const away = fromCornerM / Math.cos(half) / Math.hypot(...toMiddle);
+  const centre: Point = [corner[0] + toMiddle[0] * away, corner[1] + toMiddle[1] * away];
+  const first = Math.atan2(begin[1] - centre[1], begin[0] - centre[0]);
+  const isLeft = toBefore[0] * toAfter[1] - toBefore[1] * toAfter[0] <= 0;
+  const turn = (Math.PI - 2 * half) * (isLeft ? 1 : -1);
+  const step = radius > SAGITTA_M ? 2 * Math.acos(Math.max(0, 1 - SAGITTA_M / radius)) : Math.PI;
+  const pieces = Math.max(1, Math.ceil(Math.abs(turn) / step));
+  return Array.from({ length: pieces + 1 }, (_, piece): Point => {
+    const angle = first + (turn * piece) / pieces;
+    return [centre[0] + radius * Math.cos(angle), centre[1] + radius * Math.sin(angle)];
+  });
+}
+
+function gap([ax, ay]: Point, [bx, by]: Point): number {
+  return Math.hypot(ax - bx, ay - by);
+}
+
+function direction(here: Point, there: Point): Point | null {
+  const length = gap(here, there);
+  return length ? [(there[0] - here[0]) / length, (there[1] - here[1]) / length] : null;
+}
+
+/** The chords of the line's middle, each from one point to the next. */
+export function stretchesOf(line: Line): [Point, Point][] {
+  const way = wayOf(line);
+  return way.slice(1).map((to, k) => [way[k]!, to]);
+}
+
+export function lengthOf(way: readonly Point[]): number {
+  return way.slice(1).reduce((sum, to, k) => sum + gap(way[k]!, to), 0);
+}
+
+/** The point of a way so many metres behind its beginning, and where it leads there, in degrees. */
+export function alongWay(way: readonly Point[], metres: number): { at: Point; headingDeg: number } {
+  let left = metres;
+  for (let k = 1; k < way.length; k++) {
+    const [from, to] = [way[k - 1]!, way[k]!];
+    const length = gap(from, to);
+    if (left > length && k < way.length - 1) {
+      left -= length;
+      continue;
+    }
+    const share = length ? Math.min(1, left / length) : 0;
+    const headingDeg = (Math.atan2(to[1] - from[1], to[0] - from[0]) * 180) / Math.PI;
+    return { at: [from[0] + (to[0] - from[0]) * share, from[1] + (to[1] - from[1]) * share], headingDeg };
+  }
+  return { at: way[0]!, headingDeg: 0 };
+}
+
+/** The outline of a band of a width along a way: its left side there, and its right side back. */
+export function bandAlong(way: readonly Point[], widthM: number): Point[] {
+  const isClosed = way.length > 2 && gap(way[0]!, way.at(-1)!) < 1e-9;
+  const side = (sign: 1 | -1) =>
+    way.map(([x, y], k): Point => {
+      const before = way[k - 1] ?? (isClosed ? way.at(-2)! : null);
+      const after = way[k + 1] ?? (isClosed ? way[1]! : null);
+      const [came, goes] = [before && direction(before, [x, y]), after && direction([x, y], after)];
+      const [dx, dy] = [(came?.[0] ?? 0) + (goes?.[0] ?? 0), (came?.[1] ?? 0) + (goes?.[1] ?? 0)];
+      const length = Math.hypot(dx, dy) || 1;
+      // In a corner the band's edge is farther from its middle.
+      const wide = (widthM / 2) * Math.min(2, came && goes ? 2 / length : 1);
+      return [x - (sign * dy * wide) / length, y + (sign * dx * wide) / length];
+    });
+  return [...side(1), ...side(-1).reverse()];
+}

@@ -1,0 +1,43 @@
+import { expect, it } from "vitest";
+import type { CompiledWord, Profile } from "../api/types";
+import { FORMATS } from "../generated/steps";
+import { changeLanguage, startLanguages } from "../i18n";
+import { storyOf } from "./story";
+
+startLanguages();
+const PROFILE = { durations_ms: [0, 1000, 2000, 3000], speeds_mm_s: [0, 100, 200, 300], turn_rates_deg_s: [0, 30, 60, 90], avoid_radii_mm: [100, 200, 300, 400] } as unknown as Profile;
+
+function wordOf(values: Record<string, number>): CompiledWord {
+  const bits = FORMATS.control.reduce((sum, { name, low }) => sum + (values[name] ?? 0) * 2 ** low, 0);
+  return { hex: bits.toString(16).padStart(8, "0"), part: "leader", block: null };
+}
+
+const DRIVES = { motor_enable: 1, motor_duration: 3, motor_speed: 3 };
+
+it.each<[string, Record<string, number>]>([
+  ["drive · forward · fast · 3 s", DRIVES],
+  ["drive · left · slow · 3 s", { ...DRIVES, motor_direction: 1, motor_speed: 1 }],
+  ["wait · 3 s", { ...DRIVES, motor_speed: 0 }],
+  ["follow the line · fast · 3 s", { ...DRIVES, floor: 1 }],
+  ["turn left to the line · fast · 3 s", { ...DRIVES, motor_direction: 1, floor: 1 }],
+  ["turn right to the line · medium · 3 s", { ...DRIVES, motor_direction: 2, motor_speed: 2, floor: 1 }],
+  ["wander, stop on dark · fast · 3 s", { ...DRIVES, motor_direction: 3, floor: 1 }],
+  ["wait · 3 s + mind the floor", { ...DRIVES, motor_speed: 0, floor: 1 }],
+  ["drive · forward · fast · 3 s + listen + watch for people", { ...DRIVES, voice: 1, pir: 1 }],
+  ["stand still", {}],
+  ["stand still", { led_which: 2 }],
+])("a word's story is '%s'", (story, values) => {
+  changeLanguage("en");
+  expect(storyOf(wordOf(values), PROFILE)).toBe(story);
+});
+
+it("tells of lamps and of keeping away", () => {
+  changeLanguage("en");
+  expect(storyOf(wordOf({ led_which: 1, led_duration: 2 }), PROFILE)).toMatch(/^light · .+ · 2 s$/);
+  expect(storyOf(wordOf({ avoid_enable: 1, avoid_radius: 1, avoid_duration: 1 }), PROFILE)).toMatch(/^avoid · .+ · 1 s$/);
+});
+
+it("tells it in Chinese too", () => {
+  changeLanguage("zh");
+  expect(storyOf(wordOf({ ...DRIVES, motor_direction: 1, floor: 1 }), PROFILE)).toBe("左转到线上 · 快 · 3 秒");
+});
