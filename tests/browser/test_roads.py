@@ -2,13 +2,14 @@
 
 import json
 import math
+import re
 from itertools import pairwise
 from typing import Any
 
 from playwright.sync_api import FloatRect, expect
 
 from motorcade.mats.lines import Line, way_of
-from support.studio_page import PHONE, StudioPage
+from support.studio_page import StudioPage
 from support.studio_programs import PAIR
 from support.waiting import wait_until
 
@@ -43,7 +44,9 @@ def draw_with_mouse(studio: StudioPage, points: list[tuple[float, float]]) -> No
 def stored_mat(studio: StudioPage) -> dict[str, Any]:
     """The mat as the browser has stored it with the newest work."""
     studio.wait_until_stored('"line"')
-    texts = studio.page.evaluate("() => Object.entries(localStorage).filter(([key]) => /autosave/.test(key)).map(each => each[1])")
+    texts = studio.page.evaluate(
+        "() => Object.entries(localStorage).filter(([key]) => /autosave/.test(key)).map(each => each[1])"
+    )
     text = next(each for each in texts if '"line"' in each)
     found = _find(json.loads(text), "line")
     assert found is not None
@@ -92,7 +95,8 @@ def test_a_convoy_follows_a_road_that_was_drawn_with_the_mouse(open_page) -> Non
     studio.mat_button("pause").click()
 
     line = stored_mat(studio)["line"]
-    assert len(line) == 1 and line[0]["closed"]
+    assert len(line) == 1
+    assert line[0]["closed"]
     road = Line(tuple((x, y) for x, y in line[0]["points_m"]), bend_m=line[0]["bend_m"], closed=True)
     for car in range(4):
         studio.choose_car(car)
@@ -107,7 +111,8 @@ def seconds(studio: StudioPage) -> float:
 
 
 def place(studio: StudioPage) -> tuple[float, float]:
-    before, _, after = studio.say("mat.place").partition("{{x}}")
-    text = studio.page.get_by_text(before, exact=False).filter(has_text=" m, y ").inner_text()
-    x, _, rest = text.removeprefix(before).partition(after.partition("{{y}}")[0])
-    return float(x), float(rest.partition(" m")[0])
+    """Where the chosen car is, in metres, as the page tells it."""
+    told = re.compile(r"At x (.+) m, y (.+) m, facing")
+    found = told.search(studio.page.get_by_text(told).inner_text())
+    assert found
+    return float(found[1]), float(found[2])

@@ -23,6 +23,7 @@ from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
 from support.browser_profiles import Profiles
+from support.waiting import wait_until
 
 DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
@@ -232,8 +233,15 @@ class StudioPage:
     def drag_out(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
         """Drag a block out of a drawer with the mouse and drop it below another."""
         self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).click()
-        taken, place = self.box(self.editor(editor).get_by_role("option", name=block)), self.box(below)
+        option, place = self.editor(editor).get_by_role("option", name=block), self.box(below)
         mouse = self.page.mouse
+        taken, editors = self.box(option), self.box(self.editor(editor))
+        if (hidden := taken["y"] + taken["height"] - editors["y"] - editors["height"]) > 0:
+            # A drawer of many blocks.
+            mouse.move(taken["x"] + 12, editors["y"] + editors["height"] / 2)
+            mouse.wheel(0, hidden + taken["height"])
+            wait_until(lambda: self.box(option)["y"] < taken["y"] - hidden)
+            taken = self.box(option)
         mouse.move(taken["x"] + 12, taken["y"] + taken["height"] / 2)
         mouse.down()
         x, y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2

@@ -42,12 +42,8 @@ export function PieceInspector({ session }: { session: Session }) {
           </ListBoxItem>
         ))}
       </ListBox>
-      {piece && (
-        <div className={fields.points}>
-          {piece.kind === "line" && <RoadInspector session={session} id={piece} />}
-          <Points id={piece} />
-        </div>
-      )}
+      {piece?.kind === "line" && <RoadInspector session={session} id={piece} />}
+      {piece && <Points id={piece} />}
     </>
   );
 }
@@ -60,7 +56,7 @@ function Points({ id }: { id: PieceId }) {
   const points = handlesOf(id.kind, piece);
   const path = id.kind === "person" ? (piece as Person).path : null;
   return (
-    <>
+    <div className={fields.points}>
       {path && (
         <ToolSwitch
           label={t("mat.repeats")}
@@ -100,7 +96,7 @@ function Points({ id }: { id: PieceId }) {
           )}
         </div>
       ))}
-    </>
+    </div>
   );
 }
 

@@ -34,7 +34,7 @@ function PutConvoy({ session, id }: { session: Session; id: PieceId }) {
   return <ToolButton icon="leader" wide tone="main" label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(session, id)} />;
 }
 
-const LEAST_M = 0.001;
+const LEAST_M = 0.01;
 const WIDEST_M = 1;
 const LARGEST_M = 2000;
 

@@ -142,6 +142,7 @@ export function putConvoy(session: Session, id: PieceId): void {
   endEdit();
   const { cars, left } = convoyOn(mat.car, line, 2 * (useMat.getState().hello?.radius_m ?? RADIUS_M) + CLEARANCE_M);
   editMat({ ...mat, car: cars });
+  choose(null);
   drawRoads(false);
   if (left) notify(i18next.t("mat.convoyLeft", { count: left }));
 }

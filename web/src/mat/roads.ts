@@ -8,8 +8,10 @@ import { alongWay, lengthOf, LINE_M, wayOf } from "./ways";
 const LOOSE_M = 0.05;
 /** Nearer points would make a bend too tight to drive. */
 const APART_M = 0.15;
-/** Ends so near are meant to meet. */
-export const REACH_M = 0.15;
+/** Ends so near are meant to meet: the roads touch each other. */
+export const REACH_M = 0.25;
+/** As round as a small mat has room for. */
+const ROUND_M = 0.35;
 /** From the mat's edge, so that a car on the road doesn't touch it. */
 const INSIDE_M = 0.15;
 /** Of ends that meet without a hand. */
@@ -20,7 +22,7 @@ export function roadOf(mat: Mat, stroke: readonly Point[]): Line | null {
   const inside = stroke.map((point) => onMat(mat, point));
   const points = apart(simplified(inside, LOOSE_M)).map(([x, y]): Point => [rounded(x), rounded(y)]);
   if (points.length < 2) return null;
-  return closedUp({ points_m: points, bend_m: BEND_M }, REACH_M);
+  return closedUp({ points_m: points, bend_m: ROUND_M }, REACH_M);
 }
 
 function onMat({ size_m }: Mat, [x, y]: Point): Point {
