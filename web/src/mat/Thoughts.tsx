@@ -5,6 +5,8 @@ import { toScreen } from "./camera";
 import type { Session } from "./session";
 import { askWhy } from "./actions";
 import { chasedCar, useMat } from "./store";
+import { seesDark } from "./room";
+import { followsLine } from "../words/story";
 import { type Thought, thoughtsAt } from "./thoughts";
 import css from "./mat.module.css";
 
@@ -41,12 +43,16 @@ export function Thoughts({ session }: { session: Session }) {
         tell([]);
         return;
       }
-      const rangeMm = useStudio.getState().rangeMm;
+      const { rangeMm, mat, compiled, profileFigures } = useStudio.getState();
       const now = thoughtsAt({
         picture,
         leads: new Set(hello.leads),
         rangeM: rangeMm === null ? (hello.range_m ?? 1) : rangeMm / 1000,
         radiusM: hello.radius_m ?? 0.075,
+        missesLine: (car) => {
+          const word = compiled?.words[picture.index[car]!];
+          return word !== undefined && profileFigures !== null && followsLine(word, profileFigures) && !seesDark(mat, picture, car);
+        },
         eventsOf: (car) => session.events.of(car),
         knownFromMs: session.events.knownFromMs,
         before: past[0] ?? null,

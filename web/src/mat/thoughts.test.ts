@@ -15,7 +15,7 @@ function event(kind: CarEvent["kind"], more: Partial<CarEvent> = {}): CarEvent {
 type Cars = Parameters<typeof pictureOf>[0];
 
 function thoughts(cars: Cars, events: Record<number, CarEvent[]>, more: Partial<Circumstances> = {}, tMs = LATER) {
-  const now = { picture: pictureOf(cars, tMs), leads: new Set([0]), rangeM: 1, radiusM: 0.075, eventsOf: (car: number) => events[car] ?? [], knownFromMs: 0, before: null };
+  const now = { picture: pictureOf(cars, tMs), leads: new Set([0]), rangeM: 1, radiusM: 0.075, eventsOf: (car: number) => events[car] ?? [], knownFromMs: 0, before: null, missesLine: () => false };
   return thoughtsAt({ ...now, ...more }).map(({ car, thought }) => [car, thought]);
 }
 
@@ -63,6 +63,11 @@ it("wheels that turn and lead nowhere are blocked, by a car or by a thing", () =
   const before = { tMs: 8000, x: [0, 0.15, 3], y: [0, 0, 0] };
   expect(thoughts(cars, {}, { before })).toEqual([[0, "blockedByCar"], [2, "blocked"]]);
   expect(thoughts(cars, {}, { before: { ...before, x: [-0.2, 0.15, 2.8] } })).toEqual([]);
+});
+
+it("a car that follows a line and sees none says so", () => {
+  const cars = [LEADER, { x: 0.5, index: 2, flags: RUNS }, { x: 0.9, index: NO_INDEX }];
+  expect(thoughts(cars, { ...SENDS, 2: [event("heard")] }, { missesLine: () => true })).toEqual([[0, "noLine"], [1, "noLine"]]);
 });
 
 it("few cars think at once, and none at the very beginning", () => {

@@ -3,13 +3,15 @@
 import { Flag, NO_INDEX, type Picture } from "../api/world";
 import type { CarEvent } from "../timeline/events";
 
-export type Thought = "blockedByCar" | "blocked" | "tooFar" | "deaf" | "collisions" | "nothing" | "waiting" | "noProgram";
+export type Thought = "blockedByCar" | "blocked" | "noLine" | "tooFar" | "deaf" | "collisions" | "nothing" | "waiting" | "noProgram";
 
 export interface Circumstances {
   picture: Picture;
   leads: ReadonlySet<number>;
   rangeM: number;
   radiusM: number;
+  /** Whether a car's word has it follow a line, and it sees none. */
+  missesLine: (car: number) => boolean;
   /** A car's events, newest first. */
   eventsOf: (car: number) => Iterable<CarEvent>;
   /** Of the time before, some events may be missing. */
@@ -28,7 +30,7 @@ const RECENT_MS = 4000;
 const STUCK_M = 0.01;
 const STUCK_MS = 700;
 /** First what can be seen, then what can be changed. */
-const ORDER: readonly Thought[] = ["blockedByCar", "blocked", "tooFar", "deaf", "collisions", "noProgram", "nothing", "waiting"];
+const ORDER: readonly Thought[] = ["blockedByCar", "blocked", "noLine", "tooFar", "deaf", "collisions", "noProgram", "nothing", "waiting"];
 
 interface Lately {
   heard: boolean;
@@ -75,7 +77,7 @@ function thoughtOf(now: Circumstances, k: number, happened: readonly Lately[] | 
   const { picture, leads, rangeM } = now;
   if (isStuck(now, k)) return hasCarAhead(now, k) ? "blockedByCar" : "blocked";
   const isIdle = picture.index[k] === NO_INDEX || !(picture.flags[k]! & Flag.runs);
-  if (!isIdle) return null;
+  if (!isIdle) return now.missesLine(k) ? "noLine" : null;
   if (leads.has(k)) return picture.index[k] === NO_INDEX ? "noProgram" : null;
   if (!happened) return null;
   const { heard, deaf, collided } = happened[k]!;

@@ -38,7 +38,7 @@ function fit(word: CompiledWord, { sets, fields }: Told, profile: Profile): numb
 }
 
 /** The kinds of a word's steps: of each group the one that says most, unless others have said it all. */
-export function kindsOf(word: CompiledWord, profile: Profile): Told[] {
+function kindsOf(word: CompiledWord, profile: Profile): Told[] {
   const told: Told[] = [];
   const said = new Set<string>();
   for (const group of new Set(TOLD.map((each) => each.group))) {
@@ -50,6 +50,11 @@ export function kindsOf(word: CompiledWord, profile: Profile): Told[] {
     for (const name of names) said.add(name);
   }
   return told;
+}
+
+/** Whether a car with this word is to follow a line. */
+export function followsLine(word: CompiledWord, profile: Profile): boolean {
+  return kindsOf(word, profile).some(({ kind }) => kind === "follow_line");
 }
 
 function kindStory(word: CompiledWord, { kind, fields }: Told, profile: Profile): string {
