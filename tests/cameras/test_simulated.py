@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from motorcade import Pose, World, forward, led, open_table, wait
 from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
 from motorcade.cameras import simulated as view
 from motorcade.mats import Person, check_mat, playground
+from motorcade.mats.lines import Line
 from motorcade.runs.palette import LEDS
 from motorcade.runs.recording import Description
 from support.strategies import CLASSROOM
@@ -57,6 +59,23 @@ def test_a_car_appears_at_its_place_and_larger_when_it_is_nearer(y_m: float, sid
 def test_the_camera_shows_neither_its_car_nor_what_is_behind_or_far_away() -> None:
     for pose in (Pose(-0.5, 0), Pose(0.0, 0.5), Pose(60, 0)):
         assert len(columns(shown([Pose(0, 0), pose]), EMPTY)) == 0
+
+
+@pytest.mark.parametrize(
+    "marks",
+    [
+        {"lines": (Line(((0.3, -1.0), (0.3, 1.0)), width_m=0.1),)},
+        {"spots": ((0.35, 0.0, 0.1),)},
+        {"patches": (((0.3, -0.1), (0.4, -0.1), (0.4, 0.1), (0.3, 0.1)),)},
+    ],
+)
+def test_what_is_dark_on_the_floor_ahead_is_seen_in_its_place(marks: dict[str, Any]) -> None:
+    picture = shown([Pose(0, 0)], **marks)
+    middle = picture[:, view.WIDTH // 2].mean(axis=1)
+    dark = np.flatnonzero(middle < 80)
+    assert len(dark) > 5
+    assert middle[dark[-1] + 10] > 150
+    assert (picture[: view.HEIGHT // 3] == EMPTY[: view.HEIGHT // 3]).all()
 
 
 def test_leds_have_their_colours() -> None:

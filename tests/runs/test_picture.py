@@ -1,5 +1,6 @@
 """Pictures and films of recordings."""
 
+from dataclasses import replace
 from unittest import mock
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from PIL import Image
 
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats.lines import Line
 from motorcade.runs import drawing, plots
 from motorcade.runs.drawing import pictures_in
 from motorcade.runs.palette import LEADER, rgb
@@ -75,6 +77,15 @@ def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(recording, tmp_
     draw_tracks(recording, tmp_path / "tracks.png")
     assert share_of(LEADER, tmp_path / "tracks.png") > 0.0005
     assert share_of("#3a3a3a", tmp_path / "tracks.png") > 0.005
+
+
+def test_tracks_show_roads_with_their_lines_and_what_is_dark(recording, tmp_path):
+    line = Line(((0.0, 0.0), (3.0, 0.0), (3.0, 2.0)), bend_m=0.3)
+    marks = {"lines": (line,), "spots": ((1.0, 1.0, 0.2),), "patches": (((2, 1), (2.5, 1), (2.5, 1.5)),)}
+    about = replace(recording.about, mat=replace(recording.about.mat, **marks))
+    draw_tracks(mock.Mock(wraps=recording, about=about), tmp_path / "tracks.png")
+    assert share_of("#b9bdc4", tmp_path / "tracks.png") > 0.005
+    assert share_of("#17181c", tmp_path / "tracks.png") > 0.005
 
 
 @pytest.mark.parametrize("name", ["plot.svg", "plot.pdf"])

@@ -146,7 +146,7 @@ export function hasRoomForTile(mat: Mat, at: Point): boolean {
 /** Lay a tile; its lines become one with those that they meet. */
 export function withTile(mat: Mat, tile: Tile, at: Point): { mat: Mat; id: PieceId } {
   const lines = tileAt(mat, tile, at);
-  return lines.reduce((laid, line) => withRoad(laid.mat, line, EXACT_M), { mat, id: { kind: "line", place: 0 } as PieceId });
+  return lines.reduce((laid, line) => withRoad(laid.mat, line, EXACT_M), { mat, id: { kind: "line", place: 0 } });
 }
 
 /** The road turned by a right angle around its middle. */

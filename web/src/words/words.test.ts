@@ -60,9 +60,9 @@ describe("the word table as CSV", () => {
     const lines = wordsCsv([word]).split("\r\n");
     expect(lines[0]).toBe([
       "index,part,hex,bits,leader_states,follower_words,dwell,accept_ir,forward,motor_enable,motor_direction,motor_speed,motor_duration",
-      "led_which,led_duration,avoid_enable,avoid_radius,avoid_duration,voice,pir,reserved,parity",
+      "led_which,led_duration,avoid_enable,avoid_radius,avoid_duration,voice,pir,floor,reserved,parity",
     ].join());
-    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,,,1,0,1,2,0,0,1,0,0,0,0,0,0,0,1");
+    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,,,1,0,1,2,0,0,1,0,0,0,0,0,0,0,0,1");
     expect(lines[2]).toBe("");
   });
 });
