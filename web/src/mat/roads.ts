@@ -145,8 +145,8 @@ export function hasRoomForTile(mat: Mat, at: Point): boolean {
 
 /** Lay a tile; its lines become one with those that they meet. */
 export function withTile(mat: Mat, tile: Tile, at: Point): { mat: Mat; id: PieceId } {
-  const lines = tileAt(mat, tile, at);
-  return lines.reduce((laid, line) => withRoad(laid.mat, line, EXACT_M), { mat, id: { kind: "line", place: 0 } });
+  const before: { mat: Mat; id: PieceId } = { mat, id: { kind: "line", place: 0 } };
+  return tileAt(mat, tile, at).reduce((laid, line) => withRoad(laid.mat, line, EXACT_M), before);
 }
 
 /** The road turned by a right angle around its middle. */
