@@ -1,6 +1,7 @@
 """Lights and horn, the drive code 2: who switches them, when they end, and what does it on both kinds of boards."""
 
 import pytest
+from starlette.testclient import TestClient
 
 from motorcade.boards.simulated_drive import SimulatedBoard
 from motorcade.car.drive_board import DriveBoard
@@ -9,13 +10,18 @@ from motorcade.config.profile import built_in_profile
 from motorcade.drive.deadman import DeadmanSwitch
 from motorcade.drive.motors import Switchboard
 from motorcade.drive.session import CarControl
+from motorcade.drive.stamps import Freshness, stamp_at
 from motorcade.drive.wire import OUTCOMES
 from motorcade.errors import MotorcadeError
+from motorcade.server.remote.app import make_remote
+from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.request_filter import ServerSettings
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, LIGHTS, fingerprint
 from motorcade.words.switches import switch_words
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
+from support.remote_page import RemotePage
 from support.waiting import until
 from support.working_drivers import client, driving
 
@@ -201,3 +207,25 @@ def test_a_pin_file_names_them():
     text = 'format = "motorcade-pins/1"\nname = "x"\nchip = "raspberry-pi"\n[horn]\nsignal = 5\n'
     pins = parse_pins(text, "pins.toml")
     assert (pins.pin("horn", "signal"), pins.has("head_light")) == (5, False)
+
+
+def test_a_page_s_message_switches_the_car():
+    car = Car()
+    app = make_remote(ServerSettings(), SingleCar(car.control))
+    with (
+        TestClient(app, base_url="http://127.0.0.1:7700") as http,
+        http.websocket_connect("ws://127.0.0.1:7700/drive/ws") as socket,
+    ):
+        car.driver.release()
+        page = RemotePage(socket)
+        page.send("join", car="1")
+        page.send("drive", cars=["1"], throttle=0.0, steering=0.0, switches={"head_light": 1}, number=1)
+        assert page.car("1", lambda shown: shown["switches"]["head_light"])["switches"] == {"head_light": 1, "horn": 0}
+
+
+def test_a_switch_is_not_taken_for_the_first_command_behind_an_answer():
+    freshness = Freshness(150, can_ask=True)
+    freshness.take_answer(250, 0, stamp_at(1000), 1000)
+    assert not freshness.is_fresh(stamp_at(1010), 1010, 1, drives=False)
+    assert freshness.is_fresh(stamp_at(1020), 1020, 2, stands=True)
+    assert freshness.is_fresh(stamp_at(1030), 1030, 3, drives=False)
