@@ -203,6 +203,30 @@ end:
   ret ptr %to
 }
 """
+# What LLVM calls where it moves memory; here it is in either direction.
+_MEMMOVE = """
+define hidden ptr @memmove(ptr %to, ptr %from, i64 %count) {
+  %ahead = icmp ult ptr %from, %to
+  %step = select i1 %ahead, i64 -1, i64 1
+  %last = sub i64 %count, 1
+  %first = select i1 %ahead, i64 %last, i64 0
+  %none = icmp eq i64 %count, 0
+  br i1 %none, label %end, label %each
+each:
+  %k = phi i64 [ %first, %0 ], [ %next, %each ]
+  %left = phi i64 [ %count, %0 ], [ %fewer, %each ]
+  %source = getelementptr i8, ptr %from, i64 %k
+  %byte = load i8, ptr %source
+  %at = getelementptr i8, ptr %to, i64 %k
+  store i8 %byte, ptr %at
+  %next = add i64 %k, %step
+  %fewer = sub i64 %left, 1
+  %more = icmp ne i64 %fewer, 0
+  br i1 %more, label %each, label %end
+end:
+  ret ptr %to
+}
+"""
 # What code for macOS calls where it fills memory with zeros.
 _BZERO = """
 declare ptr @memset(ptr, i32, i64)
@@ -238,7 +262,8 @@ def _whole(kernels: dict[str, Code], target: Target) -> Any:
     builder.getModulePassManager().run(whole, builder)
     _check(whole, list(kernels))
     if target.linker != "wasm-ld":
-        whole.link_in(llvm.parse_assembly(_MEMSET))
+        for called in (_MEMSET, _MEMMOVE):
+            whole.link_in(llvm.parse_assembly(called))
     if target.linker == "ld64.lld":
         # On Intel's and on Apple's processors.
         for name in ("__bzero", "bzero"):
