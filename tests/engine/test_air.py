@@ -11,6 +11,7 @@ from motorcade.mats import Mat, Starts
 from motorcade.words.infrared import air_us, to_frame
 from support.strategies import CLASSROOM
 from support.tables import counted, events_of, hearers, table, world
+from support.worlds import crowd, digest, ran
 
 # Each car hears only its neighbours: infrared reaches 1 m.
 CHAIN = [Pose(0.8 * place, 0) for place in range(5)]
@@ -167,3 +168,9 @@ def test_every_frame_at_every_follower_in_range_is_counted_once() -> None:
     within_sight = hearers(table([wait(1)], LIT, formation(4), physics=Physics()), 1000)
     ended = counts["frames"] - int(cars.snapshot().sends[0])
     assert sum(counts[name] for name in fates) == ended * len(within_sight) > 100
+
+
+def test_more_cars_around_a_sender_than_it_lists_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = digest(ran(crowd(60), 2000))
+    monkeypatch.setattr("motorcade.engine.layout._MOST_AROUND", 3)
+    assert digest(ran(crowd(60), 2000)) == expected

@@ -47,35 +47,67 @@ def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
 
 
 @in_kernel
-def others_near(
-    i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules
-) -> tuple[float, float, float, float, float]:
-    """Look at the cars around car ``i``.
+def stands(i: int, cars: Cars, rules: Rules) -> bool:
+    """Whether car ``i`` keeps its place until it gets another way or something pushes it."""
+    return cars.way_x[i] == 0 and cars.way_y[i] == 0 and rules.wheel_noise == 0.0
 
-    Args:
-        i: the index of the car.
-        world: its world.
-        look: how far its ultrasonic sensor sees, in µm; 0.0 where the sensor is off.
-        cars, cells, rules: the arrays.
+
+@in_kernel
+def others_near(i: int, world: int, cars: Cars, cells: Cells, rules: Rules) -> tuple[float, float, float]:
+    """Look at the cars that touch car ``i`` of a world, or may touch it soon.
 
     Returns:
-        For how many ticks no other car can matter if this car keeps its way; for how many none can touch it, whatever
-        its way; the distance from its front to the nearest car in the cone (FAR_UM: none); and the push, in x and y,
-        of all cars that touch it.
+        How far away the nearest is, at least (µm), and the push, in x and y, of all cars that touch it.
     """
     x, y = float(cars.x[i]), float(cars.y[i])
-    ahead_x, ahead_y = 0.0, 0.0
-    if look > 0.0:
-        ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
-    reach = rules.contact + look
-    near = reach + LOOK_BEYOND_UM
-    way_x, way_y, own = way_of(i, cars, rules)
-    ticks, obstacle, push_x, push_y = LOOK_BEYOND_UM / (own + rules.fastest), FAR_UM, 0.0, 0.0
-    gap = LOOK_BEYOND_UM
+    near, touch = rules.contact + rules.beyond, rules.contact * rules.contact
     wide = near + rules.drift
     frame, first = cells.frame[world], cells.first[world]
-    columns = int(frame[COLUMNS])
-    rows = int(frame[ROWS])
+    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
+    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    # The nearest alone says for how long none can touch: no root, no division and no branch for each car.
+    nearest = near * near
+    for row in range(bottom, top + 1):
+        for j in range(first[row * columns + left], first[row * columns + right + 1]):
+            dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+            nearest = min(nearest, dx * dx + dy * dy if j != i else FAR_UM * FAR_UM)
+    push_x, push_y = 0.0, 0.0
+    if nearest < touch:
+        for row in range(bottom, top + 1):
+            for j in range(first[row * columns + left], first[row * columns + right + 1]):
+                dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+                squared = dx * dx + dy * dy
+                if squared < touch and j != i:
+                    distance = math.sqrt(squared)
+                    overlap = rules.contact - distance
+                    if distance == 0.0:
+                        # Two cars at the same point are pushed apart along x, in the order of their numbers.
+                        distance = 1.0
+                        dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
+                    push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
+                    push_y -= math.floor(dy * overlap / (2.0 * distance) + 0.5)
+    return math.sqrt(nearest) - rules.contact, push_x, push_y
+
+
+@in_kernel
+def others_ahead(i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules) -> tuple[float, float]:
+    """Look at the cars that the ultrasonic sensor of car ``i``, which sees ``look`` µm far, measures or may soon.
+
+    Returns:
+        For how many ticks no other car can matter to the sensor if this car keeps its way, and the distance from its
+        front to the nearest car in the cone (FAR_UM: none).
+    """
+    x, y = float(cars.x[i]), float(cars.y[i])
+    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    near = rules.contact + look + LOOK_BEYOND_UM
+    _, _, own = way_of(i, cars, rules)
+    gap, obstacle = LOOK_BEYOND_UM, FAR_UM
+    wide = near + rules.drift
+    frame, first = cells.frame[world], cells.first[world]
+    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
     left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
     right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
@@ -83,30 +115,14 @@ def others_near(
     for row in range(bottom, top + 1):
         for j in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
-            squared = dx * dx + dy * dy
-            if squared >= near * near or j == i:
+            if dx * dx + dy * dy >= near * near or j == i:
                 continue
-            distance = math.sqrt(squared)
-            if look > 0.0:
-                ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
-                ticks = min(ticks, _gap_to_cone(ahead, aside, look, rules) / (own + rules.fastest))
-                seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
-                if seen <= look:
-                    obstacle = min(obstacle, seen)
-            if rules.collisions == 0:
-                continue
-            closing = _closing(way_x * dx + way_y * dy, distance, own, rules) + rules.fastest
-            ticks = min(ticks, (distance - rules.contact) / max(closing, 1.0))
-            gap = min(gap, distance - rules.contact)
-            if distance < rules.contact:
-                overlap = rules.contact - distance
-                if distance == 0.0:
-                    # Two cars at the same point are pushed apart along x, in the order of their numbers.
-                    distance = 1.0
-                    dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
-                push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
-                push_y -= math.floor(dy * overlap / (2.0 * distance) + 0.5)
-    return ticks, gap / (2.0 * rules.fastest), obstacle, push_x, push_y
+            ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
+            gap = min(gap, _gap_to_cone(ahead, aside, look, rules))
+            seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
+            if seen <= look:
+                obstacle = min(obstacle, seen)
+    return gap / (own + rules.fastest), obstacle
 
 
 @in_kernel
@@ -140,12 +156,15 @@ def place_near(
     However many cars push, they never push a car into a wall that it touches. In a corner only the walls push it.
 
     Returns:
-        The same figures as ``others_near``.
+        For how many ticks nothing can matter if this car keeps its way; for how many nothing can touch it, whatever its
+        way; the distance that its sensor measures up to ``look`` (FAR_UM: nothing in the cone); and the push, in x and
+        y, of everything that touches it.
     """
     way_x, way_y, own = way_of(i, cars, rules)
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
-    ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / max(own, 1.0), FAR_UM, 0.0, 0.0
+    # To a car that stands nothing here changes.
+    ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
@@ -171,8 +190,9 @@ def place_near(
             continue
         distance = math.sqrt(squared)
         surface = distance - thick
-        closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
-        ticks = min(ticks, (surface - around) / max(closing, 1.0))
+        if own > 0.0:
+            closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
+            ticks = min(ticks, (surface - around) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
         if look > 0.0 and surface < look + rules.radius:
             obstacle = min(obstacle, _place_in_cone(i, item, cars, place, rules))
@@ -223,7 +243,7 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
 def obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
     """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``."""
     look = float(look_mm) * 1000.0
-    _, _, seen, _, _ = others_near(i, world, look, arrays.cars, arrays.cells, arrays.rules)
+    _, seen = others_ahead(i, world, look, arrays.cars, arrays.cells, arrays.rules)
     _, _, distance, _, _ = place_near(i, look, 0.0, 0.0, arrays.cars, arrays.place, arrays.rules)
     nearest = min(seen, distance)
     return obstacle_mm(nearest, arrays.rules) if nearest <= look else NOTHING_IN_SIGHT_MM

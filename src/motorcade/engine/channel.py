@@ -21,8 +21,8 @@ from motorcade.car import frames
 from motorcade.engine import events
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
 from motorcade.engine.decorators import in_kernel
-from motorcade.engine.geometry import cosine, cross, is_shaded, mix, sine
-from motorcade.engine.state import NOBODY, Arrays, Cars, Floats, Now, Place, Voices
+from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
+from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Place, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
@@ -66,32 +66,67 @@ def begin_frame(i: int, frame: int, arrays: Arrays, now: Now) -> None:
 
 
 @in_kernel
-def spread_frame(j: int, low_row: int, high_row: int, arrays: Arrays, now: Now) -> None:
-    """Let the frame that car ``j`` has begun reach the receivers in rows ``low_row`` to ``high_row`` - 1."""
-    cars, rules = arrays.cars, arrays.rules
+def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
+    """Let the frame that car ``j`` has begun reach the receivers at the indices ``low`` to ``high`` - 1."""
+    cars, rules, around, share = arrays.cars, arrays.rules, arrays.around, now.share
     x, y = float(cars.x[j]), float(cars.y[j])
-    wide = rules.range + rules.drift
+    far = rules.range + rules.radius + 1.0
+    wide = far + rules.drift
     frame, first = arrays.cells.frame[now.world], arrays.cells.first[now.world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    bottom = max(cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows), low_row)
-    top = min(cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows), high_row - 1)
-    if bottom > top:
+    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    if first[bottom * columns] >= high or first[(top + 1) * columns] <= low:
         return
     left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
     right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    ahead_x, ahead_y = cosine(cars.heading[j], rules.cosines), sine(cars.heading[j], rules.cosines)
+    # List all cars around it once; those that don't belong there are overwritten, because a processor can't foresee
+    # which these are.
+    count, room = 0, around.x.shape[1] - SPARE
     for row in range(bottom, top + 1):
         for i in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
-            squared = dx * dx + dy * dy
-            if squared > rules.range * rules.range or i == j:
+            at = min(count, room)
+            around.x[share, at], around.y[share, at], around.car[share, at] = dx, dy, i
+            count += (dx * dx + dy * dy <= far * far) & (i != j)
+    is_listed = count <= room
+    base = 0
+    if not is_listed:
+        base = first[bottom * columns]
+        count = first[(top + 1) * columns] - base
+    # The bodies are tested several at once, so their number is a multiple of that.
+    for k in range(count, count + SPARE if is_listed else count):
+        around.x[share, k], around.y[share, k] = FAR_UM, FAR_UM
+    near = _place_near(x, y, arrays.place)
+    ahead_x, ahead_y = cosine(cars.heading[j], rules.cosines), sine(cars.heading[j], rules.cosines)
+    for k in range(count):
+        i = int(around.car[share, k]) if is_listed else base + k
+        dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
+        squared = dx * dx + dy * dy
+        if squared > rules.range * rules.range or i < low or i >= high or i == j:
+            continue
+        distance = math.sqrt(squared)
+        if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
+            continue
+        if rules.line_of_sight:
+            if _is_hidden_by_place(x, y, x + dx, y + dy, distance, near, arrays.place):
                 continue
-            distance = math.sqrt(squared)
-            if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
+            if is_listed:
+                if _is_hidden_by_listed(dx, dy, count, share, around, rules):
+                    continue
+            elif _is_hidden_by_cars(i, j, now.world, arrays):
                 continue
-            if rules.line_of_sight and _is_hidden(i, j, distance, now.world, arrays):
-                continue
-            _arrive(i, j, int(distance), arrays, now)
+        _arrive(i, j, int(distance), arrays, now)
+
+
+@in_kernel
+def _is_hidden_by_listed(dx: float, dy: float, count: int, share: int, around: Around, rules: Rules) -> bool:
+    """Whether a listed car shades the line of sight from the sender to another listed car."""
+    # The other car shades itself.
+    shades = 0
+    for k in range((count + SPARE - 1) // SPARE * SPARE):
+        shades += is_shaded(0.0, 0.0, dx, dy, around.x[share, k], around.y[share, k], rules.radius)
+    return shades > 1
 
 
 @in_kernel
@@ -107,8 +142,13 @@ def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
     ahead_x, ahead_y = cosine(cars.heading[sender], rules.cosines), sine(cars.heading[sender], rules.cosines)
     if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
         return OUTSIDE_BEAM
-    if rules.line_of_sight and _is_hidden(receiver, sender, distance, world, arrays):
-        return HIDDEN
+    if rules.line_of_sight:
+        ax, ay = float(cars.x[sender]), float(cars.y[sender])
+        bx, by = float(cars.x[receiver]), float(cars.y[receiver])
+        if _is_hidden_by_place(ax, ay, bx, by, distance, _place_near(ax, ay, arrays.place), arrays.place):
+            return HIDDEN
+        if _is_hidden_by_cars(receiver, sender, world, arrays):
+            return HIDDEN
     return TOO_FAR if squared > rules.range * rules.range else IN_REACH
 
 
@@ -151,13 +191,11 @@ def _is_louder(distance: int, other: int, capture: float) -> bool:
 
 
 @in_kernel
-def _is_hidden(i: int, j: int, distance: float, world: int, arrays: Arrays) -> bool:
-    """Whether a wall, an obstacle or a car blocks the line of sight between cars ``j`` and ``i``."""
+def _is_hidden_by_cars(i: int, j: int, world: int, arrays: Arrays) -> bool:
+    """Whether a car blocks the line of sight between cars ``j`` and ``i``."""
     cars, cells, rules = arrays.cars, arrays.cells, arrays.rules
     ax, ay = float(cars.x[j]), float(cars.y[j])
     bx, by = float(cars.x[i]), float(cars.y[i])
-    if _is_hidden_by_place(ax, ay, bx, by, distance, arrays.place):
-        return True
     frame, first = cells.frame[world], cells.first[world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
     wide = rules.radius + rules.drift
@@ -165,7 +203,6 @@ def _is_hidden(i: int, j: int, distance: float, world: int, arrays: Arrays) -> b
     right = cell_at(max(ax, bx) + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     bottom = cell_at(min(ay, by) - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
     top = cell_at(max(ay, by) + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    # No branch for each car: the processor could not predict it.
     hidden = False
     for row in range(bottom, top + 1):
         for k in range(first[row * columns + left], first[row * columns + right + 1]):
@@ -175,11 +212,17 @@ def _is_hidden(i: int, j: int, distance: float, world: int, arrays: Arrays) -> b
 
 
 @in_kernel
-def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, distance: float, place: Place) -> bool:
+def _place_near(x: float, y: float, place: Place) -> int:
+    """The cell of the place that a point is in."""
     frame = place.frame
     columns = int(frame[COLUMNS])
-    column = cell_at(ax, frame[ORIGIN_X], frame[PER_UM], columns)
-    cell = cell_at(ay, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
+    column = cell_at(x, frame[ORIGIN_X], frame[PER_UM], columns)
+    return cell_at(y, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
+
+
+@in_kernel
+def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, distance: float, cell: int, place: Place) -> bool:
+    """Whether a wall or an obstacle blocks the line of sight from a, which is in ``cell``, to b."""
     segments = place.segments.shape[0]
     for k in range(place.first[cell], place.first[cell + 1]):
         if place.away[k] > distance:

@@ -92,23 +92,33 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
     others, place_too = others_due(cars.clear[i], tick), place_due(cars.clear[i], tick)
     if look > 0.0:
         others, place_too = True, True
-    ticks, place_ticks, anyhow, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    gap, place_ticks, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, 0.0
     seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
-    if others:
-        ticks, anyhow, seen, push_x, push_y = bodies.others_near(i, world, look, cars, arrays.cells, rules)
+    if others and rules.collisions:
+        gap, push_x, push_y = bodies.others_near(i, world, cars, arrays.cells, rules)
+    if (push_x != 0.0 or push_y != 0.0) and int(cars.clear[i]) & 1 == 0:
+        # A car that stands may touch a wall, which doesn't push it but holds it.
+        place_too = True
     if place_too:
         place_ticks, place_anyhow, distance, push_x, push_y = bodies.place_near(
             i, look, push_x, push_y, cars, arrays.place, rules
         )
-    free, place_free, pushed = ticks, place_ticks, 0
+    place_free, pushed = place_ticks, 0
     if push_x != 0.0 or push_y != 0.0:
         cars.clear[i] = on_another_way(cars.clear[i], tick + 1)
-        free, place_free, pushed = anyhow, place_anyhow, 1
+        place_free, pushed = place_anyhow, 1
     elif arrays.floor.shape[0] and cars.memory[WORD, i] >> _FLOOR_AT & 1:
         # Who follows a line soon leaves its way.
-        free, place_free, pushed = anyhow, place_anyhow, 1
+        place_free, pushed = place_anyhow, 1
+    # The time for others holds on any way, except for a car that stands: it waits for them.
+    stands = pushed == 0 and bodies.stands(i, cars, rules)
+    free = gap / (rules.fastest if stands else 2.0 * rules.fastest)
+    ticks = free
+    if look > 0.0:
+        ahead_ticks, seen = bodies.others_ahead(i, world, look, cars, arrays.cells, rules)
+        ticks = min(ticks, ahead_ticks)
     if others:
-        until = half(tick + whole_ticks(free), pushed)
+        until = half(tick + whole_ticks(free), 0 if stands else 1)
         cars.clear[i] = with_others(cars.clear[i], until)
     if place_too:
         until = half(tick + whole_ticks(place_free), pushed)
@@ -124,9 +134,9 @@ def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
     """
     cars, rules = arrays.cars, arrays.rules
     push_x, push_y = 0.0, 0.0
-    if others_due(cars.clear[i], tick):
-        _, _, _, push_x, push_y = bodies.others_near(i, 0, 0.0, cars, arrays.cells, rules)
-    if place_due(cars.clear[i], tick):
+    if rules.collisions and others_due(cars.clear[i], tick):
+        _, push_x, push_y = bodies.others_near(i, 0, cars, arrays.cells, rules)
+    if place_due(cars.clear[i], tick) or push_x != 0.0 or push_y != 0.0:
         _, _, _, push_x, push_y = bodies.place_near(i, 0.0, push_x, push_y, cars, arrays.place, rules)
     if push_x == 0.0 and push_y == 0.0:
         return False

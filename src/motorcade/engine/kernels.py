@@ -189,12 +189,12 @@ def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
     """
     cars, rules = arrays.cars, arrays.rules
     senders = begin
-    voice_is_heard = now.said != brain.NO_VOICE or now.first_voice < now.last_voice
     for i in range(begin, end):
         looked = False
-        if voice_is_heard or reached(now.ms, cars.due[i]):
+        hears = channel.voice_at(i, arrays, now) != brain.NO_VOICE
+        if hears or reached(now.ms, cars.due[i]):
             car = _turn_of(i, arrays, now)
-            word_ms = 0 if voice_is_heard else _only_sends_ms(car)
+            word_ms = 0 if hears else _only_sends_ms(car)
             if word_ms == 0:
                 looked, word_ms = step.act(car, now.ms)
             if step.send(car, now.ms):
@@ -264,16 +264,15 @@ def run(share: int, shares: int, first_tick: int, ticks: int, said: int, seeds: 
             while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
                 spoken += 1
             voice = said if tick == first_tick else brain.NO_VOICE
-            now = Now(world, world, seed, tick, ms, voice, first_voice, spoken)
+            now = Now(world, world, share, seed, tick, ms, voice, first_voice, spoken)
             if tick == 0:
                 _switch_on(begin, end, arrays, now)
             if tick % rules.sort_every == 0:
                 _sort(world, begin, end, arrays)
             bicycle.set_out(world, seed, tick, cars, driven, rules)
             senders = step_cars(begin, end, arrays, now)
-            rows = int(arrays.cells.frame[world, cells.ROWS])
             for k in range(begin, begin + senders):
-                channel.spread_frame(cars.order[k], 0, rows, arrays, now)
+                channel.spread_frame(cars.order[k], begin, end, arrays, now)
             bodies.move(begin, end, seed, tick, cars, rules)
             bicycle.turn_round(world, cars, driven)
 
@@ -306,7 +305,7 @@ def run_large(
     first_part, end_part = parts * share // shares, parts * (share + 1) // shares
     if phase == ORDER:
         if tick == 0:
-            _switch_on(0, count, arrays, Now(0, 0, seed, tick, ms, said, first_voice, spoken))
+            _switch_on(0, count, arrays, Now(0, 0, 0, seed, tick, ms, said, first_voice, spoken))
         cells.fit(0, 0, count, cars, cell_lists, rules.cell)
         cells.order_by_cell(0, 0, count, cars, cell_lists)
     elif phase == SORT:
@@ -328,15 +327,16 @@ def run_large(
     elif phase == STEP:
         for part in range(first_part, end_part):
             begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-            now = Now(0, part, seed, tick, ms, said, first_voice, spoken)
+            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken)
             senders[part] = step_cars(begin, end, arrays, now)
     elif phase == SPREAD:
         for part in range(first_part, end_part):
-            now = Now(0, part, seed, tick, ms, said, first_voice, spoken)
+            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken)
+            begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
             for other in range(max(part - 1, 0), min(part + 2, parts)):
-                begin = first[strips[other] * columns]
-                for k in range(begin, begin + senders[other]):
-                    channel.spread_frame(cars.order[k], strips[part], strips[part + 1], arrays, now)
+                begun = first[strips[other] * columns]
+                for k in range(begun, begun + senders[other]):
+                    channel.spread_frame(cars.order[k], begin, end, arrays, now)
     elif phase == MOVE:
         for part in range(first_part, end_part):
             begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]

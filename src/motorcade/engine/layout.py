@@ -15,7 +15,7 @@ from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOI
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
-from motorcade.engine.state import MOST_PARTS, NOBODY, Buffer, Cars, Cells, People, Place, Rules, Voices
+from motorcade.engine.state import MOST_PARTS, NOBODY, SPARE, Around, Buffer, Cars, Cells, People, Place, Rules, Voices
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.words.image import bytes_to_words
@@ -38,6 +38,8 @@ _LINE = 16  # cars in a cache line
 CELL_UM = 450_000.0
 # With so few cars, checking all of them is faster than cells.
 _FEW_CARS = 24
+# With more cars around a sender, each line of sight looks for those near it.
+_MOST_AROUND = 1 << 8
 _NEVER = 1 << 40
 _PLACE_CELL_UM = 250_000.0
 _FEW_PLACE_CELLS = 1 << 14
@@ -93,6 +95,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         line_of_sight=int(physics.line_of_sight),
         radius=radius,
         contact=2 * radius,
+        beyond=FAR_UM if few else LOOK_BEYOND_UM,
         ultrasonic_range_mm=body.ultrasonic_range_mm,
         cone_cos=_cosine(body.ultrasonic_cone_deg),
         cone_sin=_cosine(90 - body.ultrasonic_cone_deg),
@@ -160,6 +163,16 @@ def cells_of(worlds: int, per_world: int, memory: "Backend") -> Cells:
         first=memory.zeros("first", (worlds, per_world * 5 // 8 + 17), "int32"),
         frame=memory.zeros("frame", (worlds, 5), "float64"),
         strips=memory.zeros("strips", (2, MOST_PARTS + 1), "int64"),
+    )
+
+
+def around_of(shares: int, per_world: int, memory: "Backend") -> Around:
+    """Allocate scratch memory for the cars around a sender."""
+    shape = shares, min(per_world, _MOST_AROUND) + SPARE
+    return Around(
+        x=memory.zeros("Around.x", shape, "float64"),
+        y=memory.zeros("Around.y", shape, "float64"),
+        car=memory.zeros("Around.car", shape, "int32"),
     )
 
 

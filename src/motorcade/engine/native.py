@@ -31,7 +31,7 @@ _SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
 # What Linux calls that which processors of the level x86-64-v3 have more than those of v2.
 _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
 # With more, threads need not wait for one whose share takes long.
-_SHARES_A_THREAD = 4
+SHARES_A_THREAD = 4
 _INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
 
 
@@ -130,7 +130,7 @@ class NativeKernels(LinearMemory, HeapArrays):
 
     def run(self, threads: int, *arguments: Any) -> None:
         """Call the kernel ``run`` with several threads; ``arguments`` as those of the kernel after its shares."""
-        shares = _SHARES_A_THREAD * threads
+        shares = SHARES_A_THREAD * threads
         block = self._block("run", 0, shares, *arguments)
         blocks = [_INT.pack(share) + block[_INT.size :] for share in range(shares)]
         _pool.share(self._kernels["run"], blocks, threads)
@@ -151,7 +151,7 @@ class NativeKernels(LinearMemory, HeapArrays):
         for tick in range(first_tick, first_tick + ticks):
             heard = said if tick == first_tick else NO_VOICE
             for phase, is_shared in PHASES[0 if tick % sort_every == 0 else SET_OUT :]:
-                shares = 1 if not is_shared else threads if phase == SORT else _SHARES_A_THREAD * threads
+                shares = 1 if not is_shared else threads if phase == SORT else SHARES_A_THREAD * threads
                 numbers = ((share, shares, phase, tick, heard) for share in range(shares))
                 _pool.share(kernel, [_INTS.pack(*each) + rest for each in numbers], threads)
 

@@ -53,6 +53,7 @@ class Simulation:
         seeds: one for each world. The same seed gives the same run, to the last bit, whatever runs the kernels.
         events: whether to keep events for `take_rows`.
         parts: how many parts of a single world count by themselves; default: one for each world.
+        shares: into how many shares the work is divided at most.
 
     Attributes:
         cars: how many there are in each world.
@@ -75,6 +76,7 @@ class Simulation:
         seeds: Sequence[int] = (0,),
         events: bool = False,
         parts: int | None = None,
+        shares: int = 1,
     ) -> None:
         for image in images:
             parse_image_bytes(image)
@@ -91,6 +93,7 @@ class Simulation:
         memory = backend
         self.state = layout.cars_of(self.worlds, self.cars, memory)
         self._cells = layout.cells_of(self.worlds, self.cars, memory)
+        self._around = layout.around_of(shares, self.cars, memory)
         self._standing = layout.standing_of(mat, len(self.images))
         self._shown: Columns | None = None
         self._furnish(mat, self.profile)
@@ -294,8 +297,9 @@ class Simulation:
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
-        around = self._place, self._people, self._voices
-        return Arrays(self.state, self._cells, *around, self._driven, self._floor, self._rules, self._counters)
+        mat = self._place, self._people, self._voices
+        more = self._driven, self._floor, self._around
+        return Arrays(self.state, self._cells, *mat, *more, self._rules, self._counters)
 
     def _read_counts(self) -> "array[int]":
         return array("q", self.backend.read(self._counters.counts))

@@ -40,6 +40,8 @@ Driven = Ints
 Floor = Floats
 # Strips of a large world; more than threads, so that threads need not wait for a strip with many cars.
 MOST_PARTS = 32
+# Spare places behind a list of cars around a sender, so that several can be tested at once.
+SPARE = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +143,7 @@ class Rules(NamedTuple):
     line_of_sight: int
     radius: float
     contact: float  # distance of the centres of cars that touch
+    beyond: float  # how much farther than that a car looks for others, so that it need not look again soon
     ultrasonic_range_mm: int
     cone_cos: float
     cone_sin: float
@@ -160,6 +163,14 @@ class Rules(NamedTuple):
     cell: float  # side of a cell
 
 
+class Around(NamedTuple):
+    """Scratch memory for the cars around a sender, at places from its own."""
+
+    x: Floats  # (shares, bodies): µm
+    y: Floats
+    car: Lengths  # its index
+
+
 class Arrays(NamedTuple):
     """All that a kernel reads and writes."""
 
@@ -170,6 +181,7 @@ class Arrays(NamedTuple):
     voices: Voices
     driven: Driven
     floor: Floor
+    around: Around
     rules: Rules
     counters: Counters
 
@@ -179,6 +191,7 @@ class Now(NamedTuple):
 
     world: int
     part: int  # which row of the counters and of the people's places
+    share: int  # which row of scratch memory
     seed: int
     tick: int
     ms: int

@@ -13,7 +13,7 @@ from motorcade.engine.backend import Name
 from motorcade.engine.backends import open_backend, processors
 from motorcade.engine.events import EVENT
 from motorcade.engine.moment import COLUMNS, Event, Moment
-from motorcade.engine.native import NativeKernels
+from motorcade.engine.native import SHARES_A_THREAD, NativeKernels
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
@@ -67,7 +67,10 @@ class World(Simulation):
         backend = open_backend(kernels, needed)
         self._is_large = backend.threaded and worlds == 1 and self.threads > 1 and cars >= _LARGE
         parts = MOST_PARTS if self._is_large else None
-        super().__init__(mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts)
+        shares = MOST_PARTS if self._is_large else SHARES_A_THREAD * min(self.threads, worlds)
+        super().__init__(
+            mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts, shares=shares
+        )
 
     @property
     def kernels(self) -> Name:
@@ -78,7 +81,16 @@ class World(Simulation):
     def nbytes(self) -> int:
         """The bytes that all arrays of the world occupy."""
         state = (self.state.rows, self.state.push, self.state.order, self.state.wheels, self.state.program)
-        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, self._driven, *self._counters)
+        arrays = (
+            *state,
+            *self._cells,
+            *self._around,
+            *self._place,
+            *self._people,
+            *self._voices,
+            self._driven,
+            *self._counters,
+        )
         return sum(np.asarray(array).nbytes for array in arrays)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
