@@ -172,8 +172,8 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
 @pytest.mark.parametrize(
     ("typed", "names", "allowed"),
     [
-        ("decode motor 1", "'motor'", "header, control, drive, frame"),
-        ("encode motor", "'motor'", "header, control, drive, frame"),
+        ("decode motor 1", "'motor'", "header, control, drive, lights, frame"),
+        ("encode motor", "'motor'", "header, control, drive, lights, frame"),
         ("encode frame tag=32", "tag is 32", "0 to 31"),
         ("encode frame reserved=1", "'reserved'", "tag, check, parity"),
         ("encode frame tag=5 check=28", "check is computed", "leave it out"),

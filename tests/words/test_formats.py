@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.words.field import Field, Values, WordError, WordFormat
-from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, format_named
+from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, LIGHTS, format_named
 from motorcade.words.image import pack, unpack
 from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
@@ -33,6 +33,8 @@ def good_values(word_format):
         return st.builds(lambda any_value, pair: {**any_value, **pair}, st.fixed_dictionaries(strategies), none | some)
     if word_format is DRIVE:
         strategies |= {"code": st.just(1), "angle": st.integers(0, 180)}
+    if word_format is LIGHTS:
+        strategies |= {"code": st.just(2)}
     return st.fixed_dictionaries(strategies)
 
 
@@ -140,8 +142,14 @@ def test_a_name_that_is_no_field_is_refused():
 
 
 def test_a_format_is_found_by_its_name():
-    assert [format_named(name) for name in ("header", "control", "drive", "frame")] == [HEADER, CONTROL, DRIVE, FRAME]
-    assert refusal(format_named, "gait") == ("format", "gait", "header, control, drive, frame")
+    assert [format_named(name) for name in ("header", "control", "drive", "lights", "frame")] == [
+        HEADER,
+        CONTROL,
+        DRIVE,
+        LIGHTS,
+        FRAME,
+    ]
+    assert refusal(format_named, "gait") == ("format", "gait", "header, control, drive, lights, frame")
 
 
 @pytest.mark.parametrize(
