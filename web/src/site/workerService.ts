@@ -42,10 +42,10 @@ export class WorkerService implements Service {
     if (name === "opening") {
       // Where the file is missing, Python answers.
       this.opening ??= await Opening.load(this.fileUrl).catch(() => null);
-      if (this.opening) return this.opening.project as Requests[Name]["answer"];
+      if (this.opening) return this.opening.project;
     }
     const compiled = name === "compile" ? this.opening?.compiled(message as Requests["compile"]["message"]) : null;
-    if (compiled) return compiled as Requests[Name]["answer"];
+    if (compiled) return compiled;
     const worker = LONG.includes(name) ? this.secondWorker() : this.worker;
     const text = await worker.ask(name, JSON.stringify(message ?? {}));
     const { answer, error } = JSON.parse(text) as { answer?: Requests[Name]["answer"]; error?: ErrorAnswer };
