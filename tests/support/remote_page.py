@@ -1,6 +1,9 @@
 """The pages of the studio and of the remote, as their servers meet them: WebSockets spoken in JSON."""
 
 import json
+import time
+
+from support.waiting import DEADLINE_S
 
 
 class PageSocket:
@@ -14,7 +17,9 @@ class PageSocket:
 
     def until(self, kind, holds=lambda message: True):
         """The next message of a kind for which something holds; pictures are acknowledged, as the page does."""
+        end_s = time.monotonic() + DEADLINE_S
         while True:
+            assert time.monotonic() < end_s, f"no {kind} as it is awaited came within {DEADLINE_S} s"
             received = self._socket.receive()
             if received.get("bytes"):
                 self.look(received["bytes"])

@@ -1,4 +1,4 @@
-import { type PointerEvent, useRef, useState } from "react";
+import { type KeyboardEvent, type PointerEvent, useRef, useState } from "react";
 import { SWITCHES } from "../generated/driving";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
@@ -114,6 +114,9 @@ function Switches({ car }: { car: string }) {
           onPointerUp: () => inputs.lift(name),
           onPointerLeave: () => inputs.lift(name),
           onPointerCancel: () => inputs.lift(name),
+          onKeyDown: ({ key, repeat }: KeyboardEvent) => key === "Enter" && !repeat && inputs.press(name),
+          onKeyUp: ({ key }: KeyboardEvent) => key === "Enter" && inputs.lift(name),
+          onBlur: () => inputs.lift(name),
         }
       : { onClick: () => inputs.set(name, isOn ? 0 : 1) };
     return (
