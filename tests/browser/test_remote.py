@@ -144,6 +144,27 @@ def test_a_hidden_page_releases_the_stick(drive) -> None:
     remote.expect_state("ready", "standing", "failsafe")
 
 
+def test_a_light_stays_on_and_a_horn_sounds_while_it_is_held(drive) -> None:
+    remote = drive()
+    light, horn = remote.button("switch_head_light"), remote.button("switch_horn")
+    # Who switches drives: the car takes the light once it has its driver.
+    remote.drive_by(light.click, lambda: None, remote.page.locator("button[aria-pressed=true]"))
+    expect(light).to_have_attribute("aria-pressed", "true")
+    horn.focus()
+    for press, lift in (
+        (partial(horn.dispatch_event, "pointerdown"), partial(horn.dispatch_event, "pointerup")),
+        (partial(remote.page.keyboard.down, "Enter"), partial(remote.page.keyboard.up, "Enter")),
+        (partial(remote.page.keyboard.down, "h"), partial(remote.page.keyboard.up, "h")),
+    ):
+        press()
+        expect(horn).to_have_attribute("aria-pressed", "true")
+        lift()
+        expect(horn).to_have_attribute("aria-pressed", "false")
+    expect(light).to_have_attribute("aria-pressed", "true")
+    light.click()
+    expect(light).to_have_attribute("aria-pressed", "false")
+
+
 def test_the_emergency_stop_holds_until_it_is_lifted(drive) -> None:
     driver, watcher = drive(), drive("zh")
     driver.hold("w")
