@@ -28,7 +28,7 @@ def twin(thing: Any) -> Any:
 def every_event() -> Iterator[tuple[str, int, int]]:
     """Event, session and how long passes before it."""
     for session in SEARCHED_SESSIONS:
-        for event in ("move", "still", "request", "release", "gone", "resume"):
+        for event in ("move", "still", "switch", "request", "release", "gone", "resume"):
             yield event, session, 0
     for event in ("stop", "clear", "stall", "low", "charged"):
         yield event, 1, 0
@@ -84,7 +84,7 @@ class AnyDrive(RuleBasedStateMachine):
         event=st.sampled_from(
             ["move"] * 6
             + ["still"] * 3
-            + ["request", "release", "gone", "stop", "clear", "clear", "stall", "low", "charged", "charged"]
+            + ["switch", "request", "release", "gone", "stop", "clear", "clear", "stall", "low", "charged", "charged"]
         ),
         session=st.sampled_from([1, 1, 1, 2, 2, 3, 9, 10]),
     )

@@ -60,6 +60,7 @@ class DrivenCar:
             car.discharge()
         elif event == arbiter.CHARGED:
             car.charge()
+        record.add(car.may_switch(session, self._now))
         record.count("car is " + STATES[car.state][0])
         record.add(car.word, car.driver, car.wanted_by, car.commanded_ms)
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from motorcade.car.arbiter import NEUTRAL, NOBODY, PROGRAM, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, NEUTRAL, NOBODY, PROGRAM, WATCHING, Arbiter
 from motorcade.words.formats import DRIVE
 
 SPEED = 150
@@ -65,6 +65,9 @@ class Witness:
             self.runs_program, self.needs_neutral, self.wanted = True, False, frozenset()
         if event == "still" and session in (self.driver, car.driver) and not self.is_stopped and not self.is_low:
             self.needs_neutral = False
+        if event == "switch" and answer == APPLIED:
+            fault = fault or ("a session that doesn't drive switches" if session != car.driver else "")
+            fault = fault or ("a halted car switches" if self.is_stopped or self.is_low else "")
         self._take_arming(event, session, answer)
         self._take_driver(car, event, session)
         return fault or self._moves_rightly(car)
@@ -138,6 +141,8 @@ def take(car: Arbiter, event: str, session: int, now: int) -> int | bool | None:
         return car.command(session, STILLS[session], now)
     if event == "request":
         return car.request(session, now)
+    if event == "switch":
+        return car.may_switch(session, now)
     if event == "resume":
         return car.resume(session, now)
     if event in ("release", "gone"):
