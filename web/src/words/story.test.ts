@@ -1,10 +1,13 @@
-import { expect, it } from "vitest";
+import { afterAll, beforeEach, expect, it } from "vitest";
 import type { CompiledWord, Profile } from "../api/types";
 import { FORMATS } from "../generated/steps";
 import { changeLanguage, startLanguages } from "../i18n";
 import { storyOf } from "./story";
 
 startLanguages();
+beforeEach(() => changeLanguage("en"));
+// Files of tests share the language.
+afterAll(() => changeLanguage("en"));
 const PROFILE = { durations_ms: [0, 1000, 2000, 3000], speeds_mm_s: [0, 100, 200, 300], turn_rates_deg_s: [0, 30, 60, 90], avoid_radii_mm: [100, 200, 300, 400] } as unknown as Profile;
 
 function wordOf(values: Record<string, number>): CompiledWord {
@@ -27,12 +30,10 @@ it.each<[string, Record<string, number>]>([
   ["stand still", {}],
   ["stand still", { led_which: 2 }],
 ])("a word's story is '%s'", (story, values) => {
-  changeLanguage("en");
   expect(storyOf(wordOf(values), PROFILE)).toBe(story);
 });
 
 it("tells of lamps and of keeping away", () => {
-  changeLanguage("en");
   expect(storyOf(wordOf({ led_which: 1, led_duration: 2 }), PROFILE)).toMatch(/^light · .+ · 2 s$/);
   expect(storyOf(wordOf({ avoid_enable: 1, avoid_radius: 1, avoid_duration: 1 }), PROFILE)).toMatch(/^avoid · .+ · 1 s$/);
 });
