@@ -70,7 +70,7 @@ def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None
     # Nothing is in Enter's way at the end of a line; a name is chosen by the keyboard, a value by the mouse.
     keyboard.press("Enter")
     keyboard.type("le")
-    expect(offers.get_by_role("option")).to_have_count(2)
+    expect(offers.get_by_role("option")).to_have_count(3)
     keyboard.press("ArrowDown")
     expect(offers.get_by_role("option", name="left")).to_have_attribute("aria-selected", "true")
     keyboard.press("ArrowUp")

@@ -14,6 +14,7 @@ from motorcade.car import brain, frames
 
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src" / "motorcade"
+DEVICES = sorted((SOURCE / "devices").glob("*.py"))
 WORDS = sorted((SOURCE / "words").glob("*.py"))
 CAR = sorted((SOURCE / "car").glob("*.py"))
 CHECK = sorted((SOURCE / "car" / "check").glob("*.py"))
@@ -91,11 +92,13 @@ def modules_of(package: str, files: list[Path]) -> set[str]:
     return {f"motorcade.{package}"} | {f"motorcade.{package}.{path.stem}" for path in files}
 
 
-OF_WORDS = modules_of("words", WORDS) | {"motorcade.errors", "sys", "struct", "binascii", "collections"}
+OF_DEVICES = modules_of("devices", DEVICES)
+OF_WORDS = OF_DEVICES | modules_of("words", WORDS) | {"motorcade.errors", "sys", "struct", "binascii", "collections"}
 OF_CARS = modules_of("words", WORDS) | {"motorcade.errors", "array"} | modules_of("car", CAR)
 # MicroPython's modules are arguments, except in power_on's main.
 OF_BOARDS = {"array", "binascii", "collections", "gc", "json", "os", "select", "sys", "time"}
 MAY_IMPORT = {
+    "devices": OF_DEVICES,
     "words": OF_WORDS,
     "car": OF_CARS,
     "check": OF_CARS | {f"motorcade.car.check.{path.stem}" for path in CHECK} | {"sys", "time"},
@@ -109,7 +112,7 @@ MAY_IMPORT = {
 
 
 @pytest.mark.parametrize(
-    "path", WORDS + CAR + CHECK + BOARDS + ON_CHIP, ids=lambda path: f"{path.parent.name}/{path.name}"
+    "path", DEVICES + WORDS + CAR + CHECK + BOARDS + ON_CHIP, ids=lambda path: f"{path.parent.name}/{path.name}"
 )
 def test_a_portable_file_imports_only_what_every_car_has(path: Path) -> None:
     imported = imports_of(syntax_of(path.read_text(encoding="utf-8")))
