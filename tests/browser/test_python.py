@@ -72,7 +72,7 @@ def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None
     keyboard.type("le")
     expect(offers.get_by_role("option")).to_have_count(3)
     keyboard.press("ArrowDown")
-    expect(offers.get_by_role("option", name="left")).to_have_attribute("aria-selected", "true")
+    expect(offers.get_by_role("option", name="left(seconds")).to_have_attribute("aria-selected", "true")
     keyboard.press("ArrowUp")
     expect(offers.get_by_role("option", name="led")).to_have_attribute("aria-selected", "true")
     keyboard.press("Enter")
