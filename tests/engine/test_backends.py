@@ -46,7 +46,7 @@ def test_every_backend_gives_the_same_bits(case: Case, other: Case, data: st.Dat
         pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
         for world in worlds:
             if number == 2:
-                world.furnish(other.mat, other.profile.infrared.range_mm)
+                world.set_environment(other.mat, other.profile.infrared.range_mm)
             if number == 4:
                 world.reset(case.seed + 1)
             world.move(moved, pose)

@@ -50,7 +50,7 @@ def test_a_world_in_a_browser_has_the_same_bits(case: Case, other: Case, data: s
         pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
         for world in worlds:
             if number == 2:
-                world.furnish(other.mat, other.profile.infrared.range_mm)
+                world.set_environment(other.mat, other.profile.infrared.range_mm)
             if number == 4:
                 world.reset([case.seed + 1, 3])
             world.move(moved, pose, number % 2)
@@ -113,7 +113,7 @@ def test_a_page_gets_the_same_bytes_from_both_shells() -> None:
         server, browser = (page_hash(world, 1500, 7) for world in worlds)
         assert browser == server
         for world in worlds:
-            world.furnish({**mat, "wall": []}, None)
+            world.set_environment({**mat, "wall": []}, None)
             world.move(3, 1.5, 1.5, 90)
             world.reset(seed + 1)
 

@@ -99,7 +99,7 @@ def test_the_engine_equals_the_plain_world_when_cars_and_walls_are_moved(
         pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
         for world in (engine, plain):
             if number == 2:
-                world.furnish(other.mat, other.profile.infrared.range_mm)
+                world.set_environment(other.mat, other.profile.infrared.range_mm)
             if number:
                 world.move(car, pose)
             world.run(DURATIONS_MS[20] // SLICES)

@@ -86,7 +86,7 @@ def test_a_new_wall_shades_infrared_from_the_next_tick() -> None:
     assert hearers(cars, 500) == {1}
     walled = Mat("walled", Starts.of([], []), walls=((0.4, -1, 0.4, 1),))
     cars.run(100)
-    cars.furnish(walled)
+    cars.set_environment(walled)
     cars.run(100)
     cars.take_events()
     assert hearers(cars, 1000) == set()
@@ -95,16 +95,16 @@ def test_a_new_wall_shades_infrared_from_the_next_tick() -> None:
 def test_furnish_changes_the_range_of_infrared() -> None:
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(1.5, 0)])
     assert hearers(cars, 500) == set()
-    cars.furnish(cars.mat, range_mm=1600)
+    cars.set_environment(cars.mat, range_mm=1600)
     assert hearers(cars, 500) == {1}
-    cars.furnish(cars.mat)
+    cars.set_environment(cars.mat)
     assert cars.profile.infrared.range_mm == 1600
 
 
 def test_a_driving_car_stops_at_a_new_obstacle() -> None:
     cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
     cars.run(500)
-    cars.furnish(replace(cars.mat, discs=((0.5, 0, 0.1),)))
+    cars.set_environment(replace(cars.mat, discs=((0.5, 0, 0.1),)))
     cars.run(2000)
     assert cars.snapshot().x_m[0] < 0.5 - 0.1 - 0.07
 
@@ -114,7 +114,7 @@ def test_furnishing_before_the_first_tick_equals_building_the_world_so(count: in
     furnished = crowd(count)
     bare = Mat("bare", furnished.starts, furnished.tick_ms)
     built, changed = (World(mat, [ROAMING], seeds=5) for mat in (furnished, bare))
-    changed.furnish(furnished)
+    changed.set_environment(furnished)
     for cars in (built, changed):
         cars.run(1600)
     assert digest(changed) == digest(built)
@@ -143,7 +143,7 @@ def test_an_impossible_mat_changes_nothing() -> None:
     cars = leaders([wait(1)], [Pose(0, 0)], small, tick_ms=40)
     before = cars.mat, cars.profile
     with pytest.raises(MotorcadeError, match="smaller tick_ms"):
-        cars.furnish(replace(cars.mat, physics=Physics(wheel_noise=0.5)), range_mm=500)
+        cars.set_environment(replace(cars.mat, physics=Physics(wheel_noise=0.5)), range_mm=500)
     assert (cars.mat, cars.profile) == before
 
 

@@ -143,7 +143,7 @@ class PlainWorld:
     def say(self, word: str) -> None:
         self.said = layout.VOICES[word]
 
-    def furnish(self, mat: Mat, range_mm: int) -> None:
+    def set_environment(self, mat: Mat, range_mm: int) -> None:
         self.mat = replace(mat, starts=self.mat.starts, tick_ms=self.mat.tick_ms)
         self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
         self.rules = allocate_all(InterpretedKernels(), layout.rules_of(self.mat, self.profile, self.images))

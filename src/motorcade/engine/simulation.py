@@ -96,7 +96,7 @@ class Simulation:
         self._around = layout.around_of(shares, self.cars, memory)
         self._standing = layout.standing_of(mat, len(self.images))
         self._shown: Columns | None = None
-        self._furnish(mat, self.profile)
+        self._set_environment(mat, self.profile)
         self._begin(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -134,7 +134,7 @@ class Simulation:
         """Let every car hear ``stop`` or ``go`` in the next tick."""
         self._spoken = layout.VOICES[word]
 
-    def furnish(self, mat: Mat, range_mm: int | None = None) -> None:
+    def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
         """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
 
         Args:
@@ -147,11 +147,11 @@ class Simulation:
         mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
         infrared = self.profile.infrared
         profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
-        self._furnish(mat, profile)
+        self._set_environment(mat, profile)
         self.mat, self.profile = mat, profile
         self._wake()
 
-    def _furnish(self, mat: Mat, profile: Profile) -> None:
+    def _set_environment(self, mat: Mat, profile: Profile) -> None:
         memory = self.backend
         rules = layout.rules_of(mat, profile, self.images)
         people = layout.people_of(mat, self._parts)

@@ -103,14 +103,14 @@ class StudioWorld:
         """Have every car hear ``stop`` or ``go``."""
         self.simulation.say(word)
 
-    def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+    def set_environment(self, mat: MatDocument, range_mm: int | None) -> None:
         """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
         if self.referee:
             # The page says which floor it shows by this message too.
             _check_fixed(self.referee.mission, mat_from(mat, self.cars), range_mm)
             return
         furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
-        _or_refuse("bad-world", lambda: self.simulation.furnish(furniture, range_mm))
+        _or_refuse("bad-world", lambda: self.simulation.set_environment(furniture, range_mm))
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
         """Put a car elsewhere. Raises MotorcadeError."""
@@ -283,7 +283,7 @@ def open_world(
     def build() -> Simulation:
         world = make(mat, images or [image], profile, message.seed)
         if message.range_mm is not None:
-            world.furnish(mat, message.range_mm)
+            world.set_environment(mat, message.range_mm)
         return world
 
     _or_refuse("bad-mat", lambda: check_mat(mat, profile))

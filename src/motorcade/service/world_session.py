@@ -154,7 +154,7 @@ class WorldSession:
             case world_messages.Speak():
                 world.speak(message.word)
             case world_messages.Furnish():
-                world.furnish(message.mat, message.range_mm)
+                world.set_environment(message.mat, message.range_mm)
                 self.has_news = True
             case world_messages.Move():
                 world.move(message.car, message.x_m, message.y_m, message.heading_deg)

@@ -4,8 +4,8 @@ import type { TeacherRequests, PupilRequests } from "../generated/classroom";
 import { LastingStream, openSocket, post as postTo } from "../api/connection";
 import { RefusedError, UnreachableError } from "../api/service";
 
-/** Where to go without a session. */
-const DOORS: Record<string, string> = { "class-session-needed": "/join", "teacher-session-needed": "/teacher" };
+/** The page that gives a session, by the error that asks for one. */
+const SIGN_IN_PAGES: Record<string, string> = { "class-session-needed": "/join", "teacher-session-needed": "/teacher" };
 
 /** What a request to the class's server throws. */
 export type ClassError = RefusedError | UnreachableError;
@@ -15,14 +15,14 @@ async function post(path: string, message: unknown): Promise<unknown> {
   try {
     return await postTo(path, message);
   } catch (problem) {
-    if (problem instanceof RefusedError) goToDoor(problem.code);
+    if (problem instanceof RefusedError) openSignIn(problem.code);
     throw problem;
   }
 }
 
-function goToDoor(code: string): void {
-  const door = DOORS[code];
-  if (door && location.pathname !== door) location.assign(door);
+function openSignIn(code: string): void {
+  const page = SIGN_IN_PAGES[code];
+  if (page && location.pathname !== page) location.assign(page);
 }
 
 /** A request of a pupil's page. Throws RefusedError or UnreachableError. */
@@ -111,7 +111,7 @@ export class Stream<Answer extends Told> {
     const answer = JSON.parse(data) as Answer;
     // Another page has the world now: who took it back at once would take turns with it.
     if (answer.is === "goodbye" || answer.code === "taken-over") this.close();
-    if (answer.is === "error") goToDoor(answer.code ?? "");
+    if (answer.is === "error") openSignIn(answer.code ?? "");
     this.listeners.onAnswer(answer);
   }
 
