@@ -32,6 +32,8 @@ const named = (selector, name) => [...document.querySelectorAll(selector)]
     .filter((e) => e.checkVisibility() && (name == null || labelOf(e).includes(name)))
     .sort((a, b) => (labelOf(b) === name) - (labelOf(a) === name));
 """
+# What Firefox tells of a page that is left while it loads.
+_LEFT = ("error loading dynamically imported module", "AbortError: The operation was aborted")
 _SILENT: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 # WebKit's driver doesn't tell what a page writes on its console.
 _LISTEN = """
@@ -151,8 +153,7 @@ class Firefox(EnginePage):
             told = json.loads(self._socket.recv(PATIENCE_S))
             if told.get("method") == "log.entryAdded" and told["params"]["level"] == "error":
                 text = told["params"]["text"]
-                # A page that is left while it loads.
-                if "error loading dynamically imported module" not in text:
+                if not any(each in text for each in _LEFT):
                     self.faults.append(text)
             if told.get("id") != number:
                 continue

@@ -255,10 +255,16 @@ def _ctrl_c_postponed() -> Iterator[None]:
     # Started by the pool it would unblock signals.
     resource_tracker.ensure_running()
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # Another thread may still get it (a progress bar draws in one), and Python runs the handler in this one.
+    pressed = threading.Event()
+    handler = signal.signal(signal.SIGINT, lambda number, frame: pressed.set())
     try:
         yield
     finally:
+        signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if pressed.is_set():
+            signal.raise_signal(signal.SIGINT)
 
 
 def on_a_cluster(address: str) -> Workers:
