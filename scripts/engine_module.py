@@ -129,15 +129,34 @@ def fingerprints(files: dict[str, bytes]) -> str:
 
     Docstrings, comments and the form of the code don't count.
     """
-    package = ROOT / "src" / "motorcade"
-    folders = (package / name for name in ("car", "devices", "engine", "words"))
-    # No kernel calls the check of boards.
-    sources = sorted(path for folder in folders for path in folder.rglob("*.py") if path.parent.name != "check")
+    sources = sorted(_imported(Path(__file__), Path(__file__).with_name("engine_code.py")))
     digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')} {LLD}".encode())
-    for path in (*sources, Path(__file__), Path(__file__).with_name("engine_code.py")):
+    for path in sources:
         digest.update(ast.dump(_without_docstrings(ast.parse(path.read_text(encoding="utf-8")))).encode())
     made = (f"{name} {hashlib.sha256(data).hexdigest()}\n" for name, data in sorted(files.items()))
     return f"sources {digest.hexdigest()}\n{''.join(made)}"
+
+
+def _imported(*files: Path) -> set[Path]:
+    """Return the files, and the files of a car and of the engine that they import, directly or not."""
+    package, left, found = ROOT / "src" / "motorcade", list(files), set[Path]()
+    while left:
+        if (path := left.pop()) in found:
+            continue
+        found.add(path)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and f"{node.module}".startswith("motorcade."):
+                parts = f"{node.module}".split(".")[1:]
+                if parts[0] in ("car", "devices", "engine", "words"):
+                    names = (package.joinpath(*parts, alias.name) for alias in node.names)
+                    modules = [package.joinpath(*parts), *names]
+                    left += [
+                        file
+                        for each in modules
+                        for file in (each.with_suffix(".py"), each / "__init__.py")
+                        if file.is_file()
+                    ]
+    return found
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:
