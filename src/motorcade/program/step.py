@@ -1,16 +1,18 @@
 """What all kinds of steps have, and what their fields are.
 
-A kind is a frozen dataclass. Each field has a JSON Schema (``schema``) and the field of the control word that its value
-goes into (``word``); the class attributes hold the rest. `program.step_kinds` has the kinds that devices declare,
-`program.steps` adds those that hold other steps. These are made from the classes: the schema of project files and the
-checks (`program.model`), the bits of a word and the step that a word holds (`program.parts`), the blocks of the page
-and the table in docs/programs.md (`scripts/step_files.py`).
+A kind is a frozen dataclass. Each of its own fields has a JSON Schema (``schema``) and the field of the control word
+that its value goes into (``word``); the class attributes hold the rest. `program.step_kinds` has the kinds that devices
+declare, which take all this from `motorcade.devices`; `program.steps` adds those that hold other steps. These are made
+from the classes: the schema of project files and the checks (`program.model`), the bits of a word and the step that a
+word holds (`program.parts`), the blocks of the page and the table in docs/programs.md (`scripts/step_files.py`).
 """
 
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar
 
 from motorcade.config.check import Schema, allowed, choice, fits, flag, number, whole
+from motorcade.devices import DEVICES
+from motorcade.devices.declaration import Input
 from motorcade.words.formats import CONTROL
 
 LONGEST_S = 86400
@@ -20,27 +22,18 @@ SECONDS = number(0, LONGEST_S)
 COMMON: dict[str, Schema] = {"id": {"type": "string"}, "accept_ir": flag(), "forward": flag()}
 
 
-def chosen(word: str, names: tuple[str, ...], least: int = 0) -> Any:
-    """One of ``names``, whose position, counted from ``least``, goes into the field ``word``."""
-    return field(metadata={"schema": choice(*names), "word": word, "least": least})
+_DECLARED = {each.kind: (device, each) for device in DEVICES for each in device.steps}
 
 
-def level(word: str, menu: str, first: int = 0, least: int = 0) -> Any:
-    """A level from ``least`` on, for the field ``word``; the page offers a menu of levels, ``first`` is chosen."""
-    return field(
-        metadata={
-            "schema": whole(least, CONTROL.field(word).maximum),
-            "word": word,
-            "menu": menu,
-            "first": first,
-            "least": least,
-        }
-    )
-
-
-def lasting(word: str) -> Any:
-    """A duration, whose level goes into the field ``word``."""
-    return field(metadata={"schema": SECONDS, "word": word})
+def _field_of(each: Input) -> Any:
+    """The field of a dataclass for what is chosen in a step."""
+    if each.options:
+        return field(metadata={"schema": choice(*each.options), "word": each.bits, "least": each.least})
+    if not each.menu:
+        return field(metadata={"schema": SECONDS, "word": each.bits})
+    schema = whole(each.least, CONTROL.field(each.bits).maximum)
+    about = {"word": each.bits, "menu": each.menu, "first": each.first, "least": each.least}
+    return field(metadata={"schema": schema, **about})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +68,19 @@ class Step:
     id: str | None = None
     accept_ir: bool | None = None
     forward: bool | None = None
+
+    def __init_subclass__(cls) -> None:
+        """Give a kind that a device declares its attributes, and its fields their schemas."""
+        # A dataclass with slots is made twice; the second time its fields are done.
+        if cls.kind not in _DECLARED or "__dataclass_fields__" in vars(cls):
+            return
+        device, declared = _DECLARED[cls.kind]
+        cls.names = {call.name: dict(call.sets) for call in declared.calls} or {cls.kind: {}}
+        cls.category, cls.icon, cls.in_start = declared.block.drawer, declared.block.icon, declared.block.in_start
+        cls.group, cls.hue, cls.sets = declared.group or device.group, device.hue, dict(declared.sets)
+        for each in declared.inputs:
+            if each.bits:
+                setattr(cls, each.name, _field_of(each))
 
     @classmethod
     def of_checked(cls, values: dict[str, Any]) -> "Step":
