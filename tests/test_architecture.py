@@ -41,6 +41,7 @@ ARROWS = {
     "experiments": ("car", "config", "engine", "mats", "runs", "words"),
     "export": ("firmware",),
     "firmware": ("boards", "config", "upload"),
+    "lab": (),
     "locales": (),
     "mats": ("config",),
     "missions": ("car", "config", "engine", "mats", "program", "words"),

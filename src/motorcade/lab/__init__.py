@@ -1,0 +1,1 @@
+"""A laboratory for those who study swarms."""
