@@ -24,6 +24,8 @@ _LEADER = {"at_m": [0.2, 0.25], "role": "leader"}
 _GO = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
 _SHORT = {"drive": {"direction": "forward", "speed": 2, "seconds": 1}}
 _TURN = {"drive": {"direction": "left", "speed": 1, "seconds": 1}}
+# It begins at the leader, and bends.
+_ROAD = {"points_m": [[0.1, 0.25], [0.35, 0.25], [0.6, 0.4], [0.9, 0.4]]}
 # By the kind of block: the leader's steps, and what else there is. The steps show what the block is for.
 _BLOCKS: dict[str, tuple[list[dict[str, Any]], dict[str, Any]]] = {
     "drive": ([_SHORT, _TURN], {}),
@@ -41,6 +43,16 @@ _BLOCKS: dict[str, tuple[list[dict[str, Any]], dict[str, Any]]] = {
         [{"together": [_GO, {"pir": {}}]}],
         {"person": [{"path": [[0, 0.6, 0.25], [1.2, 0.6, 0.25], [2, 0.6, 3]]}]},
     ),
+    "follow_line": ([{"follow_line": {"speed": 2, "seconds": 4}}], {"line": [_ROAD]}),
+    "turn_to_line": (
+        [{"turn_to_line": {"direction": "left", "speed": 1, "seconds": 3}}],
+        {"line": [{"points_m": [[0.2, 0.25], [0.2, 0.5]]}], "spot": []},
+    ),
+    "stop_on_dark": (
+        [{"stop_on_dark": {"speed": 2, "seconds": 4}}],
+        {"patch": [{"corners_m": [[0.42, 0.05], [0.9, 0.05], [0.9, 0.45], [0.42, 0.45]]}]},
+    ),
+    "floor": ([{"together": [_GO, {"floor": {}}]}], {"line": [_ROAD]}),
     "repeat": ([{"repeat": {"times": 2, "steps": [_SHORT, {"led": {"which": 1, "seconds": 1}}]}}], {}),
     "together": ([{"together": [_TURN, {"led": {"which": 3, "seconds": 1}}]}], {}),
     "infrared": (

@@ -50,7 +50,19 @@ def test_send_prints_on_a_terminal_what_it_did(car):
     assert (ran.code, ran.out) == (0, f"0.2 s sent to 127.0.0.1:{car.port}; its state is standing\n")
 
 
-@pytest.mark.parametrize("part", ["throttle=1.1", "throttle=x", "speed=1", "seconds=0", "seconds=nan", "throttle", ""])
+def test_send_switches_lights_and_horn_for_the_time_of_its_commands(car):
+    data("drive", "send", *at(car), "horn=1,head_light=1,seconds=0.2", "throttle=0.2,seconds=0.2")
+    wait_until(lambda: len(car.board.switched) == 4)
+    switched = car.board.switched
+    assert set(switched[:2]) == {("head_light", True), ("horn", True)}
+    # The next command sounds no horn; the light stays until the client leaves.
+    assert switched[2:] == [("horn", False), ("head_light", False)]
+
+
+@pytest.mark.parametrize(
+    "part",
+    ["horn=2", "head_light=on", "throttle=1.1", "throttle=x", "speed=1", "seconds=0", "seconds=nan", "throttle", ""],
+)
 def test_an_invalid_command_is_refused_before_anything_is_sent(car, part):
     sentence = refusal(2, "drive", "send", *at(car), "throttle=0.5", f"steering=0,{part}")
     assert f"'{part}' is no part of a command" in sentence

@@ -17,6 +17,7 @@ from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
 from motorcade.timing import monotonic_ms
+from motorcade.words.switches import SWITCHES
 from support.waiting import DEADLINE_S
 
 NEUTRAL = (90, 1, 0)
@@ -27,17 +28,23 @@ PATIENT = replace(CLASSROOM, drive=replace(STEADY.drive, failsafe_ms=9000, hand_
 
 
 class NotedBoard(DriveBoard):
-    """Record each setpoint with its time: ``(seconds of the clock, (angle, direction, speed))``."""
+    """Record each setpoint with its time, ``(seconds of the clock, (angle, direction, speed))``, and the switches."""
+
+    switches = tuple(each.name for each in SWITCHES)
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
         self.notes: list[tuple[float, tuple[int, int, int]]] = []
+        self.switched: list[tuple[str, bool]] = []
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         self.notes.append((self._clock(), (angle_deg, direction, speed)))
 
     def neutral(self) -> None:
         self.notes.append((self._clock(), NEUTRAL))
+
+    def set_switch(self, name: str, is_on: bool) -> None:
+        self.switched.append((name, is_on))
 
     @property
     def setpoint(self) -> tuple[int, int, int]:

@@ -238,8 +238,8 @@ def _send(
 
     parsed = [_parse(command) for command in commands]
     with BlockingDriveClient(*address_of(car), **_options(telemetry_port, keys, car_name)) as client:
-        for each in parsed:
-            client.drive_for(each["seconds"], each["throttle"], each["steering"])
+        for seconds, command in parsed:
+            client.drive_for(seconds, **command)
         telemetry = client.next_telemetry()
         if not client.you.get("applied"):
             if telemetry.state == "stopped":
@@ -252,7 +252,7 @@ def _send(
     if wants_json(as_json):
         print_json(telemetry._asdict())
     else:
-        seconds, state = sum(each["seconds"] for each in parsed), Phrase(f"car-state-{telemetry.state}")
+        seconds, state = sum(seconds for seconds, _ in parsed), Phrase(f"car-state-{telemetry.state}")
         print(translated("drive-sent", seconds=seconds, car=car, state=state))
 
 
@@ -318,15 +318,23 @@ def _options(telemetry_port: int | None, keys: Path | None, name: str | None) ->
     return {"telemetry_port": telemetry_port, "keys": keys, "car": name}
 
 
-def _parse(command: str) -> dict[str, float]:
-    parsed = {"throttle": 0.0, "steering": 0.0, "seconds": 1.0}
+def _parse(command: str) -> tuple[float, dict[str, Any]]:
+    """Return for how many seconds a command drives, and the axes and switches that `DriveClient.drive_for` takes."""
+    from motorcade.words.switches import SWITCHES
+
+    switches = tuple(each.name for each in SWITCHES)
+    parsed: dict[str, Any] = {"throttle": 0.0, "steering": 0.0, "seconds": 1.0}
     for part in command.split(","):
         name, _, text = part.partition("=")
         try:
             value = float(text)
         except ValueError:
             value = float("nan")
-        if name not in _AXES or not (0 < value <= _LONGEST_S if name == "seconds" else -1 <= value <= 1):
-            raise MotorcadeError("not-part-of-a-command", part=part, most=_LONGEST_S)
-        parsed[name] = value
-    return parsed
+        if name in switches and value in (0, 1):
+            parsed[name] = int(value)
+        elif name in _AXES and (0 < value <= _LONGEST_S if name == "seconds" else -1 <= value <= 1):
+            parsed[name] = value
+        else:
+            known = ", ".join(f"{each}=0/1" for each in switches)
+            raise MotorcadeError("not-part-of-a-command", part=part, most=_LONGEST_S, switches=known)
+    return parsed.pop("seconds"), parsed

@@ -94,8 +94,8 @@ def test_all_255_duties_differ(kernel):
     board.close()
 
 
-def test_the_rescue_of_a_steered_car_pulls_its_motor_pins_low(kernel):
-    board = opened(gpio_chip=3)
+def test_the_rescue_of_a_steered_car_pulls_its_motor_pins_and_its_horn_low(kernel):
+    board = opened(STEERED + "[horn]\nsignal = 20\n", gpio_chip=3)
     where, arguments = board.rescue()
     assert kernel.opened == [3]
     board.close()
@@ -103,8 +103,8 @@ def test_the_rescue_of_a_steered_car_pulls_its_motor_pins_low(kernel):
     module, _, name = where.partition(":")
     getattr(sys.modules[module], name)(*arguments)
     assert kernel.opened == [3, 3]
-    assert kernel.written == [(5, False), (6, False), (12, False)]
-    assert kernel.outputs >= {5, 6, 12}
+    assert kernel.written == [(5, False), (6, False), (12, False), (20, False)]
+    assert kernel.outputs >= {5, 6, 12, 20}
 
 
 def test_a_car_with_two_motors_is_driven_and_rescued_too(kernel):
