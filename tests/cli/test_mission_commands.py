@@ -70,7 +70,7 @@ def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
         result = json.loads(ran.out)
         assert (ran.code, result["stars"]) == (code, stars)
     goals = {goal["kind"]: goal for goal in result["goals"]}
-    assert {*goals["out-of-zone"]} == {"kind", "star", "met", "seed", "t_ms", "why", "cars"}
+    assert {*goals["out-of-zone"]} == {"kind", "star", "met", "seed", "t_ms", "why", "cars", "grade"}
     assert goals["states-at-most"] == {
         "kind": "states-at-most",
         "star": 2,
@@ -79,6 +79,7 @@ def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
         "t_ms": 0,
         "why": "states of the leader: 2; at most 1",
         "cars": [],
+        "grade": 0.5,
     }
     # At 200 mm/s the car is out of the box, whose radius is 0.5 m, after 2.5 s.
     assert (goals["out-of-zone"]["met"], goals["out-of-zone"]["t_ms"]) == (True, 2600)

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from motorcade.locales import languages
+from motorcade.missions.check import grade_of
 from motorcade.missions.watch import EVERY_MS, MissionWatch, goal_phrase
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
@@ -23,6 +24,7 @@ from support.made_up_runs import (
     mission,
     moment,
     outcome,
+    run_seen,
     watched,
 )
 
@@ -289,3 +291,45 @@ def test_every_goal_is_described_in_every_language():
 
 
 TIMES = ("end", "some-moment", "always")
+
+
+NEARER = at(1.5)
+BUMP, LONG_BUMP = {"touching_ms": 100}, {"touching_ms": 2000}
+SOME_HEARD = [each for each in ALL_HEARD if each[:2] != (1100, SECOND)]
+
+
+@pytest.mark.parametrize(
+    ("goals", "runs"),
+    [
+        ([ZONE], ([OUT], [NEARER], [IN])),
+        ([{**ZONE, "at": "always"}], ([IN, IN, OUT], [IN, IN, IN, OUT], [IN])),
+        (
+            [{"kind": "heading", "who": [FIRST], "degrees": 180}],
+            ([{}], [{"heading": (0, 1, 0)}], [{"heading": (0, 3, 0)}]),
+        ),
+        ([{"kind": "travelled", "who": [FIRST], "least_m": 1}], ([OUT, at(1.2)], [OUT, NEARER], [OUT, IN])),
+        ([{"kind": "travelled", "who": [FIRST], "most_m": 0.3}], ([OUT, IN], [OUT, NEARER], [OUT])),
+        ([{"kind": "together", "who": [FIRST, SECOND], "metres": 0.1}], ([at(3)], [IN], [NEARER])),
+        ([{"kind": "lit", "led": 1}], ([{}], [{"led": (1, 1, 4)}], [{"led": (1, 1, 1)}])),
+        ([{"kind": "no-touch"}], ([{}, LONG_BUMP], [{}, BUMP], [{}])),
+        ([ZONE, {"kind": "all-by", "goal": 1, "seconds": 0.3}], ([OUT], [OUT] * 6 + [IN], [OUT, IN])),
+    ],
+)
+def test_a_run_that_comes_nearer_to_a_goal_has_a_higher_grade_and_only_one_that_meets_it_has_1(goals, runs):
+    far, near, met = (run_seen(goals, moments).grades()[-1] for moments in runs)
+    assert 0 <= far < near < 1
+    assert met == 1
+
+
+@pytest.mark.parametrize("goal", [{"kind": "heard"}, {"kind": "in-step", "within_ms": 60}])
+def test_the_grade_of_a_goal_about_words_counts_those_that_went_well(goal):
+    goals = [{"who": "followers", **goal}]
+    grades = [run_seen(goals, [{}], events, seconds=3.0).grades()[0] for events in ([], SOME_HEARD, ALL_HEARD)]
+    assert 0 == grades[0] < grades[1] < grades[2] == 1
+
+
+def test_the_grade_of_a_mission_counts_stars_alike_and_nothing_without_the_first():
+    assert grade_of([(1, 1.0), (2, 1.0), (3, 1.0)]) == 1
+    assert grade_of([(1, 1.0), (2, 0.5)]) == 0.75
+    assert grade_of([(1, 0.0), (2, 1.0), (3, 1.0)]) == 0
+    assert grade_of([(1, 1.0), (1, 0.5), (2, 1.0)]) == 0.75

@@ -18,7 +18,10 @@ def test_the_solution_earns_all_stars_and_the_near_miss_none(name):
     solved = check_program(mission, mission.solution)
     assert [goal.why.sentence() for goal in solved.goals if not goal.met] == []
     assert solved.stars == {1, 2, 3}
-    assert check_program(mission, mission.near_miss).stars == set()
+    assert solved.grade == 1
+    missed = check_program(mission, mission.near_miss)
+    assert missed.stars == set()
+    assert 0 <= missed.grade < 1
 
 
 @pytest.mark.parametrize("name", MISSIONS)

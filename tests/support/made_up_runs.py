@@ -40,8 +40,13 @@ def moment(t_ms, x=(0.5, 1.0, 1.5), y=(1.0, 1.0, 1.0), heading=(0.0, 0.0, 0.0), 
     return Moment(t_ms, counts=counts, **positions, **others)
 
 
-def watched(goals, moments, events=(), seconds=1.0, program=BARE, walled=False):
-    """The states of goals at the end of a run; each of ``moments`` is what `moment` takes beside the time."""
+def watched(goals, *more, **options):
+    """The states of goals at the end of a run."""
+    return run_seen(goals, *more, **options).states()
+
+
+def run_seen(goals, moments, events=(), seconds=1.0, program=BARE, walled=False):
+    """The watch of goals at the end of a run; each of ``moments`` is what `moment` takes beside the time."""
     mat = MAT | ({"edge": "wall"} if walled else {})
     wanted = mission(*goals, seconds=seconds, mat=mat)
     watch = MissionWatch(wanted, compile_program(program, wanted.profile).image)
@@ -50,7 +55,7 @@ def watched(goals, moments, events=(), seconds=1.0, program=BARE, walled=False):
         shown = moments[min(number, len(moments) - 1)]
         watch.see(moment(t_ms, **shown), [each for each in events if t_ms - EVERY_MS < each[0] <= t_ms])
     assert watch.is_over
-    return watch.states()
+    return watch
 
 
 def outcome(goal, moments, *more, **options):

@@ -119,8 +119,8 @@ def _result_table(mission: "Mission", result: "Result") -> "Table":
     language = current_language()
     title = translated("check-title", name=mission.name, stars=_stars(len(result.stars)))
     table = Table(title=title, title_justify="left")
-    for name in ("star", "goal", "result", "time", "why"):
-        table.add_column(translated(f"column-{name}"), no_wrap=name in ("star", "result", "time"))
+    for name in ("star", "goal", "result", "grade", "time", "why"):
+        table.add_column(translated(f"column-{name}"), no_wrap=name not in ("goal", "why"))
     goals = iter(enumerate(mission.goals, start=1))
     for each in result.goals:
         if each.kind == STEPS:
@@ -129,7 +129,8 @@ def _result_table(mission: "Mission", result: "Result") -> "Table":
             number, goal = next(goals)
             asked = f"{number}. {goal_phrase(goal, mission).sentence(language)}"
         shown = translated("goal-is-met") if each.met else translated("goal-is-lost", seed=each.seed)
-        row = (_stars(each.star), asked, shown, f"{each.t_ms / 1000:g}", each.why.sentence(language))
+        numbers = f"{each.grade:.2f}", f"{each.t_ms / 1000:g}"
+        row = (_stars(each.star), asked, shown, *numbers, each.why.sentence(language))
         table.add_row(*row)
     return table
 

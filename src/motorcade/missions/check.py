@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import reduce
+from statistics import fmean
 from typing import Any, NamedTuple
 
 from motorcade.engine.events import COLUMNS
@@ -45,6 +46,7 @@ class GoalResult(NamedTuple):
         t_ms: when it was met; where it is lost, a moment at which one can see why.
         why: a phrase with numbers.
         cars: the cars that ``why`` is about, where it is not met.
+        grade: how near the runs came to it, 0 to 1, the mean of all seeds; 1 only where it is met.
     """
 
     kind: str
@@ -54,6 +56,7 @@ class GoalResult(NamedTuple):
     t_ms: int
     why: Phrase
     cars: tuple[int, ...] = ()
+    grade: float = 0.0
 
     def to_dict(self, language: str) -> dict[str, Any]:
         """The result for JSON."""
@@ -61,14 +64,15 @@ class GoalResult(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a program earned; ``stars`` holds each star from 1 to 3 that it has."""
+    """What a program earned; ``stars`` holds each star from 1 to 3 that it has, ``grade`` is that of `grade_of`."""
 
     stars: frozenset[int]
     goals: list[GoalResult]
+    grade: float
 
     def to_dict(self, language: str) -> dict[str, Any]:
         """The result for JSON."""
-        return {"stars": len(self.stars), "goals": [goal.to_dict(language) for goal in self.goals]}
+        return {"stars": len(self.stars), "grade": self.grade, "goals": [goal.to_dict(language) for goal in self.goals]}
 
 
 def check_image(mission: Mission, image: bytes) -> Result:
@@ -90,18 +94,35 @@ def _check(mission: Mission, image: bytes, program: Program | None, play: Play |
     for sight in (play or simulate)(mission, image):
         watches[sight.seed].see(sight.moment, sight.events)
     states = {seed: watch.states() for seed, watch in watches.items()}
-    results = [_worst(mission, number, states) for number in range(len(mission.goals))]
+    grades = [fmean(each) for each in zip(*(watch.grades() for watch in watches.values()), strict=True)]
+    results = [_worst(mission, number, states, grade) for number, grade in enumerate(grades)]
     if (steps := steps_result(mission, program)) is not None:
         results.insert(0, steps)
-    return Result(stars_of(results), results)
+    return Result(stars_of(results), results, grade_of((each.star, each.grade) for each in results))
 
 
-def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]]) -> GoalResult:
+def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]], grade: float) -> GoalResult:
     goal = mission.goals[number]
     seed = next((seed for seed, found in states.items() if found[number].progress != "met"), mission.seeds[0])
     state = states[seed][number]
     met = state.progress == "met"
-    return GoalResult(goal.kind, goal.star, met, seed, state.t_ms or 0, state.why, state.cars)
+    return GoalResult(goal.kind, goal.star, met, seed, state.t_ms or 0, state.why, state.cars, grade)
+
+
+def grade_of(goals: Iterable[tuple[int, float]]) -> float:
+    """The grade of a whole mission, 0 to 1; exactly 1 where all goals are met.
+
+    A star's grade is the mean of its goals', and all stars count alike. As the others are worth nothing without the
+    first, theirs are multiplied by its grade.
+
+    Args:
+        goals: the star and the grade of each goal.
+    """
+    stars: dict[int, list[float]] = {}
+    for star, grade in goals:
+        stars.setdefault(star, []).append(grade)
+    means = {star: fmean(grades) for star, grades in stars.items()}
+    return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())
 
 
 def stars_of(results: Iterable[GoalResult]) -> frozenset[int]:
@@ -122,7 +143,7 @@ def steps_result(mission: Mission, program: Program | None) -> GoalResult | None
         why = Phrase("goal-steps-not-allowed", used=_listed(others), allowed=_listed(allowed))
     else:
         why = Phrase("goal-steps-allowed", allowed=_listed(allowed))
-    return GoalResult(STEPS, 1, not others, mission.seeds[0], 0, why)
+    return GoalResult(STEPS, 1, not others, mission.seeds[0], 0, why, grade=float(not others))
 
 
 def _listed(kinds: Iterable[str]) -> Phrase:

@@ -15,6 +15,10 @@ from motorcade.errors import Phrase
 from motorcade.locales import languages, page_text
 from motorcade.missions.document import Goal, Mission, Wording, Zone
 
+# A car that is so far off counts half in the grade of a goal.
+_HALF_M, _HALF_DEG = 0.5, 45.0
+# The most that a goal can get that is not met.
+MOST_UNMET = 0.99
 # What the watch of a goal says: not yet met, met at present but not for good, met for good, lost for good.
 Progress = Literal["open", "holds", "met", "lost"]
 
@@ -44,7 +48,12 @@ class GoalWatch(ABC):
     Args:
         cars: the cars that it is about.
         share: the part of them that must meet it.
+
+    Attributes:
+        sees_all: whether it needs every moment; else the last one of the run is enough.
     """
+
+    sees_all = True
 
     def __init__(self, cars: Sequence[int] = (), share: float = 1.0) -> None:
         self._cars = cars
@@ -68,6 +77,14 @@ class GoalWatch(ABC):
     @abstractmethod
     def state(self, is_over: bool) -> GoalState:
         """How it stands now; ``is_over``: the run has ended, so nothing stays open."""
+
+    @abstractmethod
+    def nearness(self) -> float:
+        """How near the run came to meeting the goal, 0 to 1. It is asked only of a goal that is not met."""
+
+    def grade(self, is_over: bool) -> float:
+        """1 where the goal is met; else how near the run came to it, 0 to `MOST_UNMET`."""
+        return 1.0 if self.state(is_over).progress == "met" else min(self.nearness(), MOST_UNMET)
 
 
 def car_phrase(car: int) -> Phrase:
@@ -101,6 +118,7 @@ class CarsWatch(GoalWatch):
         test: for a car's number and a moment how far the car is from meeting the goal, 0: it meets it.
         lost: the key of the sentence for the car that misses it most.
         details: what this sentence says of that car, from what ``test`` gave.
+        half: how far off a car is that counts half in a grade; 0: only cars that meet the goal count.
         from_ms: moments before don't count.
         at: when, for a kind of goal that doesn't say it.
     """
@@ -111,10 +129,12 @@ class CarsWatch(GoalWatch):
         test: Callable[[int, Moment], float],
         lost: str,
         details: Callable[[float], dict[str, Any]],
+        half: float = 0.0,
         from_ms: int = 0,
         at: str = "end",
     ) -> None:
         super().__init__(goal.cars, goal.values["share"])
+        self._half = half
         self._at = goal.values.get("at", at)
         self._test, self._key, self._details = test, lost, details
         self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
@@ -135,6 +155,15 @@ class CarsWatch(GoalWatch):
             if self._at == "end" or (off <= before if self._at == "some-moment" else before == 0):
                 self._off[place], self._off_ms[place] = off, moment.t_ms
         self._note(self._done >= self._needed)
+
+    def nearness(self) -> float:
+        """The mean of the cars that come nearest, as many as must meet the goal; for `always` by their first miss."""
+        if self._at == "always":
+            now_ms = max(self._now_ms, 1)
+            near = [1.0 if off == 0 else at_ms / now_ms for off, at_ms in zip(self._off, self._off_ms, strict=True)]
+        else:
+            near = [1.0 if off == 0 else self._half / (self._half + off) for off in self._off]
+        return sum(sorted(near)[-self._needed :]) / self._needed
 
     def _is_past(self, t_ms: int) -> bool:
         return self._until_ms is not None and t_ms > self._until_ms
@@ -206,7 +235,7 @@ def cars_watch(goal: Goal, mission: Mission) -> GoalWatch:
     lost = f"goal-lit-{which}-{goal.values['at']}-lost"
     # Before the first tick no LED is on.
     from_ms = 1 if goal.values["at"] == "always" else 0
-    return CarsWatch(goal, lambda car, now: float(now.led[car] != number), lost, lambda off: lamp, from_ms)
+    return CarsWatch(goal, lambda car, now: float(now.led[car] != number), lost, lambda off: lamp, from_ms=from_ms)
 
 
 def _zone_watch(goal: Goal, zone: Zone, lost: str) -> GoalWatch:
@@ -217,7 +246,11 @@ def _zone_watch(goal: Goal, zone: Zone, lost: str) -> GoalWatch:
 
     if goal.kind == "in-zone":
         return CarsWatch(
-            goal, lambda car, now: shown_m(away_m(car, now)), lost, lambda off: {"metres": off, "zone": zone.title}
+            goal,
+            lambda car, now: shown_m(away_m(car, now)),
+            lost,
+            lambda off: {"metres": off, "zone": zone.title},
+            half=_HALF_M,
         )
     return CarsWatch(goal, lambda car, now: float(away_m(car, now) == 0), lost, lambda off: {"zone": zone.title})
 
@@ -230,7 +263,7 @@ def _heading_watch(goal: Goal, lost: str) -> GoalWatch:
         return 0.0 if apart <= tolerance else float(apart)
 
     # One that never had a moment has no number.
-    return CarsWatch(goal, off, lost, lambda off: {"degrees": min(off, 180)})
+    return CarsWatch(goal, off, lost, lambda off: {"degrees": min(off, 180)}, half=_HALF_DEG)
 
 
 class TravelledWatch(GoalWatch):
@@ -277,6 +310,13 @@ class TravelledWatch(GoalWatch):
         is_final = is_over or self._most == math.inf
         return GoalState("met" if is_final else "holds", self._since_ms, done, self._needed, why)
 
+    def nearness(self) -> float:
+        near = [
+            min(driven / self._least if self._least else 1.0, self._most / driven if driven else 1.0, 1.0)
+            for driven in self._shown
+        ]
+        return sum(sorted(near)[-self._needed :]) / self._needed
+
     @property
     def _bounds(self) -> dict[str, object]:
         if self._most == math.inf:
@@ -289,7 +329,7 @@ class TogetherWatch(GoalWatch):
 
     def __init__(self, goal: Goal) -> None:
         super().__init__(goal.cars)
-        self._metres = goal.values["metres"]
+        self._metres: float = goal.values["metres"]
         self._at = goal.values["at"]
         self._apart = (0.0, self._cars[0], self._cars[0])
         self._best, self._best_ms = (math.inf, self._cars[0], self._cars[0]), 0
@@ -329,6 +369,12 @@ class TogetherWatch(GoalWatch):
         if is_over or self._at == "some-moment":
             return GoalState("met", t_ms, 0, 0, self._why(self._apart))
         return GoalState("holds", None if self._at == "always" else t_ms, 0, 0, self._why(self._apart))
+
+    def nearness(self) -> float:
+        if self._at == "always":
+            return (self._lost_ms or 0) / max(self._now_ms, 1)
+        metres = self._best[0] if self._at == "some-moment" else self._apart[0]
+        return self._metres / max(metres, self._metres)
 
     def _why(self, apart: tuple[float, int, int]) -> Phrase:
         metres, one, other = apart

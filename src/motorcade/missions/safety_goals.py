@@ -66,6 +66,10 @@ class NoTouchWatch(GoalWatch):
             apart += [x, width - x, y, height - y]
         return min(apart, default=math.inf)
 
+    def nearness(self) -> float:
+        """1 for a run without touches, 1/2 for touches of one second in all."""
+        return 1000 / (1000 + self._touching_ms)
+
     def state(self, is_over: bool) -> GoalState:
         if self._lost_ms is None:
             why = Phrase("goal-no-touch-done")
@@ -115,6 +119,9 @@ class VoiceWatch(GoalWatch):
         if self._lost_ms is None and len(self._cars) - len(self._failed) < self._needed:
             self._lost_ms = moment.t_ms
         self._before = moment
+
+    def nearness(self) -> float:
+        return (len(self._cars) - len(self._failed)) / self._needed if self._stops else 0.0
 
     def state(self, is_over: bool) -> GoalState:
         count = len(self._cars)

@@ -45,6 +45,11 @@ class MissionWatch:
         self._now_ms = -1
 
     @property
+    def sees_all(self) -> bool:
+        """Whether its goals need every moment; else the last one is enough."""
+        return any(watch is not None and watch.sees_all for watch in self._watches)
+
+    @property
     def is_over(self) -> bool:
         """Whether the run has reached the mission's duration."""
         return self._now_ms >= self._mission.duration_ms
@@ -76,6 +81,17 @@ class MissionWatch:
                 state = self._all_by[number].state(other, self.is_over)
             states.append(state)
         return states
+
+    def grades(self) -> list[float]:
+        """How near the run came to each goal, in the order of the file; exactly 1 where it is met."""
+        over = self.is_over
+        grades = [0.0 if watch is None else watch.grade(over) for watch in self._watches]
+        for number, all_by in self._all_by.items():
+            other = self._mission.goals[number].values["goal"] - 1
+            watch = self._watches[other]
+            assert watch is not None
+            grades[number] = all_by.grade(watch.state(over), grades[other], over)
+        return grades
 
 
 class _AllBy:
@@ -126,6 +142,13 @@ class _AllBy:
         else:
             why = Phrase("goal-all-by-not", **details)
         return GoalState("lost", seen.t_ms, 0, 0, why, seen.cars)
+
+    def grade(self, other: GoalState, grade: float, is_over: bool) -> float:
+        """1 where it is met; half the ``grade`` of the other goal, and more where that was met soon after the time."""
+        if self.state(other, is_over).progress == "met":
+            return 1.0
+        is_late = other.progress in ("met", "holds") and other.t_ms is not None
+        return grade / 2 + (self._by_ms / (2 * max(other.t_ms or 0, self._by_ms + 1)) if is_late else 0.0)
 
     def _met(self, other: GoalState) -> dict[str, float]:
         return {"seconds": (other.t_ms or 0) / 1000}

@@ -130,6 +130,9 @@ class HeardWatch(SlotWatch):
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
         return GoalState(progress, self._now_ms if progress == "met" else None, done, self._needed, why)
 
+    def nearness(self) -> float:
+        return sum(self._heard.values()) / self._needed if self._needed else 0.0
+
     def _why(self, car: int) -> Phrase:
         if not self._heard[car]:
             return Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
@@ -165,6 +168,9 @@ class InStepWatch(SlotWatch):
         else:
             self._done += 1
 
+    def nearness(self) -> float:
+        return self._done / self._slots.count if self._slots.count else 0.0
+
     def _lose(self, t_ms: int, why: Phrase, car: int) -> None:
         if self._lost_ms is None:
             self._lost_ms, self._why_lost, self._late = t_ms, why, (car,)
@@ -187,19 +193,25 @@ def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
         leader_ms = sum(length_ms(word, profile) for word in image.leader)
         followers_ms = len(image.followers) * (profile.dwell_ms[image.dwell_level] if image.followers else 0)
         seconds, most = max(leader_ms, followers_ms) / 1000, goal.values["seconds"]
-        return _StaticWatch(seconds <= most, Phrase("goal-seconds-count", seconds=seconds, most=most))
+        return _StaticWatch(seconds, most, Phrase("goal-seconds-count", seconds=seconds, most=most))
     count = len(image.followers if goal.kind == "words-at-most" else image.leader)
     most = goal.values["count"]
-    return _StaticWatch(count <= most, Phrase(f"goal-{goal.kind}-count", count=count, most=most))
+    return _StaticWatch(count, most, Phrase(f"goal-{goal.kind}-count", count=count, most=most))
 
 
 class _StaticWatch(GoalWatch):
-    def __init__(self, is_met: bool, why: Phrase) -> None:
+    sees_all = False
+
+    def __init__(self, value: float, most: float, why: Phrase) -> None:
         super().__init__()
-        self._state = GoalState("met" if is_met else "lost", 0, 0, 0, why)
+        self._state = GoalState("met" if value <= most else "lost", 0, 0, 0, why)
+        self._nearness = most / max(value, most) if most else 0.0
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         """Nothing that happens changes it."""
 
     def state(self, is_over: bool) -> GoalState:
         return self._state
+
+    def nearness(self) -> float:
+        return self._nearness
