@@ -50,7 +50,7 @@ ARROWS = {
     "runs": ("config", "engine", "mats", "words"),
     "server": (
         *("boards", "cameras", "config", "drive", "engine", "mats"),
-        *("runs", "service", "sockets", "timing", "upload", "words"),
+        *("runs", "service", "sockets", "timing", "upload"),
     ),
     # It also runs where there is neither a web framework nor NumPy.
     "service": ("car", "config", "engine", "mats", "missions", "program", "upload", "words"),

@@ -149,7 +149,6 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "car-out-of-reach",
             "damaged-version",
             "not-at-car",
-            "nothing-to-draw",
             "project-exists",
             "saved-elsewhere",
         ),
@@ -166,13 +165,12 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "cant-save",
             "class-not-stored",
             "undone-meanwhile",
-            "film-failed",
             "internal",
             "virtual-car",
         ),
     ),
     (USAGE, 503, ("page-missing",)),
-    (PROGRAM_ERROR, 503, ("session-was-idle", "too-many-films", "too-many-sessions", "too-many-sessions-of-one")),
+    (PROGRAM_ERROR, 503, ("session-was-idle", "too-many-sessions", "too-many-sessions-of-one")),
     (PROGRAM_ERROR, 507, ("browser-library-full", "browser-store-full", "library-full", "too-many-projects")),
 )
 

@@ -85,7 +85,7 @@ def test_a_run_is_stepped_shown_again_and_reset(open_page) -> None:
     expect(studio.clock).to_have_text("0:00.0")
 
 
-def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
+def test_a_run_is_downloaded_as_a_table(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
@@ -95,17 +95,14 @@ def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
         studio.choose("Download", item="Timeline as a table (CSV)")
     rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
     assert "0x65800000" in [row["word"] for row in rows]
-    with studio.page.expect_download() as download:
-        studio.choose("Download", item="animated picture (GIF)", exact=False)
-    assert download.value.path().read_bytes().startswith(b"GIF8")
 
 
-def test_the_page_makes_table_and_film_where_the_service_does_not(open_page) -> None:
+def test_the_page_makes_a_film_and_the_table_where_the_service_does_not(open_page) -> None:
     studio = open_page(project=EXAMPLE)
 
     def without_files(route: Route) -> None:
         can = route.fetch().json()
-        route.fulfill(json=can | {"downloads": False, "films": False})
+        route.fulfill(json=can | {"downloads": False})
 
     studio.page.route("**/api/capabilities", without_files)
     studio.page.reload()

@@ -57,7 +57,7 @@ def test_cars_of_the_studio_move(tmp_path) -> None:
         request = Request(f"{base}/api/capabilities", b"{}", headers)
         with urlopen(request, timeout=DEADLINE_S) as answer:
             told = json.load(answer)
-        assert told["films"] is False
+        assert told["downloads"] is True
         address = f"{base.replace('http', 'ws')}/api/world?session={'0' * 32}"
         with connect(address, origin=base, additional_headers=cookie, max_size=None) as page:
             page.send(json.dumps({"do": "set", "mat": WORLD, "seed": 1}))

@@ -41,7 +41,6 @@ MAT = {"format": "motorcade-mat/1", "name": "a table", "car": [{"at_m": [0, 0], 
 CAPABILITIES = {
     "serial_ports": False,
     "downloads": False,
-    "films": False,
     "driving": False,
     "real_cars": False,
     "most_cars": 100,

@@ -12,7 +12,7 @@ SERVER_ALONE = {
     ),
     "a library on disk, into which the test writes": ("test_ones_own_missions_are_played_changed_and_deleted",),
     "a world that plays while its page is loaded again": ("test_a_reloaded_page_shows_the_same_running_cars",),
-    "downloads of a run, and films by the server": ("test_a_run_is_downloaded_as_a_table_and_as_an_animation",),
+    "a download of the server's": ("test_a_run_is_downloaded_as_a_table",),
     "requests over HTTP, which the test answers itself": (
         "test_what_the_service_cannot_do_is_not_offered",
         "test_a_third_language_is_one_file",

@@ -27,7 +27,6 @@ from motorcade.service.world_session import WorldSession, refused
 CAPABILITIES = Capabilities(
     serial_ports=False,
     downloads=False,
-    films=False,
     driving=False,
     real_cars=False,
     most_cars=2_000,

@@ -10,7 +10,6 @@ import io
 import struct
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterator
 from typing import Annotated, NamedTuple, get_type_hints
 
 from motorcade.engine.events import KINDS, LOSS_REASONS, LOST
@@ -112,10 +111,6 @@ class History:
         """Return time and bytes of the last moment at ``t_ms`` or before, or else of the oldest; there must be one."""
         at = max(bisect_right(self._times, t_ms) - 1, 0)
         return self._times[at], self._moments[at]
-
-    def moments(self, from_ms: int) -> Iterator[tuple[int, bytes]]:
-        """The times and the bytes of the moments from ``from_ms`` on, as they are stored now."""
-        return iter([each for each in zip(self._times, self._moments, strict=True) if each[0] >= from_ms])
 
     def events_between(self, after_ms: int, until_ms: int) -> bytes:
         """The rows of the events later than ``after_ms`` and not later than ``until_ms``."""

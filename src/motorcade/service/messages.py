@@ -45,7 +45,6 @@ class Capabilities(Struct):
     Attributes:
         serial_ports: the shell has serial ports of its own, lists them, and uploads through them.
         downloads: the events of a run can be downloaded from an address; else the page makes the file.
-        films: runs can be downloaded as films from an address; else the page makes a film where its browser can.
         driving: the cars of a world can be driven on the page /drive.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
@@ -54,7 +53,6 @@ class Capabilities(Struct):
 
     serial_ports: bool
     downloads: bool
-    films: bool
     driving: bool
     real_cars: bool
     most_cars: int

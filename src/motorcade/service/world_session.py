@@ -5,7 +5,7 @@ It lets the world's time pass, stores its past, and makes pictures of it. Real t
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from motorcade.engine.moment import EVENT_BYTES
 from motorcade.errors import MotorcadeError
@@ -374,10 +374,6 @@ class WorldSession:
     def newest(self) -> tuple[int, bytes]:
         """The time and the bytes of the newest stored moment."""
         return self._history.moment_at(_LAST_MS)
-
-    def moments(self, seconds: float) -> Iterator[tuple[int, bytes]]:
-        """The stored moments of the last so many simulated seconds."""
-        return self._history.moments(self.world.now_ms - round(seconds * 1000))
 
 
 def _lost(counts: dict[str, int]) -> int:

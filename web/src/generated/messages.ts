@@ -26,7 +26,6 @@ export type Nothing = Record<string, never>;
 export interface Capabilities {
   serial_ports: boolean;
   downloads: boolean;
-  films: boolean;
   driving: boolean;
   real_cars: boolean;
   most_cars: number;

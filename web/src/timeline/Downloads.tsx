@@ -15,7 +15,7 @@ import { film, filmKind } from "./film";
 
 const FILM_S = 10;
 
-/** Files of a run: the service has them at an address, or the page makes them. */
+/** A file of a run: the service has it at an address, or the page makes it. */
 interface RunFile {
   id: string;
   name: string;
@@ -30,13 +30,12 @@ export function Downloads({ session }: { session: Session }) {
   const [filming, setFilming] = useState(false);
   const kind = filmKind();
   const table: RunFile = { id: "timeline.csv", name: t("timeline.csv"), make: capabilities?.downloads ? undefined : saveTable };
-  const ofService: RunFile[] = [{ id: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) }];
   const saveFilm = async () => {
     setFilming(true);
     await saveStageFilm(session).finally(() => setFilming(false));
   };
-  const ofPage: RunFile[] = kind ? [{ id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm }] : [];
-  const files = [table, ...(capabilities?.films ? ofService : []), ...ofPage];
+  const stage: RunFile = { id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm };
+  const files = kind ? [table, stage] : [table];
   return (
     <MenuTrigger>
       <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty || filming}>
@@ -51,7 +50,7 @@ export function Downloads({ session }: { session: Session }) {
                 {name}
               </MenuItem>
             ) : (
-              <MenuItem key={id} className={fields.option} href={`/api/world/${session.name}/${id}`} download={id.split("?")[0]}>
+              <MenuItem key={id} className={fields.option} href={`/api/world/${session.name}/${id}`} download={id}>
                 {name}
               </MenuItem>
             ),
