@@ -11,7 +11,6 @@ This module knows no WebAssembly runtime and needs no NumPy: `motorcade.engine.w
 
 import json
 import struct
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +19,7 @@ from motorcade.errors import MotorcadeError
 
 PATH = Path(__file__).with_name("engine.wasm")
 SECTION = "motorcade.arguments"
+_INT = struct.Struct("<q")
 _LINE = 64  # bytes of a cache line, at which each array begins
 
 
@@ -54,11 +54,22 @@ class Described(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """An argument of a call, or a tuple of them: how many they are, and the part of the block that holds them."""
+    """An argument of a call, or a tuple of them.
+
+    Attributes:
+        value: what was given.
+        length: how many arguments it is.
+        block: the part of the block that holds them.
+        parts: where the tuple holds tuples, what it holds.
+    """
 
     value: Any
     length: int
     block: bytes
+    parts: "tuple[_Part, ...]" = ()
+
+
+_NOTHING = _Part(object(), 0, b"")
 
 
 @lru_cache
@@ -104,19 +115,33 @@ class LinearMemory:
         self._call(kernel, self._block(kernel, *arguments))
 
     def _block(self, kernel: str, *arguments: Any) -> bytes:
-        expected = self._arguments[kernel]
-        packed, given = self._packed[kernel], list(_parts(arguments))
-        del packed[len(given) :]
+        expected, packed = self._arguments[kernel], self._packed[kernel]
+        if len(packed) != len(arguments):
+            packed[:] = [_NOTHING] * len(arguments)
         first = 0
-        for number, value in enumerate(given):
+        for number, value in enumerate(arguments):
+            part = packed[number]
             # To describe all arrays takes ten times as long as a tick of few cars; most are those of the last call.
-            if number == len(packed):
-                packed.append(self._pack(kernel, value, expected[first:]))
-            elif packed[number].value is not value:
-                packed[number] = self._pack(kernel, value, expected[first:])
-            first += packed[number].length
-        _check(kernel, expected[first] if first < len(expected) else None)
+            if part.value is not value:
+                part = packed[number] = self._pack_again(kernel, value, expected, first, part)
+            first += part.length
+        if first < len(expected):
+            _check(kernel, expected[first])
         return b"".join([part.block for part in packed])
+
+    def _pack_again(self, kernel: str, value: Any, expected: list[Argument], first: int, before: _Part) -> _Part:
+        """Pack an argument in place of ``before``; of a tuple that holds tuples only what differs is packed."""
+        if type(value) is int:
+            _check(kernel, expected[first] if first < len(expected) else None, "int64")
+            return _Part(value, 1, _INT.pack(value))
+        is_same = before.parts and type(value) is type(before.value)
+        if not is_same and not (isinstance(value, tuple) and any(isinstance(each, tuple) for each in value)):
+            return self._pack(kernel, value, expected[first:])
+        parts, at = [], first
+        for each, part in zip(value, before.parts if is_same else [_NOTHING] * len(value), strict=True):
+            parts.append(part if part.value is each else self._pack(kernel, each, expected[at:]))
+            at += parts[-1].length
+        return _Part(value, at - first, b"".join([part.block for part in parts]), tuple(parts))
 
     def _pack(self, kernel: str, values: Any, expected: list[Argument]) -> _Part:
         numbers: list[int | float] = []
@@ -125,7 +150,7 @@ class LinearMemory:
         for value in values if isinstance(values, tuple) else (values,):
             argument = expected[count] if count < len(expected) else None
             count += 1
-            described = self._describe(value)
+            described = None if isinstance(value, int | float) else self._describe(value)
             if described is not None:
                 numbers += self._array_numbers(kernel, argument, described)
                 form.append(f"{5 + 2 * len(described.shape)}q")
@@ -156,15 +181,6 @@ class LinearMemory:
                 raise MotorcadeError("world-exceeds-webassembly", needed=(place + room) / 1e9, most=4.3)
             self._slots[slot], self._end = (place, room), place + room
         return place, room
-
-
-def _parts(arguments: tuple[Any, ...]) -> Iterator[Any]:
-    """The arguments, but a tuple of tuples is taken apart."""
-    for argument in arguments:
-        if isinstance(argument, tuple) and any(isinstance(each, tuple) for each in argument):
-            yield from argument
-        else:
-            yield argument
 
 
 def _check(kernel: str, expected: Argument | None, *given: Any) -> None:

@@ -113,6 +113,12 @@ def _kernels(path: Path) -> dict[str, Kernel]:
     return kernels
 
 
+@lru_cache
+def _name_of(dtype: "np.dtype[Any]") -> str:
+    """NumPy makes the name anew each time, which takes longer than all else of a description."""
+    return dtype.name
+
+
 class NativeKernels(LinearMemory, HeapArrays):
     """The kernels of a library. Raises OSError where it can't be loaded.
 
@@ -160,7 +166,7 @@ class NativeKernels(LinearMemory, HeapArrays):
             return None
         address, is_contiguous = value.__array_interface__["data"][0], value.flags.c_contiguous
         return Described(
-            value.dtype.name, is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
+            _name_of(value.dtype), is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
         )
 
     def _call(self, kernel: str, block: bytes) -> None:

@@ -77,6 +77,8 @@ class History:
         self._times: deque[int] = deque()
         self._moments: deque[bytes] = deque()
         self._events: deque[bytes] = deque()
+        # The time of the last row of each batch.
+        self._until: deque[int] = deque()
         self._moment_bytes = self._event_bytes = 0
         # By time, how many frames were lost before; also of the LATELY_MS before the oldest moment.
         self._losses: deque[tuple[int, int]] = deque()
@@ -98,8 +100,10 @@ class History:
         if not events:
             return
         self._events.append(events)
+        self._until.append(EVENT_ROW.unpack_from(events, len(events) - EVENT_BYTES)[0])
         self._event_bytes += len(events) + _OBJECT_BYTES
         while self._event_bytes > self.most_bytes[1] and len(self._events) > 1:
+            self._until.popleft()
             self._event_bytes -= len(self._events.popleft()) + _OBJECT_BYTES
 
     @property
@@ -115,9 +119,13 @@ class History:
     def events_between(self, after_ms: int, until_ms: int) -> bytes:
         """The rows of the events later than ``after_ms`` and not later than ``until_ms``."""
         found = []
-        for batch in self._events:
+        # A page asks for the last moments with each picture: batches that are over before them are not looked at.
+        for at in range(bisect_right(self._until, after_ms), len(self._events)):
+            batch = self._events[at]
             first, last = _row_after(batch, after_ms), _row_after(batch, until_ms)
             found.append(batch[first * EVENT_BYTES : last * EVENT_BYTES])
+            if last * EVENT_BYTES < len(batch):
+                break
         return b"".join(found)
 
     def lost_before(self, t_ms: int) -> int:
