@@ -14,7 +14,7 @@ from scripts.exports import markdown
 from motorcade import locales
 from motorcade.cli import app
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.outcomes import OUTCOMES, exit_code_of, http_status_of
+from motorcade.outcomes import EXIT_CODES, HTTP_STATUSES, exit_code_of, http_status_of
 from motorcade.words.formats import FORMATS
 from support.command_line import PARADE, run
 
@@ -232,12 +232,12 @@ def test_a_file_of_the_catalogue_is_written_in_one_way():
         assert text == json.dumps(json.loads(text), indent=2, ensure_ascii=False) + "\n"
 
 
-def test_the_table_of_outcomes_names_each_code_once_and_only_codes_that_there_are():
-    codes = [code for _, _, codes in OUTCOMES for code in codes]
+@pytest.mark.parametrize(("rows", "outcome_of"), [(EXIT_CODES, exit_code_of), (HTTP_STATUSES, http_status_of)])
+def test_the_tables_of_outcomes_name_each_code_once_and_only_codes_that_there_are(rows, outcome_of):
+    codes = [code for _, codes in rows for code in codes]
     assert sorted(codes) == sorted(set(codes))
     assert set(codes) <= set(locales.catalogue("en")["errors"])
-    for exit_code, status, named in OUTCOMES:
-        assert {(exit_code_of(code), http_status_of(code)) for code in named} <= {(exit_code, status)}
+    assert all({outcome_of(code) for code in named} == {outcome} for outcome, named in rows)
 
 
 @pytest.fixture

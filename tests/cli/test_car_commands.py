@@ -104,7 +104,7 @@ def test_a_mat_with_a_mistake_is_refused_in_a_sentence(tmp_path):
     wrong = tmp_path / "wrong.toml"
     text = 'format = "motorcade-mat/1"\nname = "w"\n[[wall]]\nfrom_m = [0, 0]\nto_m = [0, 0]\n'
     wrong.write_text(text, encoding="utf-8")
-    assert "wall[0] has no length" in refusal(1, "simulate", PARADE, "--mat", wrong)
+    assert "wall[0] has no length" in refusal(2, "simulate", PARADE, "--mat", wrong)
 
 
 OUT_OF_RANGE = ("--followers -1", "--followers 10001", "--seed -1", "--seconds -1", "--seconds inf", "--seconds nan")

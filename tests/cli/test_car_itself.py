@@ -160,9 +160,9 @@ def test_a_car_takes_uploads_at_a_serial_port(tmp_path):
         (3, ("--board", "simulated", "--port", "/dev/there-is-none"), "There is no port /dev/there-is-none"),
         (3, ("--board", "simulated", "--voice", "/dev/there-is-none", "--voice-map", VOICES), "There is no port"),
         (3, ("--board", "simulated", "--watchdog", "/dev/there-is-none"), "can't be used"),
-        (1, ("--board", "simulated", "--profile", "none"), "there is no profile 'none'"),
-        (1, ("--board", "simulated", "--voice", "p", "--voice-map", PINS), 'format is "motorcade-pins/1"'),
-        (1, ("--pins", VOICES), 'format is "motorcade-voice/1"'),
+        (2, ("--board", "simulated", "--profile", "none"), "there is no profile 'none'"),
+        (2, ("--board", "simulated", "--voice", "p", "--voice-map", PINS), 'format is "motorcade-pins/1"'),
+        (2, ("--pins", VOICES), 'format is "motorcade-voice/1"'),
     ],
 )
 def test_a_car_that_cannot_start_says_why(tmp_path, code, options, says):
@@ -184,8 +184,8 @@ def test_a_computer_without_pins_is_exit_code_3(command):
 
 def test_a_pin_file_of_a_microcontroller_is_refused(tmp_path):
     pico = PINS.parents[1] / "micropython" / "rp2040.toml"
-    assert "install-firmware" in refusal(1, "car", "run", "--store", tmp_path / "car.image", "--pins", pico)
-    assert "install-firmware" in refusal(1, "car", "neutral", "--pins", pico)
+    assert "install-firmware" in refusal(2, "car", "run", "--store", tmp_path / "car.image", "--pins", pico)
+    assert "install-firmware" in refusal(2, "car", "neutral", "--pins", pico)
 
 
 def test_the_wiring_is_a_table_json_and_a_drawing(tmp_path):

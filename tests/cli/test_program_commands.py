@@ -194,7 +194,7 @@ def test_a_profile_that_was_asked_for_and_is_not_there_gets_one_sentence(tmp_pat
     image.write_bytes(bytes(4))
     for command in ("decompile", "inspect", "simulate"):
         ran = run(command, image, "--profile", "racer")
-        assert (ran.code, ran.out) == (1, "")
+        assert (ran.code, ran.out) == (2, "")
         assert only_line(ran.err) == "motorcade: there is no profile 'racer'; built in: classroom"
 
 
@@ -212,7 +212,7 @@ def test_a_file_that_is_neither_a_project_nor_an_image_is_named(tmp_path):
     letter.write_text("from motorcade import Program")
     for command in ("simulate", "upload"):
         ran = run(command, letter)
-        assert (ran.code, ran.out) == (1, "")
+        assert (ran.code, ran.out) == (2, "")
         assert "square.txt is no program: " in only_line(ran.err)
 
 

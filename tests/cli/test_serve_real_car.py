@@ -137,7 +137,7 @@ def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp
     both = ("--upload-tcp", "127.0.0.1:0", "--upload-serial", "/dev/ttyS9")
     assert "--upload-serial and --upload-tcp exclude" in refusal(2, *real, *both)
     assert "uploads know no keys" in refusal(2, *real, "--store", tmp_path / "i", "--upload-tcp", "0.0.0.0:0")
-    assert "no receiver in [infrared]" in refusal(1, *real, "--store", tmp_path / "i", "--role", "follower")
+    assert "no receiver in [infrared]" in refusal(2, *real, "--store", tmp_path / "i", "--role", "follower")
 
 
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")

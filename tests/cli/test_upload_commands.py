@@ -329,4 +329,4 @@ def test_ports_and_images_are_complained_of_in_the_language_that_was_asked_for(t
     assert says[0] in missing.err
     assert says[0] in fetched.err
     assert says[1] in shown.err
-    assert (missing.code, fetched.code, shown.code) == (3, 3, 1)
+    assert (missing.code, fetched.code, shown.code) == (3, 3, 2)

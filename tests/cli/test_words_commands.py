@@ -240,8 +240,8 @@ def test_inspect_shows_a_table_and_fields_as_json(image):
     ],
     ids=["empty", "half a word", "reserved"],
 )
-def test_a_bad_image_gets_one_sentence_and_exit_code_1(image, typed, content, says):
-    assert says in refusal(1, *typed.split(), image(content))
+def test_a_bad_image_gets_one_sentence_and_exit_code_2(image, typed, content, says):
+    assert says in refusal(2, *typed.split(), image(content))
 
 
 def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):
