@@ -91,6 +91,32 @@ function pyodide(): Plugin {
   };
 }
 
+/** What is fetched only when the page's script runs, yet every stage needs it. */
+const STAGE = ["/mat/Stage.tsx", "/browserAll.mjs"];
+
+/** Lets the studio's pages fetch the stage beside their script. */
+function stageFirst(): Plugin {
+  return {
+    name: "stage-first",
+    apply: "build",
+    transformIndexHtml: {
+      order: "post",
+      handler(html, { bundle = {}, chunk }) {
+        const chunks = Object.values(bundle).filter((each) => each.type === "chunk");
+        const found = new Set<string>();
+        const add = (name: string) => {
+          if (html.includes(name) || found.has(name)) return;
+          found.add(name);
+          chunks.find(({ fileName }) => fileName === name)?.imports.forEach(add);
+        };
+        const stage = chunks.filter(({ facadeModuleId }) => STAGE.some((file) => facadeModuleId?.endsWith(file)));
+        if (chunk?.name !== "drive" && chunk?.name !== "class") for (const { fileName } of stage) add(fileName);
+        return [...found].map((name) => ({ tag: "link", attrs: { rel: "modulepreload", crossorigin: true, href: `./${name}` }, injectTo: "head" }));
+      },
+    },
+  };
+}
+
 /** Pyodide's list of packages, with msgspec alone in place of hundreds that are on another host. */
 function lock(runtime: string, wheel: string, content: Buffer): object {
   const { info } = JSON.parse(readFileSync(join(runtime, "pyodide-lock.json"), "utf-8")) as { info: object };
@@ -112,7 +138,7 @@ export default defineConfig({
   // Relative addresses: the site may be below any path.
   base: "./",
   worker: { format: "es" },
-  plugins: [react(), texts(), blocklyMedia(), pyodide()],
+  plugins: [react(), texts(), blocklyMedia(), pyodide(), stageFirst()],
   build: {
     outDir: "../src/motorcade/server/page",
     emptyOutDir: true,

@@ -51,9 +51,9 @@ def test_diagnostics_have_no_barriers(open_page) -> None:
     assert_no_barriers(studio)
 
 
-def test_three_clicks_of_a_first_visit_lead_to_a_swarm_in_step(open_page) -> None:
+def test_four_clicks_of_a_first_visit_lead_to_a_swarm_in_step(open_page) -> None:
     studio = open_page(tour=True, plain=True)
-    for step in ("Put two there for me", "Give them the same two", "Let them drive"):
+    for step in ("Make your own", "Put two there for me", "Give them the same two", "Let them drive"):
         studio.page.get_by_role("button", name=step, exact=True).click()
     expect(studio.page.get_by_text("12 followers drive forward")).to_be_visible()
     # The last digit of the header says that the followers' words have tags.

@@ -132,11 +132,20 @@ def test_cars_drive_before_python_is_ready_and_go_on_when_it_is(open_page) -> No
     page.mat_button("pause").click()
     expect(page.mat_button("play")).to_be_visible()
     paused = page.clock.inner_text()
+    # A tap tells a car's word, another shows its bits; Python knows no more of them than the page.
+    card = page.page.locator("#stage").get_by_role("region", name=page.say("mat.car", number=1))
+    stage = page.page.get_by_role("application", name=page.say("mat.canvas"))
+    for key in ("n", "n", "Enter"):
+        stage.press(key)
+    expect(card).to_contain_text("light · green")
+    stage.press("Enter")
+    expect(card).to_contain_text("which lamp: 2, green (bits 22–21)")
     page.mat_button("play").click()
     expect(page.clock).not_to_have_text(paused)
     for route in waiting:
         route.continue_()
     # Only Python knows the words of other blocks.
+    page.page.get_by_role("button", name="Make your own", exact=True).click()
     page.page.get_by_role("button", name="Put two there for me", exact=True).click()
     page.expect_words(["02000000", "65800000", "6c800000"])
     page.expect_moving()

@@ -29,7 +29,7 @@ EXAMPLES: dict[str, Difficulty] = {
 }
 
 # What a first visit finds; its cars drive at once.
-_OPENING = "parade"
+_OPENING = "town"
 
 # Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
 _NO_PROJECTS = {

@@ -18,7 +18,7 @@ import { collectEdits } from "../words/compiling";
 import { Dialogs, Notices, ServerBanner } from "./Dialogs";
 import { Drawer } from "./Drawer";
 import { Header } from "./Header";
-import { openEditors, prepare } from "./start";
+import { openEditors, prepare, prepareEditors } from "./start";
 import { Tour } from "./Tour";
 import css from "./app.module.css";
 import areas from "../ui/areas.module.css";
@@ -48,9 +48,11 @@ function SkipLinks() {
 
 const PupilBar = lazy(async () => ({ default: (await import("../pupil/PupilBar")).PupilBar }));
 const TeacherBar = lazy(async () => ({ default: (await import("../pupil/TeacherBar")).TeacherBar }));
-const Stage = lazy(async () => ({ default: (await import("../mat/Stage")).Stage }));
+// Fetched at once: on a first visit nothing is seen before it.
+const stage = import("../mat/Stage");
+const Stage = lazy(async () => ({ default: (await stage).Stage }));
 
-/** The stage, fetched after the rest of the page. */
+/** The stage, made after the rest of the page. */
 function StageArea({ session }: { session: Session }) {
   const { t } = useTranslation();
   const failed = (
@@ -84,16 +86,20 @@ function Work() {
   const isWritten = useDraft(({ draft }) => draft !== null);
   const drawer = useSettings((settings) => settings.drawer.open);
   const larger = useStudio((studio) => studio.larger);
-  useEffect(openEditors, []);
   useEffect(() => {
     session.open();
     return () => session.close();
   }, [session]);
+  const due = useEditorsDue(session);
+  // The editors have been filled by then.
+  useEffect(() => {
+    if (due) openEditors();
+  }, [due]);
   return (
     <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
       <div className={css.blocks}>
         <MissionStrip session={session} />
-        <Editors key={`${language} ${level}`} />
+        {due ? <Editors key={`${language} ${level}`} /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}
         <Problems />
       </div>
       <Divider
@@ -106,6 +112,30 @@ function Work() {
       <Drawer session={session} />
     </main>
   );
+}
+
+/** A stage that isn't drawn, as in a tab that nobody sees, lets the editors wait no longer. */
+const LATEST_EDITORS_MS = 4000;
+
+/** Whether it is time to make the editors: in what a first visit finds, once its cars are seen to drive. */
+function useEditorsDue(session: Session): boolean {
+  const [due, setDue] = useState(() => !useStudio.getState().isOpening);
+  useEffect(() => {
+    if (due) return;
+    const make = () => void attempt(async () => {
+      await prepareEditors();
+      setDue(true);
+    });
+    const timer = setTimeout(make, LATEST_EDITORS_MS);
+    // Another project may be opened before.
+    const stop = useStudio.subscribe(({ isOpening }) => isOpening || make());
+    void session.drawn.then(make);
+    return () => {
+      clearTimeout(timer);
+      stop();
+    };
+  }, [due, session]);
+  return due;
 }
 
 /** The language of the editors, which are created anew once Blockly has its messages in another one. */

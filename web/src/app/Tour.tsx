@@ -3,7 +3,7 @@ import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { alterBlocks } from "../blocks/rows";
 import { playWhenReady } from "../mat/actions";
-import { BLANK, FIRST_STEPS, FIRST_SWARM, loadProject, markSaved } from "../projects/project";
+import { BLANK, FIRST_STEPS, FIRST_SWARM, replaceBy } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -13,23 +13,11 @@ import { classes } from "../ui/classes";
 
 const STEPS = ["blocks", "followers", "drive"] as const;
 /** What the page lights up at each step. */
-const PLACES = { blocks: "blocks", followers: "blocks", drive: "stage" } as const;
+const PLACES = { welcome: "stage", blocks: "blocks", followers: "blocks", drive: "stage" } as const;
 
-/**
- * Give blocks to whoever has none, so that the tour has something to show; undo takes them back. What a first visit finds
- * makes room for them.
- */
+/** Give blocks to whoever has none, so that the tour has something to show; undo takes them back. */
 function first(): void {
-  const { compiled, isOpening, unsaved } = useStudio.getState();
-  const give = () => alterBlocks(FIRST_STEPS.leader, FIRST_STEPS.followers);
-  if (isOpening && !unsaved) {
-    loadProject(BLANK);
-    // The editors are filled in the same turn.
-    setTimeout(() => {
-      markSaved();
-      give();
-    });
-  } else if ((compiled?.states ?? 0) === 0) give();
+  if ((useStudio.getState().compiled?.states ?? 0) === 0) alterBlocks(FIRST_STEPS.leader, FIRST_STEPS.followers);
 }
 
 /** Only where the leader's two blocks are the tour's own: other programs stay as they are. */
@@ -39,12 +27,13 @@ function swarm(): void {
   if (useStudio.getState().followers !== null) useStudio.setState({ editor: "followers" });
 }
 
-/** The tour of a first visit: build with blocks, tell the followers, let the swarm drive. */
+/** The tour of a first visit: what drives there, then build with blocks, tell the followers, let the swarm drive. */
 export function Tour() {
   const { t } = useTranslation();
   const toured = useSettings((settings) => settings.toured);
   const [at, setAt] = useState(0);
-  const step = STEPS[at]!;
+  const isOpening = useStudio((studio) => studio.isOpening);
+  const step = isOpening ? "welcome" : STEPS[at]!;
 
   useEffect(() => {
     if (toured) return;
@@ -63,6 +52,11 @@ export function Tour() {
 
   if (toured) return null;
   const next = () => {
+    if (step === "welcome") {
+      // The tour goes on with a page of its own.
+      void replaceBy(BLANK);
+      return;
+    }
     if (step === "blocks") first();
     if (step === "followers") swarm();
     if (step !== "drive") {
@@ -73,14 +67,14 @@ export function Tour() {
     end();
   };
   return (
-    <aside className={dialogs.tour} aria-labelledby="tour-title">
+    <aside className={dialogs.tour} data-step={step} aria-labelledby="tour-title">
       <header>
         <b id="tour-title">{t(`tour.${step}.title`)}</b>
         <IconButton icon="close" label={t("tour.skip")} onPress={end} />
       </header>
       <p aria-live="polite">{t(`tour.${step}.text`)}</p>
       <footer>
-        <span>{t("tour.step", { at: at + 1, of: STEPS.length })}</span>
+        <span>{step !== "welcome" && t("tour.step", { at: at + 1, of: STEPS.length })}</span>
         <Button className={classes(buttons.button, buttons.primary)} onPress={next}>
           {t(`tour.${step}.next`)}
         </Button>

@@ -70,9 +70,12 @@ async function openPupilsProject(): Promise<boolean> {
   return true;
 }
 
-/** Open what a first visit finds, whose cars drive at once; false for those who have seen it, or come by a link. */
+/** Whether this page may find what a first visit finds: not for those who have seen it, or come by a link. */
+export const findsOpening = (): boolean => !useSettings.getState().toured && !location.hash;
+
+/** Open what a first visit finds, whose cars drive at once; false where it isn't for this page. */
 async function openOpening(): Promise<boolean> {
-  if (useSettings.getState().toured || location.hash) return false;
+  if (!findsOpening()) return false;
   const project = await request("opening").catch(() => null);
   if (!project) return false;
   loadProject(project);
@@ -95,14 +98,25 @@ async function openFirstProject(): Promise<void> {
   notify(i18next.t("project.restored", { time }));
 }
 
-/** Load what the editors need to be drawn: the profile's figures and Blockly's messages. */
-export async function prepare(): Promise<void> {
-  await Promise.all([loadFigures(), setBlocklyLanguage(i18next.language)]);
+let prepared = false;
+
+/** Load what the editors need to be made: Blockly's messages, and the blocks of the profile. */
+export async function prepareEditors(): Promise<void> {
+  await setBlocklyLanguage(i18next.language);
+  if (prepared) return;
+  prepared = true;
   defineBlocks(useStudio.getState().profileFigures!);
   registerClipboard();
   registerKeys();
   startPrinting();
+}
+
+/** Open the first project. The editors can be made then, but of what a first visit finds, whose cars come first. */
+export async function prepare(): Promise<void> {
+  await loadFigures();
+  if (!findsOpening()) await prepareEditors();
   await openFirstProject();
+  if (!useStudio.getState().isOpening) await prepareEditors();
 }
 
 /** The editors exist and hold the project: from now on, changes are stored and links are opened. */

@@ -7,7 +7,7 @@ import { inLanguage } from "../i18n";
 import { around, type Box, boxAround, boxOfMat, boxOfZone, grown } from "../mat/camera";
 import { beacon, dot, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
 import { hexColour, LEDS, pageFont } from "../mat/colours";
-import { floorOf, type Mat } from "../mat/document";
+import { floorOf, listOf, type Mat } from "../mat/document";
 import { marksOf } from "../mat/floorMarks";
 import { groundOf } from "../mat/floors";
 import { roadMarks } from "../mat/roadMarks";
@@ -176,7 +176,7 @@ export function drawFloor(context: CanvasRenderingContext2D, mat: Mat, scale: nu
   context.fillStyle = groundOf(floor) ?? plain;
   context.fillRect(0, 0, width, height);
   if (floor === "plain" || width * scale < PATTERN_FROM_PX) return;
-  for (const { corners, colour, alpha, widthM } of marksOf(floor, mat.size_m, plain)) {
+  for (const { corners, colour, alpha, widthM } of marksOf(floor, mat.size_m, plain, listOf(mat, "line").length > 0)) {
     context.beginPath();
     for (let at = 0; at < corners.length; at += 3) context.lineTo(corners[at]!, corners[at + 1]!);
     context.globalAlpha = alpha;

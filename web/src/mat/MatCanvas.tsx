@@ -3,7 +3,7 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
-import { askWhy, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
+import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
 import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
@@ -66,14 +66,14 @@ function connect(scene: Scene, session: Session): () => void {
     },
     onChoose: (grip) => {
       if (grip && "car" in grip) {
-        askWhy(session, grip.car);
+        tapCar(session, grip.car);
         return;
       }
       choose(grip && { piece: grip.piece });
       session.watch();
     },
     onDrag: (grip, to, by) => {
-      if (useMat.getState().asked) useMat.setState({ asked: false });
+      if (useMat.getState().asked) useMat.setState({ asked: null });
       dragTo(session, grip, to, by);
     },
     onDrop: endEdit,
@@ -148,7 +148,7 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
     p: () => chooseNext(session, -1),
     Delete: () => removeChosen(session),
     Backspace: () => removeChosen(session),
-    Enter: () => chosen && "car" in chosen && askWhy(session, chosen.car),
+    Enter: () => chosen && "car" in chosen && tapCar(session, chosen.car),
     Escape: () => {
       choose(null);
       drawRoads(false);

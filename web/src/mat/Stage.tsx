@@ -17,7 +17,7 @@ import { Sound } from "./sound";
 import { Legend } from "./Legend";
 import { Thoughts } from "./Thoughts";
 import { Transport } from "./Transport";
-import { WhyCard } from "./Why";
+import { CarCard } from "./Why";
 import css from "./mat.module.css";
 
 /** The mat of the open project with the cars that run its program, and what lies over it. */
@@ -35,7 +35,7 @@ export function Stage({ session }: { session: Session }) {
       <ChaseView />
       <Thoughts session={session} />
       <ZoneGrips />
-      <WhyCard />
+      <CarCard session={session} />
       <div className={css.top}>
         <Notice session={session} />
         <DrawHint session={session} />

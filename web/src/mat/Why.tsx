@@ -1,17 +1,23 @@
-/** Why a car does what it does: in the drawer, and on the stage beside a car that was tapped. */
+/** What a car tells: why it does what it does, in the drawer and on the stage, and there its word, beside a car that was tapped. */
 
-import { useEffect, useRef } from "react";
+import { useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { CarDetails } from "../api/world";
+import type { CompiledWord } from "../api/types";
+import { type CarDetails, Flag, NO_INDEX, type Picture } from "../api/world";
 import { inLanguage } from "../i18n";
-import { useStudio } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
 import { classes } from "../ui/classes";
 import { IconButton } from "../ui/controls";
+import { storyOf } from "../words/story";
+import { WordBits } from "../words/WordBits";
+import { showBits } from "./actions";
 import { toScreen } from "./camera";
 import { carryOut, changesBlocks, remedyOf } from "./remedies";
+import type { Session } from "./session";
 import { chasedCar, choose, useMat } from "./store";
 import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
 import css from "./mat.module.css";
 
 /** The answer, and a button that changes it. It is about the present. */
@@ -39,16 +45,46 @@ export function WhyAnswer({ details }: { details: CarDetails }) {
 const AIR_PX = 6;
 const FOOT_PX = 76;
 
-/** The answer of the car that was tapped, beside it and whole within the stage. */
-export function WhyCard() {
+/** The word that a car holds at the moment that is shown; null where it holds none, or one that is not the program's. */
+function useWordOf(session: Session, car: number | null): CompiledWord | null {
+  const words = useWords();
+  const [index, setIndex] = useState(NO_INDEX);
+  useEffect(() => {
+    const look = (picture: Picture | null) => {
+      const now = car === null || !picture ? NO_INDEX : (picture.index[car] ?? NO_INDEX);
+      setIndex(picture && car !== null && !(picture.flags[car]! & Flag.runs) ? NO_INDEX : now);
+    };
+    look(session.picture);
+    return session.listen(look);
+  }, [session, car]);
+  return words[index] ?? null;
+}
+
+/** What a car told when it was asked: words follow each other too fast for a screen reader. */
+function Announced({ text }: { text: string }) {
+  const [first] = useState(text);
+  return (
+    <p className={controls.visuallyHidden} role="status">
+      {first}
+    </p>
+  );
+}
+
+/** What the car that was tapped tells: beside it, and whole within the stage. */
+export function CarCard({ session }: { session: Session }) {
   const { t } = useTranslation();
   const scene = useMat((now) => now.scene);
-  const details = useMat(({ asked, details, past }) => (asked && !past ? details : null));
+  const asked = useMat((now) => now.asked);
+  const car = useMat(({ asked, chosen }) => (asked && chosen && "car" in chosen ? chosen.car : null));
+  const details = useMat((now) => (now.details?.car === car && !now.past ? now.details : null));
+  const leads = useMat(({ hello }) => car !== null && (hello?.leads?.includes(car) ?? false));
   const chased = useMat((now) => chasedCar(now) !== null);
+  const profile = useStudio((studio) => studio.profileFigures);
+  const word = useWordOf(session, car);
   const card = useRef<HTMLElement>(null);
-  const car = details?.car;
+  const told = word && profile ? t("mat.says", { word: storyOf(word, profile) }) : t("mat.saysNothing");
   useEffect(() => {
-    if (!scene || car === undefined || chased) return;
+    if (!scene || car === null || chased) return;
     const place = () => {
       const { x, y } = scene.motion.drawn;
       const box = card.current;
@@ -63,14 +99,24 @@ export function WhyCard() {
     place();
     return scene.listen(place);
   }, [scene, car, chased]);
-  if (!details || chased) return null;
+  if (car === null || chased || !profile) return null;
   return (
-    <section ref={card} className={css.why} aria-label={t("mat.car", { number: details.car })}>
+    <section ref={card} className={css.why} aria-label={t("mat.car", { number: car })}>
+      <Announced key={`${car} ${asked}`} text={told} />
       <header>
-        <b>{t("mat.car", { number: details.car })}</b>
+        <b>
+          {t("mat.car", { number: car })} · {t(leads ? "mat.things.leader" : "mat.things.follower")}
+        </b>
         <IconButton icon="close" label={t("app.dismiss")} onPress={() => choose(null)} />
       </header>
-      <WhyAnswer details={details} />
+      <p className={css.told}>{told}</p>
+      {asked === "bits" && word && <WordBits word={word} profile={profile} />}
+      {asked === "story" && details && <WhyAnswer details={details} />}
+      {word && (
+        <Button className={buttons.link} onPress={() => showBits(asked === "story")}>
+          {t(asked === "story" ? "mat.showBits" : "mat.hideBits")}
+        </Button>
+      )}
     </section>
   );
 }

@@ -1,7 +1,8 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Hello } from "../api/world";
 import { useStudio } from "../state/studio";
-import { playWhenReady } from "./actions";
+import { playWhenReady, tapCar } from "./actions";
+import type { Session } from "./session";
 import { useMat } from "./store";
 
 const cars = (count: number) => useMat.setState({ hello: { cars: count } as Hello });
@@ -38,4 +39,14 @@ describe("playing when the world is ready", () => {
     vi.runAllTimers();
     expect(pressed).not.toHaveBeenCalled();
   });
+});
+
+it("a tap on a car asks for its word, another for the bits, and one on another car for that one's word", () => {
+  const session = { watch: vi.fn() } as unknown as Session;
+  const asked = [1, 1, 1, 2].map((car) => {
+    tapCar(session, car);
+    return useMat.getState().asked;
+  });
+  expect(asked).toEqual(["story", "bits", "story", "story"]);
+  expect(useMat.getState().chosen).toEqual({ car: 2 });
 });

@@ -11,7 +11,7 @@ import type { Grip } from "./pointer";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, type Tile, TILES, turnedRoad, withRoad, withTile } from "./roads";
 import { freePoint, hasRoomForCar, hasRoomForPiece, type Standing } from "./room";
 import type { Session } from "./session";
-import { choose, drawRoads, editMat, isFixed, useMat } from "./store";
+import { choose, chosenCar, drawRoads, editMat, isFixed, useMat } from "./store";
 
 export type NewKind = Exclude<FurnitureKind, "line"> | Tile | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person", "spot", "patch", ...TILES];
@@ -195,11 +195,23 @@ export function startHere(session: Session): void {
   editMat(oneByOne(mat, picture, new Set(hello?.leads)));
 }
 
-/** Show on the stage why a car does what it does. */
+/** Let a car tell its word, and why it does what it does. */
 export function askWhy(session: Session, car: number): void {
   choose({ car });
-  useMat.setState({ asked: true });
+  useMat.setState({ asked: "story" });
   session.watch();
+}
+
+/** The first tap lets a car tell its word, another shows the word's bits. */
+export function tapCar(session: Session, car: number): void {
+  const { asked } = useMat.getState();
+  if (asked && chosenCar() === car) showBits(asked === "story");
+  else askWhy(session, car);
+}
+
+/** Let the car that was asked show the bits of its word, or tell it. */
+export function showBits(on: boolean): void {
+  useMat.setState({ asked: on ? "bits" : "story" });
 }
 
 /** Let the cars drive: at once, or as soon as there are any, unless another project is opened before. */

@@ -91,6 +91,8 @@ export interface Cast {
   first: number;
   /** What should be seen too, where the cars are large enough then. */
   zones?: readonly Box[];
+  /** The roads, which are seen whole where the cars are large enough then. */
+  roads?: Box | null;
   /** The mat, where it has a size. */
   mat?: Box | null;
   /** All cars are seen, however small: goals are about all of them. */
@@ -104,14 +106,16 @@ export const grown = (box: Box, by: number): Box => ({ left: box.left - by, bott
 export const around = (boxes: readonly Box[]): Box | null =>
   boxAround(boxes.flatMap(({ left, right }) => [left, right]), boxes.flatMap(({ bottom, top }) => [bottom, top]));
 
-/** The cars with air around them and, where all fit, the zones, and the mat; null without cars. */
-function boxToFrame({ x, y, carM, zones = [], mat }: Cast, size: Size): Box | null {
+/** The cars with air around them and, where all fit, the zones, the roads, and the mat; null without cars. */
+function boxToFrame({ x, y, carM, zones = [], roads, mat }: Cast, size: Size): Box | null {
   const cars = boxAround(x, y);
   if (!cars) return null;
   const least = SHORTEST_PX / carM;
-  const all = around([grown(cars, AIR_M), ...zones.map((each) => grown(each, ZONE_AIR_M))])!;
+  const told = around([grown(cars, AIR_M), ...zones.map((each) => grown(each, ZONE_AIR_M))])!;
+  if (fitted(told, size).scale < least) return grown(cars, AIR_M);
+  const driven = roads ? around([told, grown(roads, ZONE_AIR_M)])! : told;
+  const all = fitted(driven, size).scale < least ? told : driven;
   const { scale } = fitted(all, size);
-  if (scale < least) return grown(cars, AIR_M);
   const whole = mat && around([cars, ...zones, mat]);
   return whole && fitted(whole, size).scale >= Math.max(least, WHOLE_MAT_SHARE * scale) ? whole : all;
 }
@@ -169,6 +173,12 @@ export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box
 /** The box around the mat; null for an unbounded plane. */
 export function boxOfMat({ size_m }: Mat): Box | null {
   return size_m ? { left: 0, bottom: 0, right: size_m[0], top: size_m[1] } : null;
+}
+
+/** The box around the lines on the floor; null where there are none. */
+export function boxOfRoads(mat: Mat): Box | null {
+  const points = listOf(mat, "line").flatMap(({ points_m }) => points_m);
+  return boxAround(points.map(([x]) => x), points.map(([, y]) => y));
 }
 
 /** The box around a zone of a mission. */

@@ -6,7 +6,7 @@ import { paintOrder, type SeenCar } from "./chaseOrder";
 import { ChasePen } from "./chasePen";
 import { thingsSeen } from "./chaseThings";
 import type { Size } from "./camera";
-import type { FloorName, Point } from "./document";
+import { type FloorName, listOf, type Point } from "./document";
 import { type Mark, marksOf } from "./floorMarks";
 import { skyOver } from "./floors";
 import { aheadOf, circleAt, type Eye } from "./perspective";
@@ -64,16 +64,16 @@ export class ChasePainter {
   }
 
   private paintFloor({ mat, floor, theme }: Sight): void {
-    if (mat?.size_m) this.paintGround(mat.size_m, floor, theme);
+    if (mat?.size_m) this.paintGround(mat.size_m, floor, theme, listOf(mat, "line").length > 0);
     for (const { corners, colour } of mat ? roadAreas(mat) : []) this.pen.polygon(corners, hexColour(colour));
   }
 
-  private paintGround(size: Point, floor: FloorName, theme: MatTheme): void {
+  private paintGround(size: Point, floor: FloorName, theme: MatTheme, hasRoads: boolean): void {
     const [width, height] = size;
     this.pen.polygon([0, 0, 0, width, 0, 0, width, height, 0, 0, height, 0], theme.floor);
-    const key = `${floor} ${width} ${height} ${theme.grid}`;
+    const key = `${floor} ${width} ${height} ${theme.grid} ${hasRoads}`;
     if (key !== this.marksOf) {
-      this.marks = marksOf(floor, size, theme.grid);
+      this.marks = marksOf(floor, size, theme.grid, hasRoads);
       this.marksOf = key;
     }
     for (const { corners, colour, alpha, widthM } of this.marks) {

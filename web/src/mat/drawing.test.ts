@@ -78,6 +78,11 @@ describe("the camera", () => {
     expect(far.scale * 0.15).toBeCloseTo(90);
   });
 
+  it("shows roads whole where the cars are large enough then", () => {
+    const leftOf = (right: number) => toScreen(framed({ ...cast([1], [1]), roads: { left: 0, right, bottom: 0, top: 2 } }, SIZE)!, SIZE, [0, 0])[0];
+    expect([leftOf(4) > 0, leftOf(40) > 0]).toEqual([true, false]);
+  });
+
   it("shows a mat whole that takes little more room than its cars", () => {
     const mat = (width: number) => ({ left: 0, bottom: 0, right: width, top: 2 });
     const leftOf = (right: number) => toScreen(framed({ ...cast([1, 3], [1, 1]), mat: mat(right) }, SIZE)!, SIZE, [0, 0])[0];

@@ -70,7 +70,7 @@ function grid([width, height]: Point, colour: string): Mark[] {
 }
 
 /** The marks of a floor of a size in metres; a plain one has a grid. */
-export function marksOf(floor: FloorName, size: Point, gridColour: string): Mark[] {
+export function marksOf(floor: FloorName, size: Point, gridColour: string, hasRoads: boolean): Mark[] {
   const recorder = new Recorder();
-  return paintFloor(recorder, floor, size[0] * 1000, size[1] * 1000) ? recorder.marks : grid(size, gridColour);
+  return paintFloor(recorder, floor, size[0] * 1000, size[1] * 1000, hasRoads) ? recorder.marks : grid(size, gridColour);
 }

@@ -18,7 +18,7 @@ interface Floor {
   colours: Partial<MatTheme>;
   /** The colours of the sky above, at the top and at the horizon. */
   sky: readonly [string, string];
-  paint: (g: FloorPen, width: number, height: number) => void;
+  paint: (g: FloorPen, width: number, height: number, hasRoads: boolean) => void;
 }
 
 /** The same numbers from 0 to 1 for the same place, so that a floor never flickers. */
@@ -56,16 +56,21 @@ function tiles(g: FloorPen, width: number, height: number): void {
   g.stroke({ width: 5, color: 0xc6d1d6 });
 }
 
+/** Streets with a dashed middle, in a grid: for the eye, where there are no roads that cars can follow. */
+function paintStreets(g: FloorPen, width: number, height: number, block: number, street: number, line: number): void {
+  const half = block * 0.17;
+  for (let x = block / 2; x < width; x += block) g.rect(x - half, 0, Math.min(2 * half, width - x + half), height);
+  for (let y = block / 2; y < height; y += block) g.rect(0, y - half, width, Math.min(2 * half, height - y + half));
+  g.fill({ color: street });
+  for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 240) g.rect(x - 8, y, 16, Math.min(120, height - y));
+  for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 240) g.rect(x, y - 8, Math.min(120, width - x), 16);
+  g.fill({ color: line, alpha: 0.8 });
+}
+
 function streets(street: number, line: number, lots: number) {
-  return (g: FloorPen, width: number, height: number): void => {
+  return (g: FloorPen, width: number, height: number, hasRoads: boolean): void => {
     const block = stepFor(Math.max(width, height), 1400);
-    const half = block * 0.17;
-    for (let x = block / 2; x < width; x += block) g.rect(x - half, 0, Math.min(2 * half, width - x + half), height);
-    for (let y = block / 2; y < height; y += block) g.rect(0, y - half, width, Math.min(2 * half, height - y + half));
-    g.fill({ color: street });
-    for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 240) g.rect(x - 8, y, 16, Math.min(120, height - y));
-    for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 240) g.rect(x, y - 8, Math.min(120, width - x), 16);
-    g.fill({ color: line, alpha: 0.8 });
+    if (!hasRoads) paintStreets(g, width, height, block, street, line);
     for (let x = block; x < width - 200; x += block) {
       for (let y = block; y < height - 200; y += block) {
         const side = block * (0.14 + 0.12 * chance(x, y));
@@ -128,9 +133,9 @@ export function groundOf(name: FloorName): string | undefined {
   return FLOORS[name]?.colours.floor;
 }
 
-/** Draw the floor's pattern, in millimetres; false for a plain floor. */
-export function paintFloor(g: FloorPen, name: FloorName, width: number, height: number): boolean {
-  FLOORS[name]?.paint(g, width, height);
+/** Draw the floor's pattern, in millimetres; false for a plain floor. On a mat with roads a city has no others. */
+export function paintFloor(g: FloorPen, name: FloorName, width: number, height: number, hasRoads: boolean): boolean {
+  FLOORS[name]?.paint(g, width, height, hasRoads);
   return FLOORS[name] !== null;
 }
 

@@ -17,7 +17,8 @@ const LATEST_MS = 100;
 /** Whether WebGL is more than a program on the processor. It is measured: few browsers say so, and some say otherwise. */
 export function hasFastWebGl(now = () => performance.now()): boolean {
   const begun = now();
-  const gl = document.createElement("canvas").getContext("webgl");
+  // A browser that says that it has no graphics processor is right.
+  const gl = document.createElement("canvas").getContext("webgl", { failIfMajorPerformanceCaveat: true });
   if (!gl) return false;
   gl.canvas.width = gl.canvas.height = SIDE_PX;
   prepare(gl);

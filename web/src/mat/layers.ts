@@ -80,7 +80,7 @@ export class FurnitureLayer {
     if (!mat.size_m) return;
     const [width, height] = [mat.size_m[0] * 1000, mat.size_m[1] * 1000];
     g.rect(0, 0, width, height).fill(this.theme.floor);
-    if (!paintFloor(g, this.floorName, width, height)) this.drawGrid(g, width, height);
+    if (!paintFloor(g, this.floorName, width, height, listOf(mat, "line").length > 0)) this.drawGrid(g, width, height);
   }
 
   private drawRoads(mat: Mat): void {

@@ -6,7 +6,7 @@ import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
 import { AirLayer, type Wave } from "./airLayer";
 import { FurnitureLayer, TrackLayer } from "./layers";
-import { between, boxOf, boxOfMat, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
+import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
 import { CarLayer, type Drawn, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
 import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
@@ -329,7 +329,7 @@ export class Scene {
   private wish(): Camera | null {
     const { x, y } = this.motion.drawn;
     if (this.motion.picture === null) return null;
-    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zonesNow.map(boxOfZone), mat: this.mat && boxOfMat(this.mat), all: this.all };
+    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zonesNow.map(boxOfZone), roads: this.mat && boxOfRoads(this.mat), mat: this.mat && boxOfMat(this.mat), all: this.all };
     return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
 

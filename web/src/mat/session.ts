@@ -49,6 +49,8 @@ const SEED_KEY = "motorcade.world.seed";
 const SYNC_MS = 120;
 const SEEK_MS = 25;
 const SHOW_EVERY_MS = 120;
+/** A car that has driven for so long is seen to drive. */
+const DRIVEN_MS = 100;
 /** After a reload the program is compiled this much later, at most, than the connection to its running world is back. */
 const BLOCKS_LATE_MS = 4000;
 
@@ -69,6 +71,9 @@ export class Session {
   onPicture: ((picture: Picture) => void) | null = null;
   onHello: ((hello: Hello) => void) | null = null;
 
+  /** Resolved when the stage was drawn, and, where cars are to drive at once, shows that they do. */
+  readonly drawn: Promise<void>;
+  private resolveDrawn!: () => void;
   private readonly listeners = new Set<(picture: Picture) => void>();
   private connection: WorldConnection | null = null;
   private unsubscribe: (() => void) | null = null;
@@ -83,6 +88,10 @@ export class Session {
   private showing: ReturnType<typeof setTimeout> | undefined;
   private shownAt = 0;
 
+  constructor() {
+    this.drawn = new Promise((resolve) => (this.resolveDrawn = resolve));
+  }
+
   /** Connect, and send each change of the program and the mat. */
   open(): void {
     // Where the world ends with its page, a reloaded page begins the same run again.
@@ -93,7 +102,9 @@ export class Session {
     const stop = useStudio.subscribe((now, before) => {
       const differs =
         now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.mission !== before.mission;
-      if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
+      // The first program is no edit, of which there come many.
+      if (differs && this.sent?.beginning === null && now.compiled) this.syncNow();
+      else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
     });
     this.unsubscribe = () => {
       stopSeed();
@@ -133,6 +144,8 @@ export class Session {
 
   shown(frame: number): void {
     this.connection?.send({ do: "shown", frame });
+    const drives = this.playRequested || useMat.getState().state?.playing;
+    if (!drives || (this.picture?.tMs ?? 0) >= DRIVEN_MS) this.resolveDrawn();
   }
 
   send(command: Command): void {
@@ -168,6 +181,7 @@ export class Session {
   }
 
   private syncNow(): void {
+    clearTimeout(this.timer);
     const { mat, rangeMm, compiled } = useStudio.getState();
     if (!this.sent) return;
     const wait = !compiled?.image ? this.waitUntil - Date.now() : 0;
@@ -228,11 +242,11 @@ export class Session {
   }
 
   private receiveHello(hello: Hello): void {
-    if (!this.sent) {
+    const isNew = !this.sent;
+    if (isNew) {
       const stored = hello.resumed ? sessionStorage.getItem(BEGINNING_KEY) : null;
       this.sent = { beginning: stored, mat: null, rangeMm: null };
       this.waitUntil = hello.resumed ? Date.now() + BLOCKS_LATE_MS : 0;
-      this.sync();
     }
     const car = chosenCar();
     if (car !== null && car >= hello.cars) useMat.setState({ chosen: null, details: null });
@@ -244,6 +258,9 @@ export class Session {
     if (this.picture?.cars !== hello.cars) this.picture = null;
     useMat.setState({ hello });
     this.onHello?.(hello);
+    // Its answer may come at once.
+    if (isNew && useStudio.getState().compiled) this.syncNow();
+    else if (isNew) this.sync();
   }
 
   private receivePicture(picture: Picture): void {

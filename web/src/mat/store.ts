@@ -27,8 +27,8 @@ export interface MatState {
   chosen: Chosen;
   /** The cars that a goal tells of, which are ringed like the chosen one. */
   told: readonly number[];
-  /** Whether somebody asked the chosen car why it does what it does. */
-  asked: boolean;
+  /** What somebody asked the chosen car: its word as a story and why it does what it does, or its bits; null for nothing. */
+  asked: "story" | "bits" | null;
   followed: boolean;
   /** A drag on the stage draws a road. */
   drawing: boolean;
@@ -54,7 +54,7 @@ export const useMat = create<MatState>(() => ({
   pose: null,
   chosen: null,
   told: [],
-  asked: false,
+  asked: null,
   followed: false,
   drawing: false,
   chase: false,
@@ -66,7 +66,7 @@ export const useMat = create<MatState>(() => ({
 }));
 
 export function choose(chosen: Chosen): void {
-  useMat.setState({ chosen, told: [], asked: false, details: null, pose: null, followed: false });
+  useMat.setState({ chosen, told: [], asked: null, details: null, pose: null, followed: false });
 }
 
 /** The car behind which the stage is seen; null while it is seen from above. */

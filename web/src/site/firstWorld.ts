@@ -39,12 +39,14 @@ export class FirstWorld implements Stream {
    * @param session the name of the world's session.
    * @param listeners the page.
    * @param open opens the stream to Python, which opens when Python is ready.
+   * @param onDrawn called when the page has drawn a picture.
    */
   constructor(
     private readonly opening: Opening,
     private readonly session: string,
     private readonly listeners: StreamListeners,
     private readonly open: Open,
+    private readonly onDrawn: () => void = () => undefined,
   ) {
     this.python = this.openPython();
     queueMicrotask(() => {
@@ -81,6 +83,7 @@ export class FirstWorld implements Stream {
     else if (message.do === "watch") this.watched = message;
     else if (message.do === "shown") {
       if (this.now) this.now.drawn = message.frame;
+      this.onDrawn();
     } else if (this.held.length > 0 || !this.now || !this.play(this.now, message)) this.held.push(message);
     return true;
   }

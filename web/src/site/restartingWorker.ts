@@ -36,12 +36,14 @@ export class RestartingWorker {
    * @param places the addresses of what it loads.
    * @param mostUnanswered a worker that leaves so many pings unanswered, one each two seconds, hangs.
    * @param onState called when the worker's state changes.
+   * @param due Python starts when it is resolved; what is sent before waits in the worker.
    */
   constructor(
     private readonly makeWorker: () => Worker,
     private readonly places: Places,
     private readonly mostUnanswered: number,
     private readonly onState: (state: WorkerState) => void,
+    private readonly due: Promise<void>,
   ) {
     this.worker = this.start();
     setInterval(() => this.ping(), PING_MS);
@@ -88,7 +90,7 @@ export class RestartingWorker {
     this.unanswered = 0;
     worker.onmessage = (event: MessageEvent<FromWorker>) => this.receive(event.data);
     worker.onerror = (event) => this.restart(event.message);
-    worker.postMessage({ is: "start", places: this.places } satisfies ToWorker);
+    void this.due.then(() => worker.postMessage({ is: "start", places: this.places } satisfies ToWorker));
     return worker;
   }
 

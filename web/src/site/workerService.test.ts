@@ -33,7 +33,8 @@ class MockWorker {
 
 const TEXT = { text: "{}" };
 const PLACES = { pyodide: "pyodide/", msgspec: "m.whl", python: "p.zip", engine: "e.wasm" };
-const makeService = () => new WorkerService(() => new MockWorker() as unknown as Worker, PLACES, (name) => `https://site.example/studio/${name}?v=1`);
+const makeService = (isFirstVisit = false) =>
+  new WorkerService(() => new MockWorker() as unknown as Worker, PLACES, (name) => `https://site.example/studio/${name}?v=1`, isFirstVisit);
 const newest = () => MockWorker.made.at(-1)!;
 const state = () => useStudio.getState().service;
 const nothing = () => ({ onOpen: vi.fn(), onMessage: vi.fn(), onClose: vi.fn() });
@@ -87,6 +88,25 @@ describe("a request", () => {
     void service.ask("missions/check", { mission: { id: "", document: null }, leader: {}, followers: null });
     void service.ask("open", TEXT);
     expect(MockWorker.made.map((worker) => worker.asked().map(({ name }) => name))).toEqual([["open"], ["missions/check"]]);
+  });
+
+  it("lets Python start on a first visit, which otherwise leaves the processors to the page for three seconds", async () => {
+    vi.spyOn(globalThis, "fetch").mockImplementation(() => Promise.resolve(new Response("[]")));
+    const started = () => newest().received.filter((message) => message.is === "start").length;
+    const service = makeService(true);
+    await service.ask("profiles", null);
+    expect(started()).toBe(0);
+    void service.ask("open", TEXT);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(started()).toBe(1);
+    makeService(true);
+    await vi.advanceTimersByTimeAsync(2900);
+    expect(started()).toBe(0);
+    await vi.advanceTimersByTimeAsync(200);
+    expect(started()).toBe(1);
+    makeService();
+    await vi.advanceTimersByTimeAsync(0);
+    expect(started()).toBe(1);
   });
 
   it("that never changes is answered by a file, without Python", async () => {

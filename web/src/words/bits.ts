@@ -145,6 +145,20 @@ export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile)
   });
 }
 
+/** A field of a word as it is shown in a row of bits. */
+export interface BitRun {
+  field: Field;
+  bits: string;
+  isSet: boolean;
+}
+
+const FORMAT_OF = { header: FORMATS.header, control: FORMATS.control };
+
+/** The 32 bits of a word, field by field, most significant first. */
+export function runsOf(word: CompiledWord): BitRun[] {
+  return FORMAT_OF[kindOf(word)].map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
+}
+
 const cell = (value: string | number) => {
   const text = String(value);
   return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;

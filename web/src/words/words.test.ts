@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { CompiledWord, Field } from "../api/types";
-import { bitsOf, blockOf, isLit, sharedWords, spansOf, wordsCsv } from "./bits";
+import { bitsOf, blockOf, isLit, runsOf, sharedWords, spansOf, wordsCsv } from "./bits";
 
 const field = (name: Field["name"], high: number, low = high): Field => ({ name, high, low });
 const control = [
@@ -21,6 +21,14 @@ const word: CompiledWord = {
 describe("bits", () => {
   it("stand where the format says, the most significant first", () => {
     expect(control.map((each) => bitsOf(word, each))).toEqual(["1", "1", "10", "01", "00000000000", "1"]);
+  });
+
+  it("are 32, in two halves that no field crosses", () => {
+    for (const part of ["header", "leader"] as const) {
+      const runs = runsOf({ ...word, part });
+      expect(parseInt(runs.map(({ bits }) => bits).join(""), 2)).toBe(0xb0200001);
+      expect(runs.filter(({ field: { low } }) => low >= 16).map(({ bits }) => bits).join("")).toHaveLength(16);
+    }
   });
 
   it("belong to the block of their field, else to the word's", () => {
