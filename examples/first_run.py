@@ -39,10 +39,9 @@ def main() -> None:
         console.print(f"Uploaded {len(compiled.image)} bytes to {line.address}. Verified, the car answered: {answer}")
         image = store.load()
 
-    run = simulate(image or b"", followers=5, seconds=30, profile=profile)
-    console.print(cars_table(run))
     PICTURE.parent.mkdir(exist_ok=True)
-    run.save_picture(PICTURE)
+    run = simulate(image or b"", followers=5, seconds=30, profile=profile, record=[PICTURE])
+    console.print(cars_table(run))
     console.print(f"Where they drove: {PICTURE}")
 
 

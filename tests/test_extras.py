@@ -42,7 +42,7 @@ def run(programs, words, folder):
     [
         (("motorcade", *SIMULATE), ("world",)),
         (("motorcade", *SIMULATE, "--record", "run.mcap"), ("world", "runs")),
-        (("motorcade", *SIMULATE, "--picture", "a.svg"), ("world", "runs")),
+        (("motorcade", *SIMULATE, "--record", "a.svg"), ("world", "runs")),
         (("motorcade", "drive", "serve", "--port", "0", "--mat", str(PARADE)), ("world",)),
         (("motorcade", "drive", "keys", "keys", "--driver", "lin"), ("drive",)),
         (("motorcade", "check", "after-you", str(PARADE)), ("world",)),

@@ -60,17 +60,16 @@ def test_a_project_and_its_image_drive_alike_and_a_seed_repeats(tmp_path):
 
 def test_simulate_draws_a_picture_and_on_a_terminal_a_table(tmp_path):
     picture = tmp_path / "tracks.png"
-    ran = run("simulate", PARADE, "--seconds", "0.5", "--followers", "1", "--picture", picture, stdout=Terminal())
+    ran = run("simulate", PARADE, "--seconds", "0.5", "--followers", "1", "--record", picture, stdout=Terminal())
     assert ran.code == 0
     assert "leader" in ran.out
     assert "{" not in ran.out
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("option", ["--picture", "--record", "--video"])
 @pytest.mark.parametrize("name", ["tracks.nonsense", "missing/tracks.png"])
-def test_a_file_that_cannot_be_written_is_a_usage_error(tmp_path, option, name):
-    assert "can't be written" in refusal(2, "simulate", PARADE, "--seconds", "0", option, tmp_path / name)
+def test_a_file_that_cannot_be_written_is_a_usage_error(tmp_path, name):
+    assert "can't be written" in refusal(2, "simulate", PARADE, "--seconds", "0", "--record", tmp_path / name)
 
 
 def test_a_project_names_its_profile_so_the_option_may_name_no_other(tmp_path):

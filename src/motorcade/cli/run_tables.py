@@ -147,5 +147,5 @@ def show(
     run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
     console.print(run_tables(run))
     if picture:
-        console.print(translated("tracks-are-drawn", picture=picture))
+        console.print(translated("run-is-drawn", picture=picture))
     return run

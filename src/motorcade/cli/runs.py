@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -45,10 +45,6 @@ app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
 
 
-# As motorcade.engine.backend.Name, which the command line's start can't import.
-Kernels = Literal["native", "webassembly", "interpreted"]
-
-
 @app.command("simulate")
 def _simulate(
     source: Source,
@@ -57,10 +53,7 @@ def _simulate(
     seed: CarNumber = 0,
     mat: Path | None = None,
     record: list[Path] | None = None,
-    video: Path | None = None,
-    picture: Path | None = None,
     profile: ImageProfile = None,
-    kernels: Kernels | None = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
@@ -69,7 +62,7 @@ def _simulate(
         raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:
         raise MotorcadeError("followers-with-mat")
-    files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
+    files = record or []
     with needs_extra("simulating", "world"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
@@ -86,7 +79,7 @@ def _simulate(
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
         with progress_bar("done", total_ms) as advance, texts:
-            run = simulate_on(place, image, seconds, seed, chosen, files, advance, kernels)
+            run = simulate_on(place, image, seconds, seed, chosen, files, advance)
     print_unheard(run)
     if wants_json(as_json):
         print_json(run_as_dict(run))
@@ -95,43 +88,28 @@ def _simulate(
 
 
 @app.command("replay")
-def _replay(run: RunFile, video: Path | None = None, speed: float = 1, as_json: Json = False) -> None:
-    if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
-        raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
+def _replay(run: RunFile) -> None:
     with needs_extra("replaying", "runs"):
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
-        if video:
-            _draw_film(recording, video, speed)
-            last_ms = recording.last_ms
-            sentence = translated("film-is-drawn", video=video, seconds=last_ms / 1000, run=run)
-            print_result({"video": str(video), "t_ms": last_ms}, sentence, as_json)
-        else:
-            print_lines(_lines(recording))
+        print_lines(_lines(recording))
     _print_damage(recording)
 
 
 @app.command("plot")
-def _plot(run: RunFile, output: Output, as_json: Json = False) -> None:
+def _plot(run: RunFile, output: Output, speed: float = 1, as_json: Json = False) -> None:
+    if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
+        raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("drawing", "runs"):
         from motorcade.cli.console import drawing_texts, progress_bar
-        from motorcade.runs.plots import draw_tracks
-        from motorcade.runs.recorder import open_recording
+        from motorcade.runs.recorder import draw, open_recording
 
         recording = open_recording(run)
-        with progress_bar("read", recording.last_ms) as advance, drawing_texts():
-            draw_tracks(recording, output, advance)
-    print_result({"picture": str(output)}, translated("tracks-are-drawn", picture=output), as_json)
+        with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
+            draw(recording, output, advance, speed)
+    print_result({"picture": str(output)}, translated("run-is-drawn", picture=output), as_json)
     _print_damage(recording)
-
-
-def _draw_film(recording: "Recording", video: Path, speed: float) -> None:
-    from motorcade.cli.console import drawing_texts, progress_bar
-    from motorcade.runs.plots import draw_film
-
-    with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
-        draw_film(recording, video, speed, advance)
 
 
 def _lines(recording: "Recording") -> Iterator[str]:

@@ -48,12 +48,16 @@ def open_recording(path: str | Path) -> Recording:
 
 
 @needs_extra("drawing", "runs")
-def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
-    """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError."""
+def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None, speed: float = 1.0) -> None:
+    """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError.
+
+    ``speed`` is of a film: simulated seconds in a second of it.
+    """
     from motorcade.runs.plots import draw_film, draw_tracks
 
+    check_writable(path, (FILM_ENDING, *PICTURE_ENDINGS))
     if path.suffix.lower() == FILM_ENDING:
-        draw_film(recording, path, progress=progress)
+        draw_film(recording, path, speed, progress)
     else:
         draw_tracks(recording, path, progress)
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine.backend import Name as Kernels
 from motorcade.engine.events import EVENT, START
 from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
-from motorcade.runs.recorder import EVERY_MS, Recorder, draw
+from motorcade.runs.recorder import EVERY_MS, Recorder
 from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, Progress
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import TAGS
@@ -158,19 +157,6 @@ class Run:
         """What happened, as from `World.take_events`; empty where there is no recording."""
         return np.concatenate([np.zeros(0, EVENT), *(self.recording.events() if self.recording else ())])
 
-    def save_picture(self, path: str | Path) -> None:
-        """Draw the tracks into a PNG, SVG or PDF file, or the run into a GIF file.
-
-        Raises:
-            MotorcadeError: the file can't be written.
-            ValueError: the run was not recorded in memory.
-        """
-        if self.recording is None:
-            raise ValueError(
-                f"a run of more than {MOST_CARS_IN_MEMORY} cars is not in memory: name the picture in simulate's record"
-            )
-        draw(self.recording, Path(path))
-
 
 def simulate(
     image: bytes,
@@ -208,14 +194,12 @@ def simulate_on(
     chosen: Profile,
     record: Iterable[str | Path] = (),
     progress: Progress = lambda done_ms: None,
-    kernels: Kernels | None = None,
 ) -> Run:
     """Simulate leaders that run ``image``, and their followers, all in their places.
 
     Args:
         place: the mat with all cars.
         chosen: the meaning of the levels in words.
-        kernels: what runs the cars, as `World` has it; the result is the same.
         progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
         image, seconds, seed, record: as of `simulate`.
 
@@ -227,7 +211,7 @@ def simulate_on(
     is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
     slots = SlotCounts(image, place, chosen)
     events = is_small or slots.counts_anything or any(path.suffix.lower() == DATA_ENDING for path in files)
-    world = World(place, [image], chosen, seeds=seed, events=events, kernels=kernels)
+    world = World(place, [image], chosen, seeds=seed, events=events)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
