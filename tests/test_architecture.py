@@ -40,6 +40,7 @@ ARROWS = {
     "extras": (),
     "experiments": ("car", "config", "engine", "mats", "runs", "words"),
     "export": ("firmware",),
+    "fleet": ("config", "drive", "sockets", "timing", "upload", "words"),
     "firmware": ("boards", "config", "upload"),
     "lab": (),
     "locales": (),

@@ -49,6 +49,17 @@ def most_files() -> int:
     return soft if soft >= 0 else 8192
 
 
+def allow_files(count: int) -> None:
+    """Let this process have ``count`` files and sockets open, as far as the system allows."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= soft < count:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (count if hard < 0 else min(hard, count), hard))
+
+
 def network_of(address: str) -> str:
     """Whom a connection from an address counts for: one computer may have all the addresses of an IPv6 /64 network."""
     try:
@@ -58,6 +69,17 @@ def network_of(address: str) -> str:
     if found.version == 4:
         return str(found)
     return str(found.ipv4_mapped or ipaddress.ip_network((int(found) >> 64 << 64, 64)))
+
+
+def way_out() -> str | None:
+    """Return the address from which this computer sends to others; nothing is sent to find it out."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            # A documentation address (RFC 5737): connecting a datagram socket only chooses a route.
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return None
+        return str(probe.getsockname()[0])
 
 
 def is_loopback(listener: socket.socket) -> bool:

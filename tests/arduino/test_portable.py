@@ -21,6 +21,7 @@ from motorcade.firmware.arduino_library import library_folder
 from motorcade.words.check import check_request
 from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import frame_durations_us, to_frame
+from motorcade.words.request import car_request
 from motorcade.words.upload import READBACK_REQUEST
 from support.emulated_uploads import image_of
 from support.strategies import CLASSROOM
@@ -99,6 +100,7 @@ class PythonBoard(Board):
 
     levels = levels_of(CLASSROOM)
     most_words = MOST_WORDS
+    kind = "arduino"
 
     def __init__(self, is_leader: bool, number: int):
         self.is_leader, self.number = is_leader, number
@@ -140,6 +142,8 @@ PIECES = st.one_of(
     st.sampled_from([2, 30]).map(lambda words: image_of(words)[:-3]),
     st.builds(lambda words, number: check_request(0, number) + image_of(words), st.just(3), st.integers(0, 255)),
     st.builds(lambda seed: _checked(image_of(20, seed)), st.integers(0, 3)),
+    st.builds(car_request, st.sampled_from("abnsgx"), st.integers(0, 255), st.sampled_from(["", "ada"])),
+    st.just(car_request("b", 7)[:30]),
     st.just(bytes(4)),
     st.just(words_to_bytes((0x03000000, 0x64800000, 0x40000001, 0x6B000000))),
 )

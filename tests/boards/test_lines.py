@@ -227,6 +227,8 @@ def test_a_mute_client_gives_way_to_one_that_uploads():
             line.wait(0.001)
             return line.read() == data
 
+        mute.sendall(NEW[:4])
+        wait_until(lambda: reads(NEW[:4]))
         other.sendall(NEW)
         other.setblocking(False)
         answers = []

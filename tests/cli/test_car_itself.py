@@ -155,7 +155,7 @@ def test_a_car_takes_uploads_at_a_serial_port(tmp_path):
         (2, ("--board", "simulated", "--port", "P", "--tcp", "127.0.0.1:0"), "exclude each other"),
         (2, ("--board", "simulated", "--pty", "--tcp", "127.0.0.1:0"), "--tcp and --pty exclude each other"),
         *((2, ("--board", "simulated", "--tcp", address), ADDRESS_SENTENCES[address]) for address in ADDRESS_SENTENCES),
-        (2, ("--board", "simulated", "--tcp", "0.0.0.0:0"), "uploads know no keys"),
+        (2, ("--board", "simulated", "--tcp", "0.0.0.0:0"), "can reach this car's uploads"),
         (2, ("--board", "simulated", "--voice", "/dev/ttyS9"), "--voice-map is missing"),
         (3, ("--board", "simulated", "--port", "/dev/there-is-none"), "There is no port /dev/there-is-none"),
         (3, ("--board", "simulated", "--voice", "/dev/there-is-none", "--voice-map", VOICES), "There is no port"),

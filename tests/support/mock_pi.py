@@ -2,6 +2,7 @@
 
 import threading
 
+from motorcade.boards import lines
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.check.checked_board import BoardObserver
@@ -53,7 +54,7 @@ class Clock:
         self.advance(duration_ms / 1000)
 
 
-class Line:
+class Line(lines.Line):
     """A line for uploads: bytes to the car, and its answers."""
 
     def __init__(self) -> None:

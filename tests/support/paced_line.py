@@ -3,10 +3,11 @@
 import threading
 from collections import deque
 
+from motorcade.boards.lines import Line
 from support.waiting import DEADLINE_S
 
 
-class PacedLine:
+class PacedLine(Line):
     """Takes uploads, and holds the car's thread before each tick until the test allows the tick."""
 
     def __init__(self) -> None:

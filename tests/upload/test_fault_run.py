@@ -9,7 +9,7 @@ import pytest
 from hypothesis import settings
 
 from motorcade.boards.computer import ImageStore, simulated_car
-from motorcade.boards.lines import PseudoTerminal, TcpPort
+from motorcade.boards.lines import Line, PseudoTerminal, TcpPort
 from motorcade.errors import MotorcadeError
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
@@ -76,12 +76,16 @@ def test_after_any_fault_the_car_holds_the_old_image_or_the_new_one_and_the_uplo
     assert min(ended[NEW, True], ended[OLD, False], ended[EITHER, True], ended[EITHER, False]) > 0
 
 
-class FaultyLine:
+class FaultyLine(Line):
     """A car's real line, and faults in both directions on top."""
 
     def __init__(self, line, random, there, back):
         self._line, self._random, self._ways = line, random, (there, back)
         self.wait, self.close = line.wait, line.close
+
+    @property
+    def sender(self):
+        return self._line.sender
 
     def read(self):
         return self._damaged(self._line.read(), self._ways[0])

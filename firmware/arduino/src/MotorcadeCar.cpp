@@ -8,6 +8,10 @@ namespace {
 
 // How many words of an image are checked at a time, so that no tick takes long.
 const uint8_t WORK_WORDS = 8;
+// A car that blinks lights one LED after the other, so it needs only one of them: so long each, and none after the last.
+const uint16_t BLINK_MS = 5000;
+const uint8_t LED_MS = 100;
+const uint8_t NO_LED = 4;
 // How many bytes of the stored image are sent at a time.
 const uint8_t READBACK_BYTES = 16;
 
@@ -29,12 +33,13 @@ void Car::begin() {
 
 void Car::tick() {
   now_ms_ = board_.now_ms();
+  if (blinks_) blink();
   // To begin a long program takes a while, so the step that follows is left to the next tick.
-  if (!serve_serial()) motorcade_step_step(&brain_, now_ms_);
+  if (!serve_serial() && !is_stopped_) motorcade_step_step(&brain_, now_ms_);
 }
 
 void Car::begin_program() {
-  if (brain_.leads) motorcade_step_begin_program(&brain_, now_ms_);
+  if (brain_.leads && !is_stopped_) motorcade_step_begin_program(&brain_, now_ms_);
 }
 
 bool Car::serve_serial() {
@@ -102,9 +107,63 @@ void Car::take_event(uint8_t event) {
     put_text(PSTR(" sum="));
     put_hex(sum);
     end_line();
+  } else if (event == MOTORCADE_RECEIVER_REQUEST) {
+    take_request(buffer_ + receiver_[MOTORCADE_RECEIVER_START]);
   } else {
     put_refusal(event);
   }
+}
+
+// Do what a request asks for, and answer it, as motorcade/words/request.py describes; this car keeps no name.
+void Car::take_request(const uint8_t *request) {
+  const char kind = request[4];
+  if (kind == 'n') {
+    put_text(PSTR("ERR name-not-kept"));
+    end_line();
+    return;
+  }
+  if (kind == 'b') {
+    blinks_ = true;
+    blinks_since_ms_ = now_ms_;
+  } else if (kind == 's' && !is_stopped_) {
+    is_stopped_ = true;
+    wheels_ = 0;
+    led_ = NO_LED;
+    board_.set_wheels(0, 0);
+    board_.set_led(NO_LED);
+  } else if (kind == 'g' && is_stopped_) {
+    is_stopped_ = false;
+    begin_program();
+  } else if (kind != 'a' && kind != 's' && kind != 'g') {
+    put_text(PSTR("ERR request-unknown kind="));
+    put(kind);
+    end_line();
+    return;
+  }
+  put_text(PSTR("OK car="));
+  for (uint8_t i = 4; i < 7; i++) put(request[i]);
+  put_text(PSTR(" holds="));
+  put_hex(image_.store->crc());
+  put_text(PSTR(" words="));
+  put_number(image_.store->words());
+  put_text(PSTR(" number="));
+  put_hex(board_.number());
+  put_text(brain_.leads ? PSTR(" role=leader") : PSTR(" role=follower"));
+  put_text(is_stopped_ ? PSTR(" state=stopped") : PSTR(" state=runs"));
+  put_text(PSTR(" board=arduino"));
+  const uint32_t sum = motorcade_blocks_crc32_of(line_, 0, line_count_, 0);
+  put_text(PSTR(" sum="));
+  put_hex(sum);
+  end_line();
+}
+
+// Light one LED after the other; at the end the one that the program lights.
+void Car::blink() {
+  const uint32_t blinked_ms = (now_ms_ - blinks_since_ms_) & TICKS_MASK;
+  blinks_ = blinked_ms < BLINK_MS;
+  const uint8_t led = blinks_ ? blinked_ms / LED_MS % (NO_LED + 1) : led_;
+  if (led != blinking_led_ || !blinks_) board_.set_led(led);
+  blinking_led_ = led;
 }
 
 // Go on writing the image, and answer once it is stored whole; return whether it is. Until then the car goes on with the
@@ -212,7 +271,7 @@ void Car::set_outputs(uint32_t wheels) {
   const uint8_t led = motorcade_brain_lit_led(memory_, now_ms_, brain_.levels);
   if (led != led_) {
     led_ = led;
-    board_.set_led(led);
+    if (!blinks_) board_.set_led(led);
   }
 }
 

@@ -53,6 +53,8 @@ class Car {
   bool send_pending();
   bool copy_bytes();
   void take_event(uint8_t event);
+  void take_request(const uint8_t *request);
+  void blink();
   bool go_on_saving();
   void begin_program();
 
@@ -73,11 +75,15 @@ class Car {
   Board &board_;
   uint32_t now_ms_ = 0;
   motorcade_senses senses_;
-  uint8_t line_[56];
+  uint8_t line_[108];
   uint8_t line_count_ = 0;
   uint8_t line_sent_ = 0;
   uint16_t readback_left_ = 0;
   bool is_saving_ = false;
+  bool is_stopped_ = false;
+  bool blinks_ = false;
+  uint8_t blinking_led_ = 4;
+  uint32_t blinks_since_ms_ = 0;
   uint8_t wheels_ = 0;
   uint8_t led_ = 4;
 };

@@ -144,6 +144,7 @@ uint32_t motorcade_infrared_word_of(uint32_t frame)
 #define MOTORCADE_RECEIVER_UNUSED_IN_THIRD 7
 #define MOTORCADE_RECEIVER_UNUSED_IN_FOURTH 255
 #define MOTORCADE_RECEIVER_CHECK_MARK 254
+#define MOTORCADE_RECEIVER_REQUEST_MARK 253
 
 /* Clear the memory; `most_words` (LEAST_WORDS to MOST_WORDS) is the size of the largest image. */
 void motorcade_receiver_switch_on(uint32_t *r, uint16_t most_words)
@@ -202,11 +203,12 @@ static void motorcade_receiver_drop(uint32_t *r, uint16_t count)
     }
 }
 
-/* Remove the image that the shell has taken from the buffer. */
+/* Remove the image or the request that the shell has taken from the buffer. */
 static void motorcade_receiver_drop_image(uint32_t *r)
 {
+    uint32_t is_image = (uint8_t)r[MOTORCADE_RECEIVER_TAKEN] == 1 ? 1 : 0;
     r[MOTORCADE_RECEIVER_TAKEN] = 0;
-    if ((uint8_t)r[MOTORCADE_RECEIVER_IS_ANNOUNCED]) {
+    if (is_image && (uint8_t)r[MOTORCADE_RECEIVER_IS_ANNOUNCED]) {
         /* What follows an announced image was not announced. */
         r[MOTORCADE_RECEIVER_IS_ANNOUNCED] = 0;
         motorcade_receiver_skip(r);
@@ -232,6 +234,10 @@ static uint8_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
     }
     if (header == MOTORCADE_CHECK_CHECK_HEADER) {
         r[MOTORCADE_RECEIVER_LENGTH] = MOTORCADE_CHECK_CHECK_BYTES;
+        return MOTORCADE_RECEIVER_NOTHING;
+    }
+    if (header == MOTORCADE_REQUEST_REQUEST_HEADER) {
+        r[MOTORCADE_RECEIVER_LENGTH] = MOTORCADE_REQUEST_REQUEST_BYTES;
         return MOTORCADE_RECEIVER_NOTHING;
     }
     uint8_t leader_states = buffer[start];
@@ -282,6 +288,21 @@ static uint8_t motorcade_receiver_take_check(uint32_t *r, uint8_t *buffer)
     r[MOTORCADE_RECEIVER_IS_ANNOUNCED] = 1;
     motorcade_receiver_drop(r, MOTORCADE_CHECK_CHECK_BYTES);
     return MOTORCADE_RECEIVER_CHECK;
+}
+
+/* Take the whole request at START. Return REQUEST, or CHANGED_REQUEST. */
+static uint8_t motorcade_receiver_take_request(uint32_t *r, uint8_t *buffer)
+{
+    uint32_t checksum = 0;
+    for (uint32_t i = 0; i < 8; i++) {
+        checksum = ((checksum << 4) | (buffer[(uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + MOTORCADE_REQUEST_SUM_AT + i] & 15)) & 0xFFFFFFFFU;
+    }
+    if (checksum != motorcade_blocks_crc32_of(buffer, (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + MOTORCADE_REQUEST_KIND_AT, (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + MOTORCADE_REQUEST_SUM_AT, 0)) {
+        motorcade_receiver_skip(r);
+        return MOTORCADE_RECEIVER_CHANGED_REQUEST;
+    }
+    r[MOTORCADE_RECEIVER_TAKEN] = 2;
+    return MOTORCADE_RECEIVER_REQUEST;
 }
 
 /* Check the control words up to index `end`, at most `work_words`. Return 1 where some are left, else 0. */
@@ -341,6 +362,12 @@ static uint8_t motorcade_receiver_advance(uint32_t *r, uint8_t *buffer, uint16_t
         }
         return motorcade_receiver_take_check(r, buffer);
     }
+    if (buffer[(uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + 3] == MOTORCADE_RECEIVER_REQUEST_MARK) {
+        if (here < MOTORCADE_REQUEST_REQUEST_BYTES) {
+            return MOTORCADE_RECEIVER_NOTHING;
+        }
+        return motorcade_receiver_take_request(r, buffer);
+    }
     if ((uint16_t)r[MOTORCADE_RECEIVER_LENGTH] == 4 && (uint8_t)r[MOTORCADE_RECEIVER_IS_ANNOUNCED] == 0) {
         /* A break or a loose cable makes zeros. So four zeros are an image only between two silences. */
         if (here == 4) {
@@ -382,7 +409,7 @@ static uint8_t motorcade_receiver_end_by_silence(uint32_t *r)
     return MOTORCADE_RECEIVER_CUT_OFF;
 }
 
-/* Go on with the bytes in the buffer. Return an event, NOTHING to TOO_LARGE.
+/* Go on with the bytes in the buffer. Return an event, NOTHING to REQUEST.
  *
  * It checks at most `work_words` (1 or more) words. It also notices silence, after which the next byte begins an
  * image or a request.

@@ -151,18 +151,27 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_CHECK_MARKS 0x01010802U
 #define MOTORCADE_CHECK_PAYLOAD_AT 2
 
+/* request */
+
+#define MOTORCADE_REQUEST_REQUEST_HEADER 0xF0F0F0FDU
+#define MOTORCADE_REQUEST_REQUEST_BYTES 48
+/* Where the text of a request ends and its CRC-32 begins: eight bytes, each 64 plus a hexadecimal digit. */
+#define MOTORCADE_REQUEST_SUM_AT 40
+/* The text of a request: its kind, a number of two hexadecimal digits, a name. */
+#define MOTORCADE_REQUEST_KIND_AT 4
+
 /* receiver */
 
 #define MOTORCADE_RECEIVER_SILENCE_MS 500
 #define MOTORCADE_RECEIVER_READBACK_HEADER 255
-/* A header's bytes hold at most this many words; a car may hold fewer, but it needs room for a check request. */
+/* A header's bytes hold at most this many words; a car may hold fewer, but it needs room for a request. */
 #define MOTORCADE_RECEIVER_MOST_WORDS 511
-#define MOTORCADE_RECEIVER_LEAST_WORDS 6
+#define MOTORCADE_RECEIVER_LEAST_WORDS 12
 /* The memory, r. */
 #define MOTORCADE_RECEIVER_START 0 /* index of the first byte in the buffer that isn't processed */
 #define MOTORCADE_RECEIVER_END 1 /* index behind the last one */
 #define MOTORCADE_RECEIVER_MOST_BYTES 2 /* how many bytes the buffer holds */
-#define MOTORCADE_RECEIVER_LENGTH 3 /* bytes of the image or check request at START; 0 while its header is unknown */
+#define MOTORCADE_RECEIVER_LENGTH 3 /* bytes of the image or request at START; 0 while its header is unknown */
 #define MOTORCADE_RECEIVER_CHECKED 4 /* index behind the last byte of the image that was checked */
 #define MOTORCADE_RECEIVER_CRC 5 /* CRC-32 of the image up to there */
 #define MOTORCADE_RECEIVER_BAD_POSITION 6 /* position of the first control word that no image has; 0 for none */
@@ -171,7 +180,7 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_RECEIVER_IS_ANNOUNCED 9 /* 1 while only the announced image is taken */
 #define MOTORCADE_RECEIVER_ANNOUNCED 10 /* CRC-32 of the announced image */
 #define MOTORCADE_RECEIVER_NUMBER 11 /* number of the last check request */
-#define MOTORCADE_RECEIVER_TAKEN 12 /* 1 from the event IMAGE to the next call: the image is still in the buffer */
+#define MOTORCADE_RECEIVER_TAKEN 12 /* 1 from the event IMAGE, 2 from REQUEST to the next call: its bytes are still in the buffer */
 #define MOTORCADE_RECEIVER_COUNT 13 /* of the last refusal: a number of bytes or words, or a position */
 #define MOTORCADE_RECEIVER_WORD 14 /* of the last refusal: the word */
 #define MOTORCADE_RECEIVER_SIZE 15
@@ -184,11 +193,12 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 /* Refusals: answer ERR and keep the stored image. */
 #define MOTORCADE_RECEIVER_CUT_OFF 5 /* r[COUNT] bytes came, then silence */
 #define MOTORCADE_RECEIVER_NOT_EMPTY 6 /* the empty image has r[COUNT] bytes */
-#define MOTORCADE_RECEIVER_CHANGED_REQUEST 7 /* the check request was changed on the way */
+#define MOTORCADE_RECEIVER_CHANGED_REQUEST 7 /* a request was changed on the way */
 #define MOTORCADE_RECEIVER_OTHER_CHECKSUM 8 /* the checksum is r[CRC], not r[ANNOUNCED] */
 #define MOTORCADE_RECEIVER_BAD_HEADER 9 /* no image has the header r[WORD] */
 #define MOTORCADE_RECEIVER_BAD_WORD 10 /* no image has r[WORD] at position r[COUNT] */
 #define MOTORCADE_RECEIVER_TOO_LARGE 11 /* the image has r[COUNT] words, more than the car holds */
+#define MOTORCADE_RECEIVER_REQUEST 12 /* no refusal: answer the request at buffer[r[START]] (`motorcade.words.request`) */
 
 /* Clear the memory; `most_words` (LEAST_WORDS to MOST_WORDS) is the size of the largest image. */
 void motorcade_receiver_switch_on(uint32_t *r, uint16_t most_words);
@@ -199,7 +209,7 @@ uint16_t motorcade_receiver_room(uint32_t *r, uint8_t *buffer, uint32_t now);
 /* Take `count` bytes (1 or more) that were copied to `buffer` at `r[END]`. */
 void motorcade_receiver_add(uint32_t *r, uint16_t count, uint32_t now);
 
-/* Go on with the bytes in the buffer. Return an event, NOTHING to TOO_LARGE.
+/* Go on with the bytes in the buffer. Return an event, NOTHING to REQUEST.
  *
  * It checks at most `work_words` (1 or more) words. It also notices silence, after which the next byte begins an
  * image or a request.

@@ -7,12 +7,12 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from motorcade.boards.lines import Line
+from motorcade.boards.lines import Line, TcpPort
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE, VOICE_STOP
@@ -21,10 +21,13 @@ from motorcade.config.files import replace_file
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.request import is_car_name
 from motorcade.words.ticks import TICKS_MASK
 
 # Shorter than the shortest time for which a car listens before it relays a word.
 TICK_S = 0.004
+# Cars that share a thread.
+_SHARED_WAIT_S, _SHARED_TICK_S = 0.02, 0.1
 # Any byte is a sign of life for a watchdog; V disarms it. Source: the kernel's watchdog-api.
 _ALIVE = b"\0"
 _DISARM = b"V"
@@ -59,6 +62,25 @@ class ImageStore:
         """Replace the image. Raises OSError; the old image is kept then."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(self.path, data)
+
+
+class NameFile:
+    """A car's name in a file beside its image."""
+
+    def __init__(self, image: Path) -> None:
+        self._path = image.with_name(f"{image.name}.name")
+
+    def load(self) -> str:
+        """Return the name; empty where there is none, or none that a car may have."""
+        with suppress(OSError, UnicodeError):
+            name = self._path.read_bytes().decode()
+            return name if is_car_name(name) else ""
+        return ""
+
+    def save(self, name: str) -> None:
+        """Replace the name. Raises OSError."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(self._path, name.encode())
 
 
 class KeyboardVoice(VoiceSource):
@@ -99,6 +121,10 @@ class Equipment:
         voice: where 'stop' and 'go' come from.
         observe: called with what the car's loop reports.
         clock_s: a clock in seconds that never goes back.
+        version: of Motorcade.
+        name: what the car is called.
+        save_name: keeps a new name. Raises OSError.
+        battery_mv: returns the battery's voltage, None where nothing measures it. Raises OSError.
     """
 
     is_leader: bool
@@ -106,10 +132,14 @@ class Equipment:
     levels: tuple[int, ...]
     line: Line
     image: bytes | None
-    save: Callable[[bytes], None]
+    save: Callable[[bytes], None] = lambda data: None
     voice: VoiceSource = field(default_factory=VoiceSource)
     observe: Observer = lambda *event: None
     clock_s: Callable[[], float] = time.monotonic
+    version: str = ""
+    name: str = ""
+    save_name: Callable[[str], None] = lambda name: None
+    battery_mv: Callable[[], int | None] = lambda: None
 
     def now_ms(self) -> int:
         """Return the clock as a board gives it: milliseconds that wrap at 2^30."""
@@ -119,12 +149,20 @@ class Equipment:
 class ComputerBoard(Board):
     """The board of a car without wheels, lights and sensors."""
 
+    kind = "simulated"
+
     def __init__(self, equipment: Equipment) -> None:
         self.is_leader = equipment.is_leader
         self.number = equipment.number
         self.levels = equipment.levels
         self._equipment = equipment
         self._image = equipment.image
+        self.name = equipment.name
+        self.version = equipment.version
+
+    @property
+    def sender(self) -> int:  # type: ignore[override]
+        return self._equipment.line.sender
 
     def now_ms(self) -> int:
         return self._equipment.now_ms()
@@ -141,6 +179,16 @@ class ComputerBoard(Board):
 
     def write_serial(self, data: bytes) -> None:
         self._equipment.line.write(data)
+
+    def answer_requests(self, answer: Callable[[bytes], bytes]) -> None:
+        self._equipment.line.answer_requests(answer)
+
+    def store_name(self, name: str) -> None:
+        self._equipment.save_name(name)
+        self.name = name
+
+    def battery_mv(self) -> int | None:
+        return self._equipment.battery_mv()
 
     def heard_voice(self) -> int:
         return self._equipment.voice.heard_voice()
@@ -225,6 +273,23 @@ def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[],
             board.neutral()
         finally:
             board.close()
+
+
+def run_many(cars: Sequence[tuple[ComputerBoard, TcpPort]], stops: Callable[[], bool]) -> None:
+    """Run many simulated cars in this thread until ``stops()`` is true; their ports share the first one's selector.
+
+    A car is ticked when something came for it, and now and then, so a thousand of them keep one processor half idle.
+    """
+    running = [(Car(board), line) for board, line in cars]
+    ticked_s = time.monotonic()
+    while not stops():
+        running[0][1].wait(_SHARED_WAIT_S)
+        is_due = time.monotonic() - ticked_s >= _SHARED_TICK_S
+        if is_due:
+            ticked_s = time.monotonic()
+        for car, line in running:
+            if is_due or line.has_come:
+                car.tick()
 
 
 @contextmanager

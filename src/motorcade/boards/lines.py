@@ -6,21 +6,29 @@ pyserial reaches the TCP port as ``socket://HOST:PORT``. Uploads come by these l
 import contextlib
 import os
 import select
+import selectors
 import socket
 import sys
 import time
+from collections import deque
 from collections.abc import Callable
+from ssl import SSLWantReadError, SSLWantWriteError
 from typing import TYPE_CHECKING
 
 from motorcade.errors import MotorcadeError
 from motorcade.sockets import listen
+from motorcade.words.request import REQUEST_BEGINS, REQUEST_BYTES
 from motorcade.words.upload import error_line
 
 if TYPE_CHECKING:
+    import ssl
+
     import serial
 
 _CHUNK_BYTES = 4096
-_MAX_WAITING_CLIENTS = 16
+# How many clients wait for their turn to upload or send requests, and how many requests for their answers.
+_MAX_CLIENTS = 16
+_MAX_REQUESTS = 64
 _RETRY_S = 1.0
 # Longer than any pause of an uploader, which waits two seconds for an answer.
 _IDLE_S = 5.0
@@ -31,7 +39,13 @@ class LineError(MotorcadeError):
 
 
 class Line:
-    """The car's end of a line. This class has no other end; it serves a car that takes no uploads."""
+    """The car's end of a line. This class has no other end; it serves a car that takes no uploads.
+
+    Attributes:
+        sender: see `motorcade.car.board.Board`.
+    """
+
+    sender = 0
 
     def wait(self, seconds: float) -> None:
         """Wait until bytes may be there, or ``seconds`` have passed."""
@@ -43,6 +57,9 @@ class Line:
 
     def write(self, data: bytes) -> None:
         """Send ``data``; it is lost where nobody is connected."""
+
+    def answer_requests(self, answer: Callable[[bytes], bytes]) -> None:
+        """See `motorcade.car.board.Board`."""
 
     def close(self) -> None:
         """Close the line."""
@@ -149,112 +166,174 @@ class PseudoTerminal(Line):
 
 
 class TcpPort(Line):
-    """A TCP port for uploads by one client at a time; others get the answer that the car is busy.
-
-    A client that has sent nothing for 5 s gives way to one that sends.
+    """A TCP port. Everybody may send requests; of those who upload one is served, and others are told to wait.
 
     Args:
         host, port: where it listens; port 0 takes a free one.
         clock_s: a clock in seconds.
+        tls: for drivers with keys alone (`motorcade.drive.tls.keys.server_context`); None for none.
+        refuses: whether the keys of a connection were revoked.
+        selector: shared by the ports of several cars, for who calls the selected keys' data; None for one of its own.
 
     Attributes:
         address: ``socket://HOST:PORT``, as pyserial reaches it.
+        sender: counts uploaders.
     """
 
-    def __init__(self, host: str, port: int, clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        clock_s: Callable[[], float] = time.monotonic,
+        tls: "ssl.SSLContext | None" = None,
+        refuses: "Callable[[ssl.SSLSocket], bool]" = lambda connection: False,
+        selector: selectors.BaseSelector | None = None,
+    ) -> None:
         try:
             self._listener = listen(host, port)
         except (OSError, UnicodeError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise LineError("cannot-listen", host=host, port=port, reason=reason) from None
+        self._listener.setblocking(False)
         self._clock_s = clock_s
-        self._client: socket.socket | None = None
-        self._last_byte_s = clock_s()
-        self._waiting_clients: list[socket.socket] = []
+        self._tls = tls
+        self._refuses = refuses
+        self._selector = selector or selectors.DefaultSelector()
+        self._selector.register(self._listener, selectors.EVENT_READ, self._accept)
+        self._clients: list[_Client] = []
+        self._uploader: _Client | None = None
+        self._requests: deque[tuple[_Client, bytes]] = deque()
+        self.sender = 0
         bound_host, bound_port = self._listener.getsockname()[:2]
         self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
 
+    @property
+    def has_come(self) -> bool:
+        """Whether requests or bytes of an upload wait for the car."""
+        return bool(self._requests) or (self._uploader is not None and bool(self._uploader.upload))
+
     def wait(self, seconds: float) -> None:
-        sockets = [self._listener, *self._waiting_clients]
-        if self._client is not None:
-            sockets.append(self._client)
-        ready, _, _ = select.select(sockets, [], [], seconds)
-        for client in [each for each in self._waiting_clients if each in ready]:
-            self._serve_waiting(client)
-        if self._listener in ready:
-            with contextlib.suppress(OSError):
-                self._accept()
+        for key, _ in self._selector.select(seconds):
+            key.data()
 
     def read(self) -> bytes:
-        if self._client is None:
+        client = self._uploader
+        if client is None:
             return b""
-        data = _receive(self._client)
-        if data is None:
-            return b""
-        if not data:
-            self._hang_up()
-        self._last_byte_s = self._clock_s()
+        self._serve(client)
+        data, client.upload = client.upload, b""
+        if client not in self._clients:
+            self._uploader = next((each for each in self._clients if each.upload), None)
+            self.sender += 1
         return data
 
     def write(self, data: bytes) -> None:
-        if self._client is None:
-            return
-        try:
-            self._client.sendall(data)
-        except OSError:
-            self._hang_up()
+        if self._uploader is not None:
+            self._send(self._uploader, data)
+
+    def answer_requests(self, answer: Callable[[bytes], bytes]) -> None:
+        while self._requests:
+            client, request = self._requests.popleft()
+            self._send(client, answer(request))
 
     def close(self) -> None:
-        self._hang_up()
-        for client in self._waiting_clients:
-            client.close()
+        for client in list(self._clients):
+            self._drop(client)
+        self._selector.unregister(self._listener)
         self._listener.close()
 
     def _accept(self) -> None:
-        client, _ = self._listener.accept()
-        client.setblocking(False)
-        if self._client is not None and _receive(self._client, socket.MSG_PEEK) == b"":
-            self._hang_up()
-        if self._client is None:
-            self._begin(client)
+        with contextlib.suppress(OSError):
+            connection, _ = self._listener.accept()
+            connection.setblocking(False)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            if self._tls:
+                connection = self._tls.wrap_socket(connection, server_side=True, do_handshake_on_connect=False)
+            client = _Client(connection, self._clock_s())
+            self._clients.append(client)
+            self._selector.register(connection, selectors.EVENT_READ, lambda: self._serve(client))
+            others = [each for each in self._clients if each is not self._uploader]
+            if len(others) > _MAX_CLIENTS:
+                self._drop(min(others, key=lambda each: each.last_byte_s))
+
+    def _serve(self, client: "_Client") -> None:
+        """Take what came from a client: requests, and bytes of an upload if no other uploads."""
+        while len(client.upload) < _CHUNK_BYTES and (data := _receive(client.connection)) is not None:
+            if not data or (self._tls and self._refuses(client.connection)):  # type: ignore[arg-type]
+                self._drop(client)
+                return
+            client.last_byte_s = self._clock_s()
+            self._requests.extend((client, request) for request in client.split(data))
+            if len(self._requests) > _MAX_REQUESTS:
+                self._drop(client)
+                return
+        if client is self._uploader or not client.upload:
             return
-        self._waiting_clients.append(client)
-        if len(self._waiting_clients) > _MAX_WAITING_CLIENTS:
-            self._waiting_clients.pop(0).close()
+        other = self._uploader
+        if other is not None and other not in self._clients:
+            # What the other sent before it left is read first; then it is this client's turn.
+            return
+        if other is None or self._clock_s() - other.last_byte_s >= _IDLE_S:
+            if other is not None:
+                self._drop(other)
+            self._uploader = client
+            self.sender += 1
+        else:
+            client.upload = b""
+            self._send(client, error_line("busy with another uploader"))
 
-    def _begin(self, client: socket.socket) -> None:
-        self._client = client
-        self._last_byte_s = self._clock_s()
+    def _send(self, client: "_Client", data: bytes) -> None:
+        if client not in self._clients:
+            return
+        try:
+            client.connection.sendall(data)
+        except OSError:
+            # It is gone, or it reads no answers.
+            self._drop(client)
 
-    def _serve_waiting(self, client: socket.socket) -> None:
-        """Serve a client that sent something, or answer that the car is busy.
+    def _drop(self, client: "_Client") -> None:
+        if client not in self._clients:
+            return
+        self._clients.remove(client)
+        self._selector.unregister(client.connection)
+        client.connection.close()
+        if client is self._uploader:
+            # What it sent is read nevertheless, such as a program from somebody who waits for no answer.
+            self._uploader = client if client.upload else None
 
-        It leaves by itself: closing first could lose the answer.
+
+class _Client:
+    """A client of a TcpPort: its connection, the bytes of its upload that weren't read yet, when it sent the last."""
+
+    def __init__(self, connection: socket.socket, now_s: float) -> None:
+        self.connection = connection
+        self.last_byte_s = now_s
+        self.upload = b""
+        # The beginning of a request whose rest hasn't come.
+        self._rest = b""
+
+    def split(self, data: bytes) -> list[bytes]:
+        """Add the bytes of an upload in ``data`` to ``upload``; return the requests that are whole.
+
+        No upload holds the header of a request, so that stands at the beginning of one wherever it is.
         """
-        is_free = self._client is None or self._clock_s() - self._last_byte_s >= _IDLE_S
-        if is_free and _receive(client, socket.MSG_PEEK):
-            self._waiting_clients.remove(client)
-            self._hang_up()
-            self._begin(client)
-            return
-        if _receive(client):
-            with contextlib.suppress(OSError):
-                client.sendall(error_line("busy with another uploader"))
-            return
-        self._waiting_clients.remove(client)
-        client.close()
-
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self._client.close()
-            self._client = None
+        data, requests = self._rest + data, []
+        while (at := data.find(REQUEST_BEGINS)) >= 0 and len(data) - at >= REQUEST_BYTES:
+            requests.append(data[at : at + REQUEST_BYTES])
+            data = data[:at] + data[at + REQUEST_BYTES :]
+        if at < 0:
+            # No upload ends like the header of a request begins.
+            at = max(len(data.rstrip(REQUEST_BEGINS[:1])), len(data) + 1 - len(REQUEST_BEGINS))
+        self.upload += data[:at]
+        self._rest = data[at:]
+        return requests
 
 
-def _receive(client: socket.socket, flags: int = 0) -> bytes | None:
+def _receive(client: socket.socket) -> bytes | None:
     """Return what came from ``client``: None for nothing yet, ``b""`` where it has left."""
     try:
-        return client.recv(_CHUNK_BYTES, flags)
-    except BlockingIOError:
+        return client.recv(_CHUNK_BYTES)
+    except (BlockingIOError, SSLWantReadError, SSLWantWriteError):
         return None
     except OSError:
         return b""

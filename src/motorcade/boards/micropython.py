@@ -30,7 +30,7 @@ class MicroPythonBoard(Board):
         settings: the contents of car.json (`motorcade.firmware.car_files.settings_of` lists its keys).
         machine, clock: MicroPython's modules machine and time.
         line: where uploads come from; has read, write and close.
-        store: stores the image; has load and save.
+        stores: of the image and of the car's name; each has load and save.
         make_sender: makes an infrared sender from a pin and the unit of a frame in µs.
         interrupt: further arguments of machine.Pin.irq for infrared and echoes.
         voice: where 'stop' and 'go' come from.
@@ -46,7 +46,7 @@ class MicroPythonBoard(Board):
         machine: "Any",
         clock: "Any",
         line: "Any",
-        store: "Any",
+        stores: "tuple[Any, Any]",
         make_sender: "Callable[[int, int], Any]",
         interrupt: "dict[str, bool]",
         voice: VoiceSource,
@@ -56,7 +56,10 @@ class MicroPythonBoard(Board):
         self.levels = tuple(settings["levels"])
         self._clock = clock
         self._line = line
-        self._store = store
+        self._store, self._names = stores
+        self.kind = settings.get("chip", "")
+        self.version = settings.get("version", "")
+        self.name = str(self._names.load() or b"", "utf-8")
         self._voice = voice
         pins = settings["pins"]
         self._wheels = _wheels(machine, pins, settings)
@@ -97,6 +100,13 @@ class MicroPythonBoard(Board):
 
     def write_serial(self, data: bytes) -> None:
         self._line.write(data)
+
+    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> None:
+        self._line.answer_requests(answer)
+
+    def store_name(self, name: str) -> None:
+        self._names.save(name.encode())
+        self.name = name
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         return self._receiver.received_frames() if self._receiver else ()

@@ -4,6 +4,11 @@ Portable. A board for new hardware derives from Board and overrides what the har
 overridden is a sensor that finds nothing, or an actuator that isn't there.
 """
 
+# For the type checker alone: MicroPython has no such module.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable
+
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
 from motorcade.car.senses import NOTHING, Senses
 from motorcade.words.receiver import MOST_WORDS
@@ -40,10 +45,15 @@ class Board:
         number: the car's own number, 0 to 2^32 - 1; seeds its random draws.
         is_leader: whether this car leads or follows.
         levels: what make_levels gave for the car's profile.
-        most_words: how many words the largest image has that the board can store, 6 to 511.
+        most_words: how many words the largest image has that the board can store, 12 to 511.
         words_a_tick: how many words of an upload one tick checks at most, 1 or more; on a slow chip a small number
             keeps ticks short.
         bytes_a_tick: how many bytes of answers one tick writes at most; few where writing waits for a slow line.
+        name: what the car is called; empty where nobody has named it.
+        kind: the kind of board in one word, such as esp32; empty where it has none.
+        version: of Motorcade on the board; empty where it is unknown.
+        sender: a number that changes with each new sender at the serial line, where the line knows: what the one
+            before left unfinished is dropped.
     """
 
     number = 0
@@ -52,6 +62,10 @@ class Board:
     most_words = MOST_WORDS
     words_a_tick = MOST_WORDS
     bytes_a_tick = 4 * MOST_WORDS
+    name = ""
+    kind = ""
+    version = ""
+    sender = 0
 
     def now_ms(self) -> int:
         """Return the clock's reading: milliseconds that wrap at 2^30."""
@@ -73,6 +87,20 @@ class Board:
 
     def write_serial(self, data: bytes) -> None:
         """Send ``data`` over the serial line."""
+
+    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> None:
+        """Answer requests that came beside the serial line, as those of others in a network do.
+
+        ``answer`` takes the bytes of a request and returns those of its answer.
+        """
+
+    def store_name(self, name: str) -> None:
+        """Keep ``name`` as the car's, also while the power is off. Raises OSError where the board can't."""
+        raise OSError("this board keeps no name")
+
+    def battery_mv(self) -> int | None:
+        """Return the battery's voltage in mV; None where nothing measures it. Raises OSError."""
+        return None
 
     def read_inputs(self, part: str) -> int:
         """Return the digital inputs of ``part``, a table of a pin file, as bits: the first one the lowest.

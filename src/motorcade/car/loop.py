@@ -9,6 +9,7 @@ if MYPY:
     from collections.abc import Sequence
 
 from array import array
+from binascii import crc32
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import Board
@@ -16,8 +17,31 @@ from motorcade.car.senses import Senses
 from motorcade.words.check import ready_line
 from motorcade.words.image import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
+from motorcade.words.request import (
+    ASK,
+    BLINK,
+    BLINK_MS,
+    GO,
+    KEEPS_NO_NAME,
+    NAME,
+    STOP,
+    answer_line,
+    is_car_name,
+    read_request,
+)
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
-from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
+from motorcade.words.upload import (
+    CANT_STORE,
+    CHANGED_REQUEST,
+    CHECK,
+    IMAGE,
+    NO_PROGRAM,
+    READBACK,
+    REQUEST,
+    CarEnd,
+    CarEvent,
+    error_line,
+)
 
 # On a slow chip: how many words of a new image one tick takes, and how often the brain runs while it watches for
 # obstacles or people. It allocates memory each time.
@@ -28,6 +52,8 @@ _WATCH_MS = 10
 _QUIET_MS = 100
 _STORE_WITHIN_MS = 500
 _ALL_BUT_PARITY = 0xFFFFFFFE
+# A car that blinks lights one LED after the other, so it needs only one of them: so long each, and none after the last.
+_LED_MS = 100
 _KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
 _LOSS_REASONS = {
     frames.BAD_PARITY: "parity",
@@ -66,6 +92,15 @@ class Car:
         self._free_since_ms = 0
         self._wheels = brain.STILL
         self._led = brain.NO_LED
+        # Whether the LED blinks, since when, and which one is lit then.
+        self._blinks = False
+        self._blinks_since_ms = 0
+        self._blinking_led = brain.NO_LED
+        # Whether a request stopped the car: its brain then rests until another lets it go.
+        self._is_stopped = False
+        self._sender = board.sender
+        # A method that is looked up is a new object each time.
+        self._answering = self._answer
         self._is_on = False
         self._is_sending = False
         self._now_ms = 0
@@ -80,6 +115,9 @@ class Car:
         self._now_ms = now = board.now_ms()
         if not self._is_on:
             self._switch_on(now)
+        if self._blinks:
+            self._blink(now)
+        board.answer_requests(self._answering)
         if self._has_worked:
             self._has_worked = False
         elif self._work(now):
@@ -91,6 +129,8 @@ class Car:
         if self._is_sending:
             # Ask also while there is nothing to send: boards compare times that wrap.
             self._is_sending = board.is_sending()
+        if self._is_stopped:
+            return
         if self._frames or self._voice != brain.NO_VOICE or reached(now, self._wake_ms):
             step.step(self, now)
             self._wake_ms = later_ms(now, self._rest_ms(now))
@@ -132,6 +172,10 @@ class Car:
         return takes_long
 
     def _serve_serial(self, now: int) -> bool:
+        if self._sender != self.board.sender:
+            self._sender = self.board.sender
+            self._serial = CarEnd(self.board.most_words, self.board.words_a_tick)
+            self._answers = b""
         if not self._is_slow:
             self._serial.receive_data(self.board.read_serial(), now)
             while self._take_event(now):
@@ -154,6 +198,8 @@ class Car:
             self._answers += self._stored
         elif event.kind == CHECK:
             self._answers += ready_line(event.answer, self._stored)
+        elif event.kind == REQUEST:
+            self._answers += self._answer(event.image)
         elif event.kind == IMAGE and self._is_slow:
             self._unstored = event
             self._came_ms = self._free_since_ms = now
@@ -162,6 +208,63 @@ class Car:
         else:
             self._answers += event.answer
         return True
+
+    def _answer(self, data: bytes) -> bytes:
+        """Do what the request in ``data`` asks for, and return the answer."""
+        request, now, board = read_request(data), self._now_ms, self.board
+        if request is None:
+            return error_line(f"{CHANGED_REQUEST} on the way")
+        if request.kind not in (ASK, BLINK, NAME, STOP, GO):
+            return error_line(f"request-unknown kind={request.kind}")
+        if request.kind == NAME:
+            try:
+                if not is_car_name(request.name):
+                    return error_line("name-refused")
+                board.store_name(request.name)
+            except OSError:
+                return error_line(KEEPS_NO_NAME)
+        elif request.kind == BLINK:
+            self._blinks, self._blinks_since_ms = True, now
+        elif request.kind == STOP and not self._is_stopped:
+            self._is_stopped = True
+            self._wheels = brain.STILL
+            self._led = brain.NO_LED
+            board.set_wheels(0, 0)
+            board.set_led(brain.NO_LED)
+        elif request.kind == GO and self._is_stopped:
+            self._is_stopped = False
+            self._wake_ms = now
+            if self._leads and self._words is None:
+                step.begin_program(self, now)
+        return answer_line(request, self._fields())
+
+    def _fields(self) -> "tuple[tuple[str, str], ...]":
+        """What a car tells about itself: the fields of its answers to requests."""
+        board = self.board
+        try:
+            battery_mv = board.battery_mv()
+        except OSError:
+            battery_mv = None
+        return (
+            ("holds", f"{crc32(self._stored):08x}"),
+            ("words", str(len(self._stored) // WORD_BYTES)),
+            ("number", f"{board.number:08x}"),
+            ("role", "leader" if self._leads else "follower"),
+            ("state", "stopped" if self._is_stopped else "runs"),
+            ("board", board.kind),
+            ("version", board.version),
+            ("battery", "" if battery_mv is None else str(battery_mv)),
+            ("name", board.name),
+        )
+
+    def _blink(self, now: int) -> None:
+        """Light one LED after the other; at the end the one that the program lights."""
+        blinked_ms = elapsed_ms(now, self._blinks_since_ms)
+        self._blinks = blinked_ms < BLINK_MS
+        led = blinked_ms // _LED_MS % (brain.NO_LED + 1) if self._blinks else self._led
+        if led != self._blinking_led or not self._blinks:
+            self._blinking_led = led
+            self.board.set_led(led)
 
     def _store_at_rest(self, event: CarEvent, now: int) -> bool:
         """Store a new image if this is the moment for it, with the wheels at rest; return whether it was."""
@@ -216,7 +319,8 @@ class Car:
     def _begin(self, words: "Sequence[int]", now: int) -> None:
         self.image = words
         self._wake_ms = now
-        step.begin_program(self, now)
+        if not self._is_stopped:
+            step.begin_program(self, now)
 
     # What motorcade.car.step uses.
 
@@ -261,7 +365,8 @@ class Car:
         led = brain.lit_led(self.memory, self._now_ms, self.levels)
         if led != self._led:
             self._led = led
-            self.board.set_led(led)
+            if not self._blinks:
+                self.board.set_led(led)
 
     def air_is_busy(self) -> bool:
         """Whether infrared of any car, this one included, is on the air here."""

@@ -19,6 +19,7 @@ from motorcade.drive.tls.keys import CAR
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
 from motorcade.server.running import url_of
+from motorcade.sockets import way_out
 
 if TYPE_CHECKING:
     from zeroconf.asyncio import AsyncZeroconf
@@ -162,17 +163,6 @@ def room_hosts(listener: socket.socket) -> tuple[list[str], str]:
     if listener.family == socket.AF_INET:
         found = [(name, address) for name, address in found if ":" not in address]
     return likely_first(found, way_out()) or [_OWN], _OWN
-
-
-def way_out() -> str | None:
-    """Return the address from which this computer sends to others; nothing is sent to find it out."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            # A documentation address (RFC 5737): connecting a datagram socket only chooses a route.
-            probe.connect(("192.0.2.1", 9))
-        except OSError:
-            return None
-        return str(probe.getsockname()[0])
 
 
 def join_url(address: str, code: str) -> str:

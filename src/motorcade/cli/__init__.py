@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, classroom, drive, missions, pages, runs, uploads, words
+from motorcade.cli import car, cars, classroom, drive, missions, pages, runs, uploads, words
 from motorcade.cli.language import current_language, language_in, request_language, translate_help
 from motorcade.cli.options import Json, print_json
 from motorcade.errors import MotorcadeError
@@ -35,6 +35,7 @@ for _part in (
 ):
     app.add_typer(_part)
 app.add_typer(car.app, name="car")
+app.add_typer(cars.app, name="cars")
 app.add_typer(drive.app, name="drive")
 
 

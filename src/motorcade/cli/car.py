@@ -4,14 +4,15 @@ import ipaddress
 import json
 import signal
 import sys
-from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from motorcade import __version__
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
@@ -25,11 +26,14 @@ from motorcade.cli.options import (
     print_result,
     profile_named,
     wants_json,
+    write_file,
 )
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
+    import ssl
+
     from motorcade.boards.computer import ComputerBoard, Equipment, Observer
     from motorcade.boards.lines import Line, SerialLine
     from motorcade.boards.voice import VoiceSource
@@ -65,7 +69,8 @@ class CarOptions(NamedTuple):
         serial: the port that uploads come by; ``tcp``, HOST:PORT, and ``pty``, a new pseudo-terminal, stand for it.
         store: the file that keeps the image, None for the user's own.
         voice, voice_map: KEYBOARD, or a module's port and what it sends; empty for none.
-        insecure_lan: whether ``tcp`` may be an address that other computers reach.
+        insecure_lan: whether ``tcp`` may be an address that other computers reach, without keys.
+        keys, revoked: the car's keys for ``tcp``, and the list of drivers' keys that it doesn't take.
     """
 
     role: Role = Role.LEADER
@@ -77,6 +82,8 @@ class CarOptions(NamedTuple):
     voice_map: Path | None = None
     pty: bool = False
     insecure_lan: bool = False
+    keys: Path | None = None
+    revoked: Path | None = None
 
 
 class CarParts(NamedTuple):
@@ -96,6 +103,11 @@ def _run(
     port: Annotated[str, typer.Option("--port", "-p")] = "",
     tcp: str = "",
     insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
+    keys: OptionalFile = None,
+    revoked: Path | None = None,
+    battery: OptionalFile = None,
+    count: Annotated[int | None, typer.Option(min=1, max=2000)] = None,
+    car_list: Annotated[Path | None, typer.Option("--list", dir_okay=False)] = None,
     use_pty: Annotated[bool, typer.Option("--pty")] = False,
     store: Path | None = None,
     voice: str = "",
@@ -113,10 +125,18 @@ def _run(
     given = [name for name, value in lines.items() if value]
     if len(given) > 1:
         raise MotorcadeError("options-exclude-each-other", first=given[0], second=given[1])
+    if keys and insecure_lan:
+        raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
     chosen = profile_named(profile)
-    options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty, insecure_lan)
+    options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty, insecure_lan, keys, revoked)
+    if count is not None:
+        if board != BoardName.SIMULATED or given not in ([], ["--tcp"]):
+            raise MotorcadeError("count-of-simulated-cars")
+        _run_many(options, count, car_list, chosen, as_json)
+        return
     with ExitStack() as resources:
-        parts = open_parts(resources, options, chosen, _observer(chosen, as_json))
+        parts = open_parts(resources, options, chosen, _observer(chosen, as_json), battery)
+        resources.enter_context(announcing(parts))
         stops = _stops(resources, watchdog)
         made = _board(parts.equipment, pins if board == BoardName.RASPBERRY_PI else None, chosen, gpio_chip)
         key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
@@ -146,7 +166,7 @@ def _wiring(
     as_json: Json = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
-    from motorcade.cli.options import print_table, write_file
+    from motorcade.cli.options import print_table
     from motorcade.config.pins import load_pins
 
     wiring = load_pins(pins)
@@ -218,9 +238,62 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
     return observe
 
 
-def open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", observe: "Observer") -> CarParts:
-    """Open a car's line, store and voice; ``resources`` closes them. Raises MotorcadeError."""
-    from motorcade.boards.computer import Equipment, ImageStore, StoreError
+def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "Profile", as_json: bool) -> None:
+    """Run simulated cars at as many ports; without --store they forget their images."""
+    import selectors
+
+    from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, NameFile, run_many
+    from motorcade.boards.lines import TcpPort
+    from motorcade.config.profile import levels_of
+    from motorcade.fleet.places import list_text, place_of
+    from motorcade.sockets import allow_files
+
+    host, first_port = host_and_port(options.tcp or "127.0.0.1:0")
+    allow_files(4 * count + 64)
+    selector, made = selectors.DefaultSelector(), []
+    with ExitStack() as resources:
+        for place in range(count):
+            number = options.number + place
+            line = TcpPort(host, first_port and first_port + place, selector=selector)
+            resources.callback(line.close)
+            _check_reach(line.address, options)
+            image: bytes | None = None
+            saved: dict[str, Any] = {"name": f"car-{number}"}
+            if options.store:
+                store = ImageStore(options.store / f"car-{number}.image")
+                names = NameFile(store.path)
+                image = store.load()
+                saved = {"name": names.load() or f"car-{number}", "save_name": names.save, "save": store.save}
+            is_leader = options.role == Role.LEADER
+            equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
+            made.append((ComputerBoard(equipment), line))
+        listed = [place_of(line.address, board.name) for board, line in made]
+        if car_list:
+            write_file(car_list, list_text(listed).encode())
+        data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0].address}
+        print_result(data, translated("cars-run", **data), as_json)
+        run_many(made, _stops(resources, None))
+
+
+@contextmanager
+def announcing(parts: CarParts) -> "Iterator[None]":
+    """Announce a car that others in the network can upload to, while the block runs."""
+    if not parts.address.startswith("socket://"):
+        yield
+        return
+    from motorcade.fleet.announcing import announced
+    from motorcade.fleet.places import CAR
+
+    language, listener = current_language(), host_and_port(parts.address.removeprefix("socket://"))
+    with announced(CAR, parts.equipment.name, listener, lambda found: print_note(found.sentence(language))):
+        yield
+
+
+def open_parts(
+    resources: ExitStack, options: CarOptions, profile: "Profile", observe: "Observer", battery: Path | None = None
+) -> CarParts:
+    """Open a car's line, store, voice and battery; ``resources`` closes them. Raises MotorcadeError."""
+    from motorcade.boards.computer import BatteryFile, Equipment, ImageStore, NameFile, StoreError
     from motorcade.config.profile import levels_of
 
     if options.voice not in ("", KEYBOARD) and options.voice_map is None:
@@ -233,8 +306,14 @@ def open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", ob
     except StoreError as problem:
         # A car that waits for an upload is of more use than one that doesn't start.
         print_note(translated("begins-without-program", problem=problem))
+    names = NameFile(store.path)
     is_leader, voice = options.role == Role.LEADER, _open_voice(resources, options.voice, options.voice_map)
-    equipment = Equipment(is_leader, options.number, levels_of(profile), line, image, store.save, voice, observe)
+    named: dict[str, Any] = {"version": __version__, "name": names.load(), "save_name": names.save}
+    if battery:
+        named["battery_mv"] = BatteryFile(battery).read_mv
+    equipment = Equipment(
+        is_leader, options.number, levels_of(profile), line, image, store.save, voice, observe, **named
+    )
     return CarParts(equipment, address, store.path)
 
 
@@ -245,13 +324,35 @@ def _open_line(resources: ExitStack, options: CarOptions, profile: "Profile") ->
         return _open_serial(resources, options.serial, profile.serial.baud), options.serial
     if not (options.tcp or options.pty):
         return Line(), ""
-    line = TcpPort(*host_and_port(options.tcp)) if options.tcp else PseudoTerminal()
+    line = TcpPort(*host_and_port(options.tcp), **_keys(options)) if options.tcp else PseudoTerminal()
     resources.callback(line.close)
-    if options.tcp and not options.insecure_lan:
-        host, _ = host_and_port(line.address.removeprefix("socket://"))
-        if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
-            raise MotorcadeError("uploads-in-reach", host=host)
+    if options.tcp:
+        _check_reach(line.address, options)
     return line, line.address
+
+
+def _check_reach(address: str, options: CarOptions) -> None:
+    """Refuse an address that others reach, unless there are keys or the user allows it. Raises MotorcadeError."""
+    host, _ = host_and_port(address.removeprefix("socket://"))
+    is_loopback = ipaddress.ip_address(host.partition("%")[0]).is_loopback
+    if not (is_loopback or options.keys or options.insecure_lan):
+        raise MotorcadeError("uploads-in-reach", host=host)
+
+
+def _keys(options: CarOptions) -> dict[str, Any]:
+    """The TLS of a TCP port, and what refuses revoked keys; nothing without keys. Raises MotorcadeError."""
+    if options.keys is None:
+        return {}
+    from motorcade.drive.tls.keys import peer_number, server_context
+    from motorcade.drive.tls.revoked import REVOKED, RevokedKeys
+
+    refused = RevokedKeys(options.revoked or options.keys.with_name(REVOKED), is_expected=options.revoked is not None)
+
+    def refuses(connection: "ssl.SSLSocket") -> bool:
+        refused.reload()
+        return peer_number(connection) in refused
+
+    return {"tls": server_context(options.keys), "refuses": refuses}
 
 
 def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":

@@ -13,7 +13,7 @@ import typer
 
 from motorcade.cli import pages
 from motorcade.cli.car import BoardName, CarOptions, Role
-from motorcade.cli.language import Language, translated
+from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
     CarNumber,
@@ -98,6 +98,8 @@ def _serve(
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
     from motorcade.drive.tls.keys import server_context
+    from motorcade.fleet.announcing import announced
+    from motorcade.fleet.places import DRIVE
 
     options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map, insecure_lan=insecure_lan)
     if keys and insecure_lan:
@@ -107,6 +109,7 @@ def _serve(
     if pins and (mat or program):
         raise MotorcadeError("options-of-simulated-cars")
     _check_options(options, pins is not None)
+    options = options._replace(keys=keys, revoked=revoked)
     from motorcade.boards.computer import BatteryFile
 
     chosen = profile_named(profile or DEFAULT_PROFILE)
@@ -135,7 +138,17 @@ def _serve(
         serving = ServeOptions(
             commands, telemetry, tls, refused, written, byte_order, as_json, serve_page, parts, notes
         )
-        asyncio.run(serve(car, chosen, serving))
+        name = parts.equipment.name if parts else ""
+        (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
+        language = current_language()
+        with announced(
+            DRIVE,
+            name,
+            (host, port),
+            lambda problem: notes.append(problem.sentence(language)),
+            telemetry=telemetry_port,
+        ):
+            asyncio.run(serve(car, chosen, serving))
     if not as_json:
         print_lines([translated("serve-ended")])
 

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motorcade import __version__
 from motorcade.cli.car import Role
+from motorcade.cli.cars import CarList, Search, Seconds, load
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
@@ -63,6 +65,11 @@ def _ports(as_json: Json = False) -> None:
 def _upload(
     source: Source,
     port: Port = "",
+    to: Annotated[list[str] | None, typer.Option("--to", metavar="all|NAME")] = None,
+    resume: Annotated[bool, typer.Option("--resume")] = False,
+    car_list: CarList = None,
+    keys: OptionalFile = None,
+    seconds: Seconds = 4.0,
     no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
     profile: ImageProfile = None,
@@ -73,6 +80,14 @@ def _upload(
     from motorcade.upload.serial_port import upload
 
     image, chosen = image_for(source, profile)
+    if to:
+        for name, value in (("--port", port), ("--no-verify", no_verify), ("--dry-run", dry_run)):
+            if value:
+                raise MotorcadeError("options-exclude-each-other", first="--to", second=name)
+        load(image, to, Search(car_list, keys, seconds), chosen.serial.baud, resume, as_json)
+        return
+    if resume or car_list or keys:
+        raise MotorcadeError("options-need-to")
     baud, port = chosen.serial.baud, port or _only_port()
     if dry_run:
         plan = {"words": len(image) // 4, "crc32": f"{crc32(image):08x}", "baud": baud}
@@ -120,7 +135,8 @@ def _install_firmware(
         from motorcade.firmware.car_files import settings_of
 
         voice = load_voice_map(voice_map) if voice_map else None
-        return settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
+        settings = settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
+        return settings | {"version": __version__}
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar

@@ -76,7 +76,7 @@ def readback(port: str, baud: int, retrying: Callable[[Retry], None] = lambda re
 
 def _run(transfer: Transfer, port: str, baud: int) -> Outcome:
     """Run ``transfer`` through ``port``. Returns its outcome."""
-    with _open(port, baud) as line:
+    with open_port(port, baud) as line:
         try:
             data = b""
             while True:
@@ -99,7 +99,8 @@ def _drain(line: serial.Serial) -> None:
         raise serial.SerialException(str(problem)) from None
 
 
-def _open(port: str, baud: int) -> serial.Serial:
+def open_port(port: str, baud: int) -> serial.Serial:
+    """Open a port for this process alone. Raises MotorcadeError."""
     if not port.strip():
         raise MotorcadeError("no-port-named")
     try:

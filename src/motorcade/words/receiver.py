@@ -23,20 +23,21 @@ It goes on with its other work after WORKING, and calls `next_event` again in th
 from motorcade.words.blocks import crc32_of, move_to_start
 from motorcade.words.check import CHECK_BYTES, CHECK_HEADER, CHECK_LASTS_MS, MARKS, PAYLOAD_AT
 from motorcade.words.formats import CONTROL, HEADER
+from motorcade.words.request import KIND_AT, REQUEST_BYTES, REQUEST_HEADER, SUM_AT
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.widths import uint8, uint8_at, uint16, uint16_at
 
 SILENCE_MS = 500
 READBACK_HEADER = 0x000000FF
-# A header's bytes hold at most this many words; a car may hold fewer, but it needs room for a check request.
+# A header's bytes hold at most this many words; a car may hold fewer, but it needs room for a request.
 MOST_WORDS = 511
-LEAST_WORDS = CHECK_BYTES // 4
+LEAST_WORDS = REQUEST_BYTES // 4
 
 # The memory, r.
 START: uint16_at = 0  # index of the first byte in the buffer that isn't processed
 END: uint16_at = 1  # index behind the last one
 MOST_BYTES: uint16_at = 2  # how many bytes the buffer holds
-LENGTH: uint16_at = 3  # bytes of the image or check request at START; 0 while its header is unknown
+LENGTH: uint16_at = 3  # bytes of the image or request at START; 0 while its header is unknown
 CHECKED: uint16_at = 4  # index behind the last byte of the image that was checked
 CRC = 5  # CRC-32 of the image up to there
 BAD_POSITION: uint16_at = 6  # position of the first control word that no image has; 0 for none
@@ -45,7 +46,7 @@ LAST_BYTE_MS = 8  # when the last byte came
 IS_ANNOUNCED: uint8_at = 9  # 1 while only the announced image is taken
 ANNOUNCED = 10  # CRC-32 of the announced image
 NUMBER: uint8_at = 11  # number of the last check request
-TAKEN: uint8_at = 12  # 1 from the event IMAGE to the next call: the image is still in the buffer
+TAKEN: uint8_at = 12  # 1 from the event IMAGE, 2 from REQUEST to the next call: its bytes are still in the buffer
 COUNT = 13  # of the last refusal: a number of bytes or words, or a position
 WORD = 14  # of the last refusal: the word
 SIZE = 15
@@ -59,17 +60,19 @@ CHECK = 4  # answer the check request r[ANNOUNCED], r[NUMBER]
 # Refusals: answer ERR and keep the stored image.
 CUT_OFF = 5  # r[COUNT] bytes came, then silence
 NOT_EMPTY = 6  # the empty image has r[COUNT] bytes
-CHANGED_REQUEST = 7  # the check request was changed on the way
+CHANGED_REQUEST = 7  # a request was changed on the way
 OTHER_CHECKSUM = 8  # the checksum is r[CRC], not r[ANNOUNCED]
 BAD_HEADER = 9  # no image has the header r[WORD]
 BAD_WORD = 10  # no image has r[WORD] at position r[COUNT]
 TOO_LARGE = 11  # the image has r[COUNT] words, more than the car holds
+REQUEST = 12  # no refusal: answer the request at buffer[r[START]] (`motorcade.words.request`)
 
 _MOST_RESERVED = HEADER.field("reserved").defined
 _UNUSED = CONTROL.reserved_mask | CONTROL.field("parity").word_mask
 _UNUSED_IN_THIRD = _UNUSED >> 8
 _UNUSED_IN_FOURTH = _UNUSED & 255
 _CHECK_MARK = CHECK_HEADER & 255
+_REQUEST_MARK = REQUEST_HEADER & 255
 
 
 def switch_on(r: list[int], most_words: uint16) -> None:
@@ -100,7 +103,7 @@ def add(r: list[int], count: uint16, now: int) -> None:
 
 
 def next_event(r: list[int], buffer: bytearray, work_words: uint16, now: int) -> uint8:
-    """Go on with the bytes in the buffer. Return an event, NOTHING to TOO_LARGE.
+    """Go on with the bytes in the buffer. Return an event, NOTHING to REQUEST.
 
     It checks at most ``work_words`` (1 or more) words. It also notices silence, after which the next byte begins an
     image or a request.
@@ -147,6 +150,10 @@ def _advance(r: list[int], buffer: bytearray, work_words: uint16) -> uint8:
         if here < CHECK_BYTES:
             return NOTHING
         return _take_check(r, buffer)
+    if buffer[r[START] + 3] == _REQUEST_MARK:
+        if here < REQUEST_BYTES:
+            return NOTHING
+        return _take_request(r, buffer)
     if r[LENGTH] == 4 and r[IS_ANNOUNCED] == 0:
         # A break or a loose cable makes zeros. So four zeros are an image only between two silences.
         if here == 4:
@@ -172,6 +179,9 @@ def _read_header(r: list[int], buffer: bytearray) -> uint8:
         return READBACK
     if header == CHECK_HEADER:
         r[LENGTH] = CHECK_BYTES
+        return NOTHING
+    if header == REQUEST_HEADER:
+        r[LENGTH] = REQUEST_BYTES
         return NOTHING
     leader_states = buffer[start]
     follower_words = buffer[start + 1]
@@ -217,6 +227,18 @@ def _take_check(r: list[int], buffer: bytearray) -> uint8:
     return CHECK
 
 
+def _take_request(r: list[int], buffer: bytearray) -> uint8:
+    """Take the whole request at START. Return REQUEST, or CHANGED_REQUEST."""
+    checksum = 0
+    for i in range(8):
+        checksum = (checksum << 4 | buffer[r[START] + SUM_AT + i] & 15) & 0xFFFFFFFF
+    if checksum != crc32_of(buffer, r[START] + KIND_AT, r[START] + SUM_AT, 0):
+        _skip(r)
+        return CHANGED_REQUEST
+    r[TAKEN] = 2
+    return REQUEST
+
+
 def _check_words(r: list[int], buffer: bytearray, work_words: uint16, end: uint16) -> uint8:
     """Check the control words up to index ``end``, at most ``work_words``. Return 1 where some are left, else 0."""
     begin = r[CHECKED]
@@ -251,9 +273,10 @@ def _end_image(r: list[int], buffer: bytearray) -> uint8:
 
 
 def _drop_image(r: list[int]) -> None:
-    """Remove the image that the shell has taken from the buffer."""
+    """Remove the image or the request that the shell has taken from the buffer."""
+    is_image = 1 if r[TAKEN] == 1 else 0
     r[TAKEN] = 0
-    if r[IS_ANNOUNCED]:
+    if is_image and r[IS_ANNOUNCED]:
         # What follows an announced image was not announced.
         r[IS_ANNOUNCED] = 0
         _skip(r)

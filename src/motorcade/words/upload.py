@@ -22,6 +22,7 @@ from motorcade.words.image import (
     parse_image_bytes,
     unpack,
 )
+from motorcade.words.request import REQUEST_BYTES
 from motorcade.words.ticks import elapsed_ms
 
 SILENCE_MS = receiver.SILENCE_MS
@@ -44,6 +45,7 @@ _LONGEST_LINE = 200
 IMAGE = "image"
 READBACK = "readback"
 CHECK = "check"
+REQUEST = "request"
 REFUSED = "refused"
 # The outcomes of the end of an uploader, besides REFUSED.
 VERIFIED = "verified"
@@ -56,8 +58,9 @@ CarEvent = namedtuple("CarEvent", ("kind", "image", "answer"))
 
 IMAGE: store ``image`` (bytes), then send ``answer``. READBACK: send the stored
 image's bytes. CHECK: send `motorcade.words.check.ready_line` of ``answer`` and the
-stored image. REFUSED: send ``answer`` and keep the stored image. Before the first
-image is stored, the stored image is NO_PROGRAM.
+stored image. REQUEST: answer the request (`motorcade.words.request`) in ``image``.
+REFUSED: send ``answer`` and keep the stored image. Before the first image is stored,
+the stored image is NO_PROGRAM.
 """
 
 Outcome = namedtuple("Outcome", ("kind", "detail"))
@@ -90,7 +93,7 @@ class CarEnd:
     """The end of a car: it finds images and requests in the bytes from a serial port.
 
     Args:
-        most_words: how many words the largest image has that the car can store, 6 to 511.
+        most_words: how many words the largest image has that the car can store, 12 to 511.
         work_words: how many words one call checks at most, 1 or more. What is left is done by the next calls.
     """
 
@@ -150,6 +153,9 @@ class CarEnd:
             return CarEvent(IMAGE, image, _ok_line(len(image) // WORD_BYTES, r[receiver.CRC]))
         if event == receiver.READBACK:
             return CarEvent(READBACK, b"", b"")
+        if event == receiver.REQUEST:
+            begin = r[receiver.START]
+            return CarEvent(REQUEST, bytes(memoryview(self._buffer)[begin : begin + REQUEST_BYTES]), b"")
         if event == receiver.CHECK:
             return CarEvent(CHECK, b"", check_words(r[receiver.ANNOUNCED], r[receiver.NUMBER]))
         return CarEvent(REFUSED, b"", error_line(self._reason(event)))

@@ -36,6 +36,8 @@ class RaspberryPi(ComputerBoard):
         wheels: those of another board, which closes ``factory``; None for the wheels of the pin file.
     """
 
+    kind = "raspberry-pi"
+
     def __init__(
         self,
         equipment: Equipment,

@@ -82,6 +82,9 @@ class UsbLine:
         """Send ``data``."""
         self._stdout.write(data)
 
+    def answer_requests(self, answer: "Any") -> None:
+        """All requests come by the line itself."""
+
     def close(self) -> None:
         """Make Ctrl-C interrupt programs again."""
         self._interrupts.kbd_intr(3)
@@ -128,6 +131,9 @@ class UartLine:
     def write(self, data: bytes) -> None:
         """Send ``data``."""
         self._uart.write(data)
+
+    def answer_requests(self, answer: "Any") -> None:
+        """All requests come by the line itself."""
 
     def close(self) -> None:
         """There is nothing to close."""

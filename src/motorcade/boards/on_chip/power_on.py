@@ -25,6 +25,7 @@ from motorcade.words.ticks import elapsed_ms
 SETTINGS_FORMAT = "motorcade-car/1"
 SETTINGS_FILE = "car.json"
 IMAGE_FILE = "car.image"
+NAME_FILE = "car.name"
 TICK_MS = 1
 # How often garbage is collected where it costs no frame, and how often anyway while the air is free.
 COLLECT_EVERY_MS = 2000
@@ -92,16 +93,17 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
         _speed_up(machine)
     if settings["number"] is None:
         settings["number"] = crc32(machine.unique_id()) & 0xFFFFFFFF
+    settings["chip"] = modules.platform
     # UARTs first: some claim a pin that isn't theirs, and the part at that pin then takes it back.
     line = _line(settings, modules)
     voice = _voice(settings, machine)
-    store = ImageFile(IMAGE_FILE, modules.files, modules.open_file)
+    image, name = [ImageFile(path, modules.files, modules.open_file) for path in (IMAGE_FILE, NAME_FILE)]
     sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
 
     def make_sender(pin: int, unit_us: int) -> "Any":
         return sender(machine, modules.chip, pin, unit_us)
 
-    return MicroPythonBoard(settings, machine, clock, line, store, make_sender, interrupt, voice)
+    return MicroPythonBoard(settings, machine, clock, line, (image, name), make_sender, interrupt, voice)
 
 
 class ChipWatchdog:

@@ -36,8 +36,8 @@ from motorcade.words.receiver import MOST_WORDS
 _ARE_LEVELS = [True] * (FORGET_MS + 1)
 # Times of a profile that may be 0.
 _MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
-# A header, a state and some words for followers.
-_LEAST_WORDS = 6
+# A request has to fit.
+_LEAST_WORDS = 12
 # Nobody sees what is shorter; no profile has what is longer; and a car that is so near has no room to turn.
 _SHORTEST_MS = 50
 _LONGEST_MS = (1 << 20) - 1

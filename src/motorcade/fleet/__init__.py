@@ -1,0 +1,1 @@
+"""Many cars: find them, tell them apart, load and stop them all."""

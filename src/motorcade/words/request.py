@@ -1,0 +1,96 @@
+"""Requests to a car: tell who you are, blink, take a name, stop, go. Both ends make and read them here.
+
+Portable. Source: seed 000, h3, which is reserved for extensions; docs/uploads.md describes the bytes. A request is 48
+bytes: a header with 253 in its reserved field, and 44 bytes of text. No byte is below 32, so a request that lost bytes,
+or came with some twice, never holds an image's header; and no image and no check request holds the header of a
+request. A car that knows no such request waits for the 481 words that the header announces, or refuses it; it keeps its
+program.
+
+The car answers one line of UTF-8, ``OK car=<kind><2 hex> <fields> sum=<CRC-32 of the line up to there>``, or
+``ERR <reason>``.
+"""
+
+from binascii import crc32
+from collections import namedtuple
+
+REQUEST_HEADER = 0xF0F0F0FD
+REQUEST_BEGINS = REQUEST_HEADER.to_bytes(4, "big")
+REQUEST_BYTES = 48
+# Where the text of a request ends and its CRC-32 begins: eight bytes, each 64 plus a hexadecimal digit.
+SUM_AT = 40
+# The text of a request: its kind, a number of two hexadecimal digits, a name.
+KIND_AT = 4
+_NAME_AT = 8
+NAME_BYTES = SUM_AT - _NAME_AT
+BLINK_MS = 5000
+
+ASK = "a"
+BLINK = "b"
+NAME = "n"
+STOP = "s"
+GO = "g"
+
+# The reason for which a car that keeps no name refuses one.
+KEEPS_NO_NAME = "name-not-kept"
+
+Request = namedtuple("Request", ("kind", "number", "name"))
+"""A request: one of the kinds above, a number of two hexadecimal digits (text) that the answer repeats, and a name."""
+
+
+def car_request(kind: str, number: int, name: str = "") -> bytes:
+    """Return a request; ``number`` is 0 to 255, ``name`` has at most NAME_BYTES bytes of UTF-8, none of them spaces."""
+    text = f"{kind}{number:02x} ".encode() + name.encode()
+    text = text + b" " * (SUM_AT - KIND_AT - len(text))
+    digits = [64 + (crc32(text) >> shift & 15) for shift in range(28, -4, -4)]
+    return REQUEST_BEGINS + text + bytes(digits)
+
+
+def read_request(data: bytes) -> Request | None:
+    """Return the request in REQUEST_BYTES bytes; None where they were changed on the way."""
+    checksum = 0
+    for digit in data[SUM_AT:REQUEST_BYTES]:
+        checksum = checksum << 4 | digit & 15
+    if data[:KIND_AT] != REQUEST_BEGINS or checksum != crc32(data[KIND_AT:SUM_AT]):
+        return None
+    try:
+        name = str(data[_NAME_AT:SUM_AT], "utf-8").strip(" ")
+    except ValueError:
+        return None
+    return Request(chr(data[KIND_AT]), str(data[KIND_AT + 1 : KIND_AT + 3], "ascii"), name)
+
+
+def is_car_name(name: str) -> bool:
+    """Whether a car may have this name: 1 to 32 bytes of UTF-8, letters, digits, '-' and '_'.
+
+    MicroPython can't tell which other characters are letters: there all above ASCII count.
+    """
+    for character in name:
+        if ord(character) < 128 and not (character.isalpha() or character.isdigit() or character in "-_"):
+            return False
+    return 0 < len(name.encode()) <= NAME_BYTES
+
+
+def answer_line(request: Request, fields: "tuple[tuple[str, str], ...]") -> bytes:
+    """Return a car's answer to ``request``; ``fields`` are names and values without spaces; empty ones are left out."""
+    line = f"OK car={request.kind}{request.number}"
+    for name, value in fields:
+        if value:
+            line = line + f" {name}={value}"
+    data = line.encode()
+    return data + f" sum={crc32(data):08x}\n".encode()
+
+
+def read_answer(line: bytes) -> "dict[str, str] | None":
+    """Return the fields of a car's answer, without its end of line; None where it is none or was changed on the way.
+
+    The field ``car`` is the kind and the number of the request. All are text that a stranger may have sent.
+    """
+    begin, separator, checksum = line.rstrip().rpartition(b" sum=")
+    at = begin.find(b"OK car=")
+    if not separator or at < 0 or checksum != f"{crc32(begin[at:]):08x}".encode():
+        return None
+    try:
+        parts = str(begin[at + 3 :], "utf-8").split(" ")
+    except ValueError:
+        return None
+    return {part.partition("=")[0]: part.partition("=")[2] for part in parts}

@@ -1,0 +1,315 @@
+"""Many cars at real ports of this computer: found, told apart, loaded, stopped; and what isn't a car."""
+
+import asyncio
+import socket
+import sys
+from binascii import crc32
+from contextlib import closing
+from datetime import UTC, datetime
+
+import pytest
+
+from motorcade.drive.tls.certificates import CarKeys, list_keys, make_keys
+from motorcade.drive.tls.keys import client_context, peer_number, server_context
+from motorcade.errors import MotorcadeError
+from motorcade.fleet.announcing import SERVICE, announced
+from motorcade.fleet.cars import Cars
+from motorcade.fleet.contact import ContactOptions
+from motorcade.fleet.finding import finding
+from motorcade.fleet.places import CAR, STUDIO, Place, place_of, read_list
+from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, server, simulated_cars
+from support.waiting import until
+
+PLAIN = ContactOptions()
+
+
+def places(cars):
+    return [place_of(car.address) for car in cars]
+
+
+def run(test):
+    asyncio.run(test)
+
+
+def test_each_car_says_who_it_is_and_what_it_holds():
+    async def test():
+        async with Cars(places(made)) as cars:
+            await cars.known(30)
+            return cars.statuses()
+
+    with simulated_cars(2, version="0.1.0", battery_mv=lambda: 7400) as made:
+        ada, bo = asyncio.run(test())
+    assert (ada.name, bo.name) == ("car-0", "car-1")
+    assert ada._replace(silent_s=None, where="") == (
+        *("car-0", "", "car", 0, "leader", "simulated", "0.1.0", "runs"),
+        *(3, FIRST_CRC32, 7400, False, None, None),
+    )
+    assert f"{crc32(FIRST):08x}" == FIRST_CRC32
+
+
+def test_a_car_blinks_without_leaving_its_program_and_keeps_a_new_name():
+    async def test():
+        async with Cars(places(made)) as cars:
+            await cars.known(30)
+            await until(lambda: made[0].states)
+            await cars.blink(["car-0"])
+            await until(lambda: {0, 1, 2, 3, 4} <= set(made[0].leds))
+            # It still runs its first state, or goes on to the second.
+            assert made[0].states == list(range(len(made[0].states)))
+            await cars.rename("car-0", "阿达")
+            assert cars.statuses()[1].name == "阿达"
+            for bad in ("", "a b", "a" * 33, "all", "a/b", "<b>"):
+                with pytest.raises(MotorcadeError, match="no name for a car"):
+                    await cars.rename("阿达", bad)
+
+    with simulated_cars(2) as made:
+        run(test())
+        assert (made[0].named, made[1].named) == ("阿达", "car-1")
+        assert made[1].leds == [4]
+
+
+def test_all_are_stopped_and_all_begin_anew():
+    async def test():
+        async with Cars(places(made)) as cars:
+            await cars.known(30)
+            await until(lambda: all(car.wheels != (0, 0) for car in made))
+            cars.stop()
+            assert await cars.confirmed(30) == []
+            assert [car.wheels for car in made] == [(0, 0)] * 3
+            # What is loaded meanwhile waits, too.
+            assert [each.error for each in await cars.load(SECOND, ["all"])] == [None] * 3
+            assert [car.wheels for car in made] == [(0, 0)] * 3
+            for car in made:
+                car.states.clear()
+            cars.go()
+            assert await cars.confirmed(30) == []
+            await until(lambda: all(car.states[:1] == [0] for car in made))
+
+    with simulated_cars(3) as made:
+        run(test())
+
+
+def test_a_car_that_is_away_is_known_to_be_and_is_stopped_first_when_it_is_back():
+    async def test():
+        async with Cars([place_of(address)]) as cars:
+            await cars.known(30)
+            assert cars.statuses()[0].problem.code == "no-car-at-address"
+            cars.stop()
+            assert await cars.confirmed(0.1) == [address]
+            with simulated_cars(1, port=port) as made:
+                assert await cars.confirmed(30) == []
+                assert made[0].wheels == (0, 0)
+                assert cars.statuses()[0].state == "stopped"
+            await until(lambda: cars.statuses()[0].away)
+            (verdict,) = await cars.load(SECOND, ["all"])
+            assert (verdict.holds, verdict.error.code) == ("away", "car-away")
+
+    with closing(socket.create_server(("127.0.0.1", 0))) as reserved:
+        port = reserved.getsockname()[1]
+    address = f"127.0.0.1:{port}"
+    run(test())
+
+
+def test_a_load_gives_each_car_a_verdict_and_takes_those_that_failed_again():
+    stored = {}
+
+    def full(data):
+        raise OSError("full")
+
+    async def test():
+        async with server(b"") as mute, Cars([*places(good), *places(bad), place_of(mute)]) as cars:
+            await until(lambda: len([each for each in cars.statuses() if not each.away]) == 3)
+            verdicts = {each.where: each for each in await cars.load(SECOND, ["all"])}
+            assert [verdicts[car.address].holds for car in good] == ["new", "new"]
+            assert (verdicts[bad[0].address].holds, verdicts[mute].holds) == ("old", "away")
+            assert "could not be stored" in str(verdicts[bad[0].address].error)
+            # Once more: those that hold it are left alone.
+            await until(lambda: [each.crc32 for each in cars.statuses()].count(SECOND_CRC32) == 2)
+            sent = []
+            await cars.load(SECOND, ["all"], lambda contact, count: sent.append(contact.place.address), SECOND_CRC32)
+            assert set(sent) <= {bad[0].address, mute}
+
+    with simulated_cars(2, save=lambda data: stored.setdefault(data, 0)) as good, simulated_cars(1, save=full) as bad:
+        run(test())
+        assert [car.image for car in [*good, *bad]] == [SECOND, SECOND, FIRST]
+
+
+def test_a_connection_that_breaks_in_an_upload_leaves_an_old_program_whole():
+    """At each byte of the check request and the image: then the next uploader gets its turn at once."""
+    from motorcade.words.check import check_request
+
+    stream = check_request(crc32(SECOND), 1) + SECOND
+
+    async def test():
+        for cut in range(0, len(stream), 5):
+            reader, writer = await asyncio.open_connection(*made[0].address.split(":"))
+            writer.write(stream[:cut])
+            if cut > 24:
+                await reader.readline()
+            writer.close()
+            await writer.wait_closed()
+            assert made[0].image == FIRST
+        async with Cars(places(made)) as cars:
+            await cars.known(30)
+            assert [each.holds for each in await cars.load(SECOND, ["car-0"])] == ["new"]
+
+    with simulated_cars(1) as made:
+        run(test())
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        (b"ERR image-header word=0xF0F0F0FD\n", "car-old-protocol"),
+        (b"\xff\x00<script>garbage\n" * 50, "no-car-at-port"),
+        (b"OK car=a00 name=x sum=00000000\n", "car-away"),
+        (bytes(5000), "no-car-at-port"),
+    ],
+)
+def test_what_answers_otherwise_is_no_car_or_an_old_one(answer, code):
+    async def test():
+        async with (
+            server(answer) as address,
+            Cars([Place(address, "ada", host="127.0.0.1", port=int(address[10:]))]) as cars,
+        ):
+            await cars.known(30)
+            contact = cars.named(["ada"])[0]
+            problem = contact.status().problem
+            assert problem is not None
+            assert problem.code == code
+            assert all(problem.sentence(language) for language in ("en", "zh"))
+
+    run(test())
+
+
+def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
+    async def test():
+        async with Cars(places(made)) as cars:
+            await cars.known(30)
+            with pytest.raises(MotorcadeError, match="Two cars are named ada") as refused:
+                await cars.blink(["ada"])
+            assert all(car.address in str(refused.value) for car in made)
+            await cars.blink([made[1].address])
+            with pytest.raises(MotorcadeError, match="There is no car bo"):
+                cars.named(["bo"])
+
+    with simulated_cars(2, name="ada") as made:
+        run(test())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_serial_device_that_is_no_car_is_left_alone_and_one_that_vanishes_is_away():
+    """Its other end says a line now and then, as a GPS receiver does: it never gets a byte."""
+    from motorcade.boards.lines import PseudoTerminal
+    from motorcade.fleet.contact import Contact
+
+    async def test():
+        line = PseudoTerminal()
+        contact = Contact(Place(line.address), PLAIN)
+        task = asyncio.create_task(contact.run())
+        while not task.done():
+            line.write(b"$GPGGA,,,,,,0,,,,,,,,*66\r\n")
+            await asyncio.sleep(0.05)
+        assert contact.status().problem.code == "no-car-at-port"
+        assert line.read() == b""
+        line.close()
+
+    run(test())
+
+
+def test_keys_are_required_and_revoked_ones_refused(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["eve", "bea"], datetime.now(UTC))
+    revoked = set()
+
+    async def reached(options):
+        async with Cars([place_of(f"localhost:{made[0].address[10:]}")], options) as cars:
+            await until(lambda: cars.named(["all"])[0].is_known.is_set())
+            await cars.known(30)
+            (status,) = cars.statuses()
+            if not status.away:
+                assert [each.error for each in await cars.load(SECOND, ["all"])] == [None]
+            return status.problem.code if status.problem else status.name
+
+    tls = server_context(tmp_path / "car-ada.pem")
+    with simulated_cars(1, tls=tls, refuses=lambda line: peer_number(line) in revoked) as made:
+        assert asyncio.run(reached(PLAIN)) == "car-away"
+        assert made[0].image == FIRST
+        bea = ContactOptions(tls=client_context(tmp_path / "driver-bea.pem"))
+        assert asyncio.run(reached(bea)) == "car-0"
+        assert made[0].image == SECOND
+        revoked |= {each.number for each in list_keys(tmp_path) if each.name == "bea"}
+        assert asyncio.run(reached(bea)) == "car-away"
+        eve = ContactOptions(tls=client_context(tmp_path / "driver-eve.pem"))
+        assert asyncio.run(reached(eve)) == "car-0"
+
+
+def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
+    """Real multicast DNS at the loopback interface."""
+    from zeroconf import ServiceInfo, Zeroconf
+
+    async def test():
+        async with Cars() as cars, finding(cars, interfaces=["127.0.0.1"]) as finder:
+            await until(lambda: [each for each in cars.statuses() if not each.away])
+            await until(lambda: finder.others)
+            network = Zeroconf(interfaces=["127.0.0.1"])
+            try:
+                for number in range(100):
+                    text = {"kind": CAR, "name": "<b>../../" + "x" * 90}
+                    name = f"car {number}.{SERVICE}"
+                    info = ServiceInfo(
+                        SERVICE, name, 1 + number, 0, 0, text, "h.local.", parsed_addresses=["192.168.255.1"]
+                    )
+                    network.registry.async_add(info)
+                    network.async_send(network.generate_service_broadcast(info, 60))
+                await until(lambda: len(cars.statuses()) >= 60)
+                await asyncio.sleep(0)
+                assert len(cars.statuses()) <= 65
+            finally:
+                network.close()
+            return cars.statuses(), [each.name for each in finder.others.values()]
+
+    with simulated_cars(1, name="ada") as made:
+        port = int(made[0].address.rpartition(":")[2])
+        listeners = [(CAR, "ada", ("127.0.0.1", port)), (STUDIO, "<i>", ("127.0.0.1", 9))]
+        problems = []
+        with (
+            announced(*listeners[0], problems.append, on_loopback=True),
+            announced(*listeners[1], problems.append, on_loopback=True),
+        ):
+            found, others = asyncio.run(test())
+    assert problems == []
+    assert [each.name for each in found if not each.away] == ["ada"]
+    assert others == ["<i>"]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("ada = 7001", "ada has to be text"),
+        ('ada = "192.168.1.20:7001"\nbo = "192.168.1.20:7001"', "twice"),
+        ('ada = "socket://:0"', "HOST:PORT"),
+        ('ada = "drive://x:99999"', "HOST:PORT"),
+        ('ada = ""', "port"),
+        ("ada", "TOML"),
+    ],
+)
+def test_a_list_with_a_mistake_is_refused_in_a_sentence(tmp_path, text, sentence):
+    (tmp_path / "cars.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(MotorcadeError, match=sentence):
+        read_list(tmp_path / "cars.toml")
+
+
+def test_a_list_has_ports_addresses_and_drive_servers(tmp_path):
+    text = (
+        '"阿达" = "/dev/ttyUSB0"\nbo = "car.local:7001"\nd = "drive://10.0.0.7"\n"e\\u202e" = "COM3"\nf = "[fe80::1]:9"'
+    )
+    (tmp_path / "cars.toml").write_text(text, encoding="utf-8")
+    found = read_list(tmp_path / "cars.toml")
+    assert [(each.name, each.address, each.kind) for each in found] == [
+        ("阿达", "/dev/ttyUSB0", "car"),
+        ("bo", "car.local:7001", "car"),
+        ("d", "drive://10.0.0.7:5005", "drive"),
+        ("e", "COM3", "car"),
+        ("f", "[fe80::1]:9", "car"),
+    ]
+    assert (found[2].telemetry_port, found[4].host) == (5006, "fe80::1")
