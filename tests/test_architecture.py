@@ -42,7 +42,7 @@ ARROWS = {
     "export": ("firmware",),
     "fleet": ("config", "drive", "sockets", "timing", "upload", "words"),
     "firmware": ("boards", "config", "upload"),
-    "lab": (),
+    "lab": ("config", "experiments", "missions", "program", "runs"),
     "locales": (),
     "mats": ("config",),
     "missions": ("car", "config", "engine", "mats", "program", "words"),

@@ -1,10 +1,11 @@
 """The commands missions and check."""
 
 import json
+import sys
 
 import pytest
 
-from motorcade.missions.document import missions
+from motorcade.missions.document import LITERATURE, missions
 from support.command_line import PARADE, run
 
 # A leader that must drive out of its box, and a program for it.
@@ -58,7 +59,7 @@ FAR = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
 
 def test_missions_lists_each_with_its_path_order_and_stars():
     listed = json.loads(run("missions", "--json").out)
-    assert [each["id"] for each in listed] == [each.id for each in missions()]
+    assert [each["id"] for each in listed] == [each.id for each in (*missions(), *missions(LITERATURE))]
     assert all({*each} == {"id", "name", "path", "order", "stars"} and each["stars"] == 3 for each in listed)
     assert json.loads(run("missions", "--language", "zh").out)[0]["name"] != listed[0]["name"]
 
@@ -153,3 +154,24 @@ def test_a_bad_file_ends_with_2_and_one_sentence(mission, tmp_path, monkeypatch,
 
 def test_a_project_with_a_diagnostic_is_a_bad_file(mission):
     assert json.loads(run("check", mission, PARADE).out)["stars"] == 0
+
+
+def test_search_saves_the_best_programs_and_a_picture_of_its_archive(mission, tmp_path):
+    folder = tmp_path / "found"
+    ran = run("search", mission, "--runs", 100, "--output", folder, "--jobs", 1, "--json")
+    found = json.loads(ran.out)
+    assert (ran.code, found["shortest"]) == (0, 1)
+    assert found["best"][0]["grade"] == 1
+    assert (folder / "archive.png").stat().st_size > 3000
+    checked = json.loads(run("check", mission, found["best"][0]["file"]).out)
+    assert (checked["stars"], checked["grade"]) == (2, 1)
+    again = run("search", mission, "--runs", 100, "--output", folder, "--seed", 1)
+    assert (again.code, "--seed" in again.err) == (2, True)
+
+
+def test_search_without_the_extra_says_what_to_install(mission, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "ribs.archives", None)
+    monkeypatch.delitem(sys.modules, "motorcade.lab.archive", raising=False)
+    ran = run("search", mission, "--output", tmp_path / "found")
+    assert (ran.code, "[lab]" in ran.err) == (2, True)
+    assert not (tmp_path / "found").exists()

@@ -91,7 +91,7 @@ def test_a_table_that_is_a_value_is_named() -> None:
 
 
 def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
-    assert built_in_profiles() == ["classroom"]
+    assert built_in_profiles() == ["classroom", "e-puck"]
     for name in ("porsche", "", "../classroom", "..\\classroom", "classroom.toml/"):
         with pytest.raises(MotorcadeError, match="classroom"):
             built_in_profile(name)

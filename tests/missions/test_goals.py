@@ -328,8 +328,14 @@ def test_the_grade_of_a_goal_about_words_counts_those_that_went_well(goal):
     assert 0 == grades[0] < grades[1] < grades[2] == 1
 
 
-def test_the_grade_of_a_mission_counts_stars_alike_and_nothing_without_the_first():
-    assert grade_of([(1, 1.0), (2, 1.0), (3, 1.0)]) == 1
-    assert grade_of([(1, 1.0), (2, 0.5)]) == 0.75
-    assert grade_of([(1, 0.0), (2, 1.0), (3, 1.0)]) == 0
-    assert grade_of([(1, 1.0), (1, 0.5), (2, 1.0)]) == 0.75
+@pytest.mark.parametrize(
+    ("stars", "grades", "expected"),
+    [
+        ((1, 2, 3), (1.0, 1.0, 1.0), 1),
+        ((1, 2), (1.0, 0.5), 0.75),
+        ((1, 2, 3), (0.0, 1.0, 1.0), 0),
+        ((1, 1, 2), (1.0, 0.5, 1.0), 0.75),
+    ],
+)
+def test_the_grade_of_a_run_counts_stars_alike_and_nothing_without_the_first(stars, grades, expected):
+    assert grade_of(mission(*({**ZONE, "star": star} for star in stars)), grades) == expected

@@ -4,7 +4,7 @@ import pytest
 
 from motorcade.locales import languages
 from motorcade.missions.check import check_program, simulate
-from motorcade.missions.document import missions
+from motorcade.missions.document import LITERATURE, missions
 from motorcade.missions.schema import PATHS
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
@@ -33,7 +33,15 @@ def test_a_mission_is_told_whole_in_every_language(name):
         assert len({wording.sentence(language) for language in languages()}) == len(languages())
 
 
-@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("mission", missions(LITERATURE), ids=lambda each: each.id)
+def test_a_program_written_by_hand_earns_a_star_of_a_mission_of_the_literature_and_no_third_one(mission):
+    result = check_program(mission, mission.solution)
+    assert 1 in result.stars
+    assert 3 not in result.stars
+    assert 0.5 < result.grade < 1
+
+
+@pytest.mark.parametrize("path", [path for path in PATHS if path != LITERATURE])
 def test_a_path_has_its_missions_in_order(path):
     orders = [each.document["order"] for each in MISSIONS.values() if each.document["path"] == path]
     assert orders == [*range(1, len(orders) + 1)]

@@ -1,18 +1,21 @@
-"""Commands about missions: missions, check."""
+"""Commands about missions: missions, check, search."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
+    CarNumber,
     Json,
     print_json,
+    print_lines,
     print_note,
     print_table,
     wants_json,
 )
+from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import FINE, PROGRAM_ERROR
@@ -26,14 +29,17 @@ if TYPE_CHECKING:
 # In place of a file: the programs that a mission holds itself.
 _OWN = ("solution", "near-miss")
 
+# As motorcade.lab.search.Method, which the command line's start can't import.
+Method = Literal["map-elites", "racing", "random"]
+
 app = typer.Typer()
 
 
 @app.command("missions")
 def _missions(language: Language = "", as_json: Json = False) -> None:
-    from motorcade.missions.document import missions
+    from motorcade.missions.document import LITERATURE, missions
 
-    found = missions()
+    found = missions() + missions(LITERATURE)
     if wants_json(as_json):
         print_json(
             [
@@ -58,9 +64,7 @@ def _check(
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    from motorcade.missions.document import built_in_mission, read_mission
-
-    wanted = read_mission(Path(mission)) if Path(mission).suffix else built_in_mission(mission)
+    wanted = _named(mission)
     with needs_extra("simulating", "world"):
         try:
             result = _result(wanted, program)
@@ -74,6 +78,73 @@ def _check(
     else:
         print_table(_result_table(wanted, result))
     raise typer.Exit(FINE if result.stars else PROGRAM_ERROR)
+
+
+@app.command("search")
+def _search(
+    mission: Annotated[str, typer.Argument(metavar="MISSION")],
+    runs: Annotated[int, typer.Option()] = 1000,
+    method: Method = "map-elites",
+    output: Annotated[Path | None, typer.Option("-o", "--output", file_okay=False)] = None,
+    seed: CarNumber = 0,
+    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
+    scheduler: str = "",
+    ahead: Annotated[int, typer.Option(min=1, max=10_000)] = 8,
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    wanted = _named(mission)
+    folder = output or Path(f"{wanted.id}-search")
+    with ended_by_sentences(folder, "search", "lab"):
+        from motorcade.cli.console import drawing_texts, progress_bar
+        from motorcade.experiments.run import on_a_cluster, on_this_computer
+        from motorcade.lab.archive import opened_archive
+        from motorcade.lab.search import Search, do_task
+        from motorcade.missions.check import check_program
+
+        search = Search(wanted, method, runs, seed, ahead)
+        workers = on_a_cluster(scheduler, do_task) if scheduler else on_this_computer(jobs, do_task)
+        with opened_archive(folder, search.contents) as archive:
+            search.run(archive, workers, progress_bar)
+            found = [(path, each, check_program(wanted, each.program)) for path, each in search.save_best(folder)]
+            picture = folder / "archive.png"
+            title = {"name": wanted.name, "runs": search.done, "method": method}
+            with drawing_texts():
+                search.best.draw(picture, translated("search-title", **title))
+    if wants_json(as_json):
+        best = [
+            {
+                "file": str(path),
+                "grade": result.grade,
+                "stars": len(result.stars),
+                "blocks": each.blocks,
+                "coverage": each.mean.coverage,
+                "words_a_minute": each.mean.words,
+            }
+            for path, each, result in found
+        ]
+        print_json({"runs": search.done, "shortest": search.shortest(), "picture": str(picture), "best": best})
+        return
+    from rich.table import Table
+
+    table = Table(title=translated("search-title", **title), title_justify="left")
+    for name in ("grade", "stars", "blocks", "coverage", "words-a-minute", "project"):
+        table.add_column(translated(f"column-{name}"), no_wrap=name == "project")
+    for path, each, result in found:
+        mean = each.mean
+        numbers = f"{result.grade:.4f}", _stars(len(result.stars)), str(each.blocks), f"{mean.coverage:.0%}"
+        table.add_row(*numbers, f"{mean.words:.0f}", str(path))
+    print_table(table)
+    shortest = search.shortest()
+    lines = [translated("search-shortest", count=shortest)] if shortest else [translated("search-without-stars")]
+    print_lines([*lines, translated("search-is-drawn", picture=picture)])
+
+
+def _named(mission: str) -> "Mission":
+    """The mission with an id, or in a file. Raises MotorcadeError."""
+    from motorcade.missions.document import built_in_mission, read_mission
+
+    return read_mission(Path(mission)) if Path(mission).suffix else built_in_mission(mission)
 
 
 def _result(mission: "Mission", program: str) -> "Result":

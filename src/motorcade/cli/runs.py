@@ -143,7 +143,7 @@ def _sweep(
 ) -> None:
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise MotorcadeError("picture-needs-options")
-    with _ended_by_sentences(output):
+    with ended_by_sentences(output):
         plan = _plan(spec)
         if picture:
             from motorcade.experiments.picture import check_picture
@@ -223,13 +223,13 @@ def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
 
 
 @contextmanager
-def _ended_by_sentences(output: Path) -> Iterator[None]:
-    """Print a sentence for all that ends a sweep early: a missing library, Ctrl-C, a failing disk."""
+def ended_by_sentences(output: Path, part: str = "sweep", extra: str = "sim") -> Iterator[None]:
+    """Print a sentence for all that ends a sweep or a search early: a missing library, Ctrl-C, a failing disk."""
     try:
-        with needs_extra("sweep", "sim"):
+        with needs_extra(part, extra):
             yield
     except KeyboardInterrupt:
-        print_note(translated("sweep-is-stopped", table=output))
+        print_note(translated(f"{part}-is-stopped", table=output))
         raise typer.Exit(STOPPED) from None
     except OSError as problem:
         reason = problem.strerror or problem

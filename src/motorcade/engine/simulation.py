@@ -120,6 +120,15 @@ class Simulation:
         # The rows of the events that were not taken yet, of each world.
         self._taken: list[list[bytes]] = [[] for _ in self.seeds]
 
+    def assign_images(self, images: Sequence[int]) -> None:
+        """Give each world a program of its own, before the first tick: all its leaders run image ``images[world]``.
+
+        `reset` gives the leaders the images of the mat's order again.
+        """
+        leads = [program > 0 for program in self._standing.program.items]
+        programs = b"".join(bytes(image + 1 if each else 0 for each in leads) for image in images)
+        self.backend.write(self.state.program, programs)
+
     @property
     def tick(self) -> int:
         """How many ticks have passed since the world began."""

@@ -220,11 +220,15 @@ def describe(program: str, mat: str, values: Mapping[str, Value]) -> Phrase:
 
 
 @cache
-def code_hash() -> str:
-    """A hash of the code that a run's outcome depends on, with line ends that don't differ between systems."""
+def code_hash(more: tuple[str, ...] = ()) -> str:
+    """A hash of the code that a run's outcome depends on, with line ends that don't differ between systems.
+
+    Args:
+        more: packages on which what is done with it depends besides.
+    """
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for path in sorted(path for package in _HASHED for path in (root / package).rglob("*.py")):
+    for path in sorted(path for package in (*_HASHED, *more) for path in (root / package).rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()[:16]
 

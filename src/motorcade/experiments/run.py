@@ -12,7 +12,7 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, closing, contextmanager
@@ -20,7 +20,7 @@ from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.synchronize import Event
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 import pyarrow as pa
@@ -44,19 +44,31 @@ _CONTENTS = b"motorcade.sweep"
 ProgressBar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 """Shows the progress of some total; the function that it yields is called with how much is done."""
 
+Work = Callable[[Any], bytes]
+"""Does one task in a worker: a function of a module, so that other processes can import it."""
+
 Results = Generator[tuple[int, bytes], None, None]
 """Finished tasks in any order: the number of each, and its rows."""
 
-Workers = Callable[[Plan, Sequence[int]], Results]
-"""Runs the tasks of a plan that have the given numbers."""
+
+class Tasks(Protocol):
+    """What workers have to do, such as a `Plan`."""
+
+    def task(self, index: int) -> Any:
+        """Task ``index``, which can be pickled."""
+
+
+Workers = Callable[[Tasks, Iterable[int | None]], Results]
+"""Runs the tasks that have the given numbers. None among these: there is no other before the next result is taken."""
 
 
 @contextmanager
-def _no_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
+def no_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Show nothing."""
     yield lambda done: None
 
 
-def run_sweep(plan: Plan, path: Path, workers: Workers, bar: ProgressBar = _no_bar) -> int:
+def run_sweep(plan: Plan, path: Path, workers: Workers, bar: ProgressBar = no_bar) -> int:
     """Make the table at ``path``, a Parquet file; tasks that an earlier call has finished don't run again.
 
     Args:
@@ -205,21 +217,21 @@ def _contents(data: bytes) -> dict[str, str] | None:
         return None
 
 
-def on_this_computer(jobs: int) -> Workers:
-    """Make workers that are processes of this computer, ``jobs`` of them; 0 is one for each core."""
+def on_this_computer(jobs: int, work: Work = run_task) -> Workers:
+    """Make workers that are processes of this computer, at most ``jobs``; 0 is one for each core."""
 
-    def run(plan: Plan, tasks: Sequence[int]) -> Results:
-        # Spawned processes start clean on every system.
+    def run(plan: Tasks, tasks: Iterable[int | None]) -> Results:
+        # Spawned processes start clean on every system, and each only when there is a task for it.
         context = multiprocessing.get_context("spawn")
-        processes = min(jobs or os.cpu_count() or 1, len(tasks))
+        processes = jobs or os.cpu_count() or 1
         ends = context.Event()
         pool = ProcessPoolExecutor(processes, context, _begin_worker, (ends,))
         left, sent = iter(tasks), dict[Future[bytes], int]()
         try:
             while True:
                 with _ctrl_c_postponed():
-                    for index in islice(left, _TASKS_PER_SLOT * processes - len(sent)):
-                        sent[pool.submit(run_task, plan.task(index))] = index
+                    for index in _next(left, _TASKS_PER_SLOT * processes - len(sent)):
+                        sent[pool.submit(work, plan.task(index))] = index
                 if not sent:
                     return
                 for future in wait(sent, return_when=FIRST_COMPLETED).done:
@@ -231,6 +243,14 @@ def on_this_computer(jobs: int) -> Workers:
             pool.shutdown(cancel_futures=True)
 
     return run
+
+
+def _next(left: Iterator[int | None], count: int) -> Iterator[int]:
+    """Yield at most ``count`` numbers of tasks, up to a None."""
+    for index in islice(left, count):
+        if index is None:
+            return
+        yield index
 
 
 def _begin_worker(ends: Event) -> None:
@@ -267,7 +287,7 @@ def _ctrl_c_postponed() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-def on_a_cluster(address: str) -> Workers:
+def on_a_cluster(address: str, work: Work = run_task) -> Workers:
     """Make workers of the Dask scheduler at ``address``, such as ``tcp://192.168.1.5:8786``.
 
     The rows come back to this computer, so the cluster needs no common disk. Dask gives the tasks of a worker that
@@ -275,14 +295,14 @@ def on_a_cluster(address: str) -> Workers:
     """
     from distributed import wait as wait_for
 
-    def run(plan: Plan, tasks: Sequence[int]) -> Results:
+    def run(plan: Tasks, tasks: Iterable[int | None]) -> Results:
         with _connected(address) as client:
             left, sent = iter(tasks), dict[Future[bytes], int]()
             while True:
                 slots = _slots(client, address)
-                for index in islice(left, max(_TASKS_PER_SLOT * slots - len(sent), 0)):
+                for index in _next(left, max(_TASKS_PER_SLOT * slots - len(sent), 0)):
                     # pure=False: Dask must not reuse the result of an earlier call.
-                    sent[client.submit(run_task, plan.task(index), pure=False)] = index
+                    sent[client.submit(work, plan.task(index), pure=False)] = index
                 if not sent:
                     return
                 try:

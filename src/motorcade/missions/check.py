@@ -64,7 +64,12 @@ class GoalResult(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a program earned; ``stars`` holds each star from 1 to 3 that it has, ``grade`` is that of `grade_of`."""
+    """What a program earned.
+
+    Attributes:
+        stars: each star from 1 to 3 that it has.
+        grade: the mean of `grade_of` over the seeds, 0 to 1; 0 where it has steps that are not allowed.
+    """
 
     stars: frozenset[int]
     goals: list[GoalResult]
@@ -94,11 +99,14 @@ def _check(mission: Mission, image: bytes, program: Program | None, play: Play |
     for sight in (play or simulate)(mission, image):
         watches[sight.seed].see(sight.moment, sight.events)
     states = {seed: watch.states() for seed, watch in watches.items()}
-    grades = [fmean(each) for each in zip(*(watch.grades() for watch in watches.values()), strict=True)]
-    results = [_worst(mission, number, states, grade) for number, grade in enumerate(grades)]
+    grades = [watch.grades() for watch in watches.values()]
+    means = [fmean(each) for each in zip(*grades, strict=True)]
+    results = [_worst(mission, number, states, grade) for number, grade in enumerate(means)]
+    grade = fmean(grade_of(mission, each) for each in grades)
     if (steps := steps_result(mission, program)) is not None:
         results.insert(0, steps)
-    return Result(stars_of(results), results, grade_of((each.star, each.grade) for each in results))
+        grade *= steps.grade
+    return Result(stars_of(results), results, grade)
 
 
 def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]], grade: float) -> GoalResult:
@@ -109,19 +117,19 @@ def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]], gr
     return GoalResult(goal.kind, goal.star, met, seed, state.t_ms or 0, state.why, state.cars, grade)
 
 
-def grade_of(goals: Iterable[tuple[int, float]]) -> float:
-    """The grade of a whole mission, 0 to 1; exactly 1 where all goals are met.
+def grade_of(mission: Mission, grades: Iterable[float]) -> float:
+    """The grade of a run of a mission, 0 to 1; exactly 1 where all goals are met.
 
     A star's grade is the mean of its goals', and all stars count alike. As the others are worth nothing without the
     first, theirs are multiplied by its grade.
 
     Args:
-        goals: the star and the grade of each goal.
+        grades: of the mission's goals, in the order of the file.
     """
     stars: dict[int, list[float]] = {}
-    for star, grade in goals:
-        stars.setdefault(star, []).append(grade)
-    means = {star: fmean(grades) for star, grades in stars.items()}
+    for goal, grade in zip(mission.goals, grades, strict=True):
+        stars.setdefault(goal.star, []).append(grade)
+    means = {star: fmean(each) for star, each in stars.items()}
     return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())
 
 

@@ -26,6 +26,8 @@ from motorcade.program.steps import KINDS
 MOST_CAR_SECONDS = 60_000
 # The id of a mission that is no file of the command line's, and has no other id.
 OWN = "own"
+# Where the missions are that pupils play, and those that experiments with swarms have published.
+GALLERY, LITERATURE = "gallery", "literature"
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.
 Reader = Callable[[str], bytes]
@@ -370,23 +372,23 @@ def _is_reached(kind: str) -> bool:
 
 
 @cache
-def missions() -> tuple[Mission, ...]:
-    """The missions that come with Motorcade, path by path and in order."""
-    found = [built_in_mission(name) for name in _names()]
+def missions(folder: str = GALLERY) -> tuple[Mission, ...]:
+    """The missions that come with Motorcade in GALLERY or LITERATURE, path by path and in order."""
+    found = [built_in_mission(name) for name in _names(folder)]
     return tuple(sorted(found, key=lambda each: (PATHS.index(each.document["path"]), each.document["order"])))
 
 
 @cache
 def built_in_mission(name: str) -> Mission:
     """The mission with an id. Raises MotorcadeError no-mission, which lists all."""
-    if name not in _names():
-        raise MotorcadeError("no-mission", name=name[:40], known=", ".join(_names()))
-    return mission_of(tomllib.loads((_gallery() / f"{name}.toml").read_text(encoding="utf-8")), name)
+    for folder in (GALLERY, LITERATURE):
+        if name in _names(folder):
+            text = (resources.files("motorcade.missions") / folder / f"{name}.toml").read_text(encoding="utf-8")
+            return mission_of(tomllib.loads(text), name)
+    known = ", ".join([*_names(GALLERY), *_names(LITERATURE)])
+    raise MotorcadeError("no-mission", name=name[:40], known=known)
 
 
-def _gallery() -> Any:
-    return resources.files("motorcade.missions") / "gallery"
-
-
-def _names() -> list[str]:
-    return sorted(file.name.removesuffix(".toml") for file in _gallery().iterdir() if file.name.endswith(".toml"))
+def _names(folder: str) -> list[str]:
+    files = (resources.files("motorcade.missions") / folder).iterdir()
+    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))

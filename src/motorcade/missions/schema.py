@@ -15,7 +15,7 @@ from motorcade.program.model import program_schema
 from motorcade.program.steps import KINDS
 
 FORMAT = "motorcade-mission/1"
-PATHS = ("first-drive", "swarm", "words-and-bits")
+PATHS = ("first-drive", "swarm", "words-and-bits", "literature")
 LEVELS = ("start", "words", "python")
 EDITS = ("blocks", "bits")
 GROUPS = ("leader", "followers", "all")
@@ -77,6 +77,9 @@ _SHARE = number(0.01, 1, title="the part of these cars that must", default=1)
 _ZONE = line(40, title="the name of a zone")
 _CARS = {"who": _WHO, "share": _SHARE}
 _WINDOW = {"from_s": _time("moments before don't count"), "until_s": _time("moments after don't count")}
+_LEAST = number(0.01, 1_000_000, title="the score at least")
+_APART = _metres("cars are linked that are nearer to each other") | {"default": 0.35}
+_RADIUS = _metres("how far around it a car covers the zone") | {"default": 0.25}
 _COUNT = whole(0, 255, title="how many at most")
 _LED: Schema = {
     "title": "the number of an LED, or off: none is on",
@@ -121,6 +124,10 @@ GOALS: dict[str, GoalKind] = {
     "seconds-at-most": GoalKind(
         {"seconds": _seconds("how long one round of the program lasts at most")}, is_static=True
     ),
+    "gathered": GoalKind({"zone": _ZONE, "least": _LEAST}),
+    "covered": GoalKind({"zone": _ZONE, "least": _LEAST}),
+    "networked": GoalKind({"zone": _ZONE, "apart_m": _APART, "radius_m": _RADIUS, "least": _LEAST}),
+    "stopped": GoalKind({"zone": _ZONE, "least": _LEAST}),
     "all-by": GoalKind(
         {"goal": whole(1, _MOST_GOALS, title="the number of another goal, from 1"), "seconds": _seconds("until when")}
     ),

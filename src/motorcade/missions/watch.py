@@ -5,13 +5,13 @@ from typing import Any
 
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.missions import goals, safety_goals, word_goals
+from motorcade.missions import goals, safety_goals, scores, word_goals
 from motorcade.missions.document import Goal, Mission, Wording
 from motorcade.missions.goals import GoalState, GoalWatch
 from motorcade.words.image import Image, parse_image_bytes
 
 # A run is watched every so many ms, beginning at 0.
-EVERY_MS = 100
+EVERY_MS = scores.STEP_MS
 # For each car sides of zones, and obstacles, that goals compare in a moment: some 20 ms.
 _MOST_COMPARED = 20_000
 # What watches need of a moment, as lists.
@@ -36,13 +36,14 @@ class MissionWatch:
         self._mission = mission
         parsed = parse_image_bytes(image)
         slots = word_goals.Slots(parsed, mission.profile, mission.duration_ms)
-        self._watches = [_watch_of(goal, mission, parsed, slots) for goal in mission.goals]
+        known: dict[str, scores.Score] = {}
+        self._watches = [_watch_of(goal, mission, parsed, slots, known) for goal in mission.goals]
         self._all_by = {
             number: _AllBy(goal, other)
             for number, goal in enumerate(mission.goals)
             if goal.kind == "all-by" and (other := self._watches[goal.values["goal"] - 1]) is not None
         }
-        self._now_ms = -1
+        self._now_ms, self._end_ms = -1, mission.duration_ms
 
     @property
     def sees_all(self) -> bool:
@@ -52,7 +53,7 @@ class MissionWatch:
     @property
     def is_over(self) -> bool:
         """Whether the run has reached the mission's duration."""
-        return self._now_ms >= self._mission.duration_ms
+        return self._now_ms >= self._end_ms
 
     def see(self, moment: Moment, events: Iterable[tuple[int, ...]] = ()) -> None:
         """Take the next moment, and the events since the one before it (`motorcade.engine.moment.Event`).
@@ -164,9 +165,14 @@ def _check_work(mission: Mission) -> None:
         raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
 
 
-def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots) -> GoalWatch | None:
-    """The watch of a goal; None for one that other goals decide."""
+def _watch_of(
+    goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots, known: dict[str, scores.Score]
+) -> GoalWatch | None:
+    """The watch of a goal; None for one that other goals decide. Goals for the same score share it in ``known``."""
     match goal.kind:
+        case "gathered" | "covered" | "networked" | "stopped":
+            key = repr((goal.kind, goal.values | {"least": 0}))
+            return scores.ScoreWatch(goal, known.setdefault(key, scores.score_of(goal, mission)))
         case "all-by":
             return None
         case "travelled":
@@ -188,6 +194,8 @@ def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slot
 
 def _with_lists(moment: Any) -> Moment:
     """The moment with its columns as lists, which are read faster than arrays, and without NumPy's numbers."""
+    if isinstance(moment.x_m, list):
+        return moment  # type: ignore[no-any-return]
     columns = {name: getattr(moment, name) for name in _COLUMNS}
     lists = {name: each.tolist() for name, each in columns.items() if hasattr(each, "tolist")}
     plain: Moment = moment._replace(**lists)

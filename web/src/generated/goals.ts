@@ -372,6 +372,84 @@ export const GOAL_KINDS = {
       "whole": false
     }
   ],
+  "gathered": [
+    {
+      "name": "zone",
+      "input": "zone",
+      "optional": false
+    },
+    {
+      "name": "least",
+      "input": "number",
+      "optional": false,
+      "least": 0.01,
+      "most": 1000000,
+      "whole": false
+    }
+  ],
+  "covered": [
+    {
+      "name": "zone",
+      "input": "zone",
+      "optional": false
+    },
+    {
+      "name": "least",
+      "input": "number",
+      "optional": false,
+      "least": 0.01,
+      "most": 1000000,
+      "whole": false
+    }
+  ],
+  "networked": [
+    {
+      "name": "zone",
+      "input": "zone",
+      "optional": false
+    },
+    {
+      "name": "apart_m",
+      "input": "number",
+      "optional": false,
+      "first": 0.35,
+      "least": 0.001,
+      "most": 2000,
+      "whole": false
+    },
+    {
+      "name": "radius_m",
+      "input": "number",
+      "optional": false,
+      "first": 0.25,
+      "least": 0.001,
+      "most": 2000,
+      "whole": false
+    },
+    {
+      "name": "least",
+      "input": "number",
+      "optional": false,
+      "least": 0.01,
+      "most": 1000000,
+      "whole": false
+    }
+  ],
+  "stopped": [
+    {
+      "name": "zone",
+      "input": "zone",
+      "optional": false
+    },
+    {
+      "name": "least",
+      "input": "number",
+      "optional": false,
+      "least": 0.01,
+      "most": 1000000,
+      "whole": false
+    }
+  ],
   "all-by": [
     {
       "name": "goal",

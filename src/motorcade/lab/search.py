@@ -1,0 +1,228 @@
+"""Search for programs that solve a mission: at random, by racing, or by MAP-Elites.
+
+A search goes in batches. A batch is made from the outcomes of all batches but the last few, which are still at work, so
+that the programs and the archive don't depend on how many workers there are, or how fast they are.
+"""
+
+import hashlib
+import json
+from bisect import insort
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from random import Random
+from typing import Literal
+
+from motorcade.config.files import replace_file
+from motorcade.errors import MotorcadeError
+from motorcade.experiments.plan import code_hash
+from motorcade.experiments.run import ProgressBar, Workers, no_bar
+from motorcade.lab.archive import ArchiveFile, BestPrograms, Candidate
+from motorcade.lab.programs import ProgramSource, count_blocks
+from motorcade.missions.document import Mission
+from motorcade.missions.grading import Graded, grade_runs
+from motorcade.missions.schema import GOALS
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Program
+
+Method = Literal["map-elites", "racing", "random"]
+# What a search's outcome depends on, beside what a sweep's does.
+GRADED_BY = ("lab", "missions", "program")
+# The runs of a batch, which share a World.
+_BATCH_RUNS = 32
+# Batches that are at work at once, at most.
+AHEAD = 8
+# MAP-Elites and racing draw this share of their programs anew, and change others for the rest.
+_DRAWN = {"map-elites": 0.1, "racing": 0.3}
+# Racing gives more runs to the best of so many that had equally many; and changes one of the best few.
+_OF, _FEW = 4, 10
+
+Tried = tuple[Candidate, tuple[int, ...]]
+"""A candidate, and the seeds of the runs that a batch gives it."""
+
+
+@dataclass(frozen=True, slots=True)
+class GradingTask:
+    """Runs of one task: run k leads with ``images[programs[k]]`` and has ``seeds[k]``."""
+
+    code: str
+    mission: Mission
+    images: tuple[bytes, ...]
+    programs: tuple[int, ...]
+    seeds: tuple[int, ...]
+
+
+def do_task(task: GradingTask) -> bytes:
+    """Do a task; return the outcome of each run as JSON, a list of `Graded`. Raises MotorcadeError."""
+    if task.code != code_hash(GRADED_BY):
+        raise MotorcadeError("worker-has-other-code")
+    return json.dumps(grade_runs(task.mission, task.images, task.programs, task.seeds)).encode()
+
+
+class Search:
+    """One search; it makes the tasks of workers, and takes their results.
+
+    Args:
+        mission: whose goals grade the programs.
+        method: how programs are chosen.
+        runs: how many runs to do; the last batch may go beyond.
+        seed: of the search's random numbers.
+        ahead: how many batches may be at work at once, for more workers than AHEAD; it changes which programs are made.
+        start: programs to begin with.
+
+    Attributes:
+        contents: all that the archive depends on; more runs only make it longer.
+        best: the archive's map.
+        done: the runs whose outcomes are known.
+
+    Raises:
+        MotorcadeError: the mission can't be graded, or the budget is 0.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        method: Method,
+        runs: int,
+        seed: int = 0,
+        ahead: int = AHEAD,
+        start: Sequence[Program] = (),
+    ) -> None:
+        if runs < 1:
+            raise MotorcadeError("search-without-runs", runs=runs)
+        # Else a run changes nothing.
+        if all(GOALS[goal.kind].is_static for goal in mission.goals if goal.kind != "all-by"):
+            raise MotorcadeError("mission-not-gradable", mission=mission.name)
+        self.mission, self.method, self.runs = mission, method, runs
+        self.best = BestPrograms(seed)
+        self.done = 0
+        self._seed, self._ahead, self._start = seed, ahead, deque(start)
+        document = json.dumps([mission.document, [each.as_dict() for each in start]], sort_keys=True)
+        self.contents = {
+            "mission": f"{mission.id} {hashlib.sha256(document.encode()).hexdigest()[:16]}",
+            "method": method,
+            "seed": str(seed),
+            "ahead": str(ahead),
+            "code": code_hash(GRADED_BY),
+        }
+        self._source = ProgramSource(mission, set())
+        self._given = 0
+        self._batches: dict[int, list[Tried]] = {}
+        self._made = self._taken = 0
+        # Racing: all candidates after their first run, and those that have had all runs; the best first.
+        self._begun: list[Candidate] = []
+        self._raced: list[Candidate] = []
+        # The batches that no worker has begun.
+        self._waiting: deque[int] = deque()
+
+    def run(self, archive: ArchiveFile, workers: Workers, bar: ProgressBar = no_bar) -> None:
+        """Do all runs that are not in the archive, and write them there. Raises MotorcadeError and OSError."""
+        for _ in range(self._ahead):
+            self._make()
+        for number, line in enumerate(archive.batches):
+            if number not in self._batches:
+                break
+            programs = [each.program.as_dict() for each, _ in self._batches[number]]
+            if programs != [each["program"] for each in line["programs"]]:
+                raise MotorcadeError("search-archive-damaged", file=archive.path, line=number + 2)
+            self._take(number, [Graded(*run) for each in line["programs"] for run in each["runs"]])
+        results: dict[int, list[Graded]] = {}
+        with bar("runs", self.runs) as advance, closing(workers(self, self._numbers())) as finished:
+            advance(min(self.done, self.runs))
+            for number, data in finished:
+                results[number] = [Graded(*run) for run in json.loads(data)]
+                while self._taken in results:
+                    taken = self._taken
+                    batch = self._batches[taken]
+                    self._take(taken, results.pop(taken))
+                    archive.append({"programs": [each.to_dict(seeds) for each, seeds in batch]})
+                advance(min(self.done, self.runs))
+
+    def _numbers(self) -> Iterator[int | None]:
+        """The batches to do; None while the next one waits for outcomes."""
+        while self._waiting or self._batches:
+            yield self._waiting.popleft() if self._waiting else None
+
+    def task(self, index: int) -> GradingTask:
+        """The task of a batch."""
+        batch = self._batches[index]
+        programs = [number for number, (_, seeds) in enumerate(batch) for _ in seeds]
+        seeds = [seed for _, seeds in batch for seed in seeds]
+        images = tuple(each.image for each, _ in batch)
+        return GradingTask(code_hash(GRADED_BY), self.mission, images, tuple(programs), tuple(seeds))
+
+    def _make(self) -> None:
+        """Make the next batch, from what is known now; none when enough runs are on their way."""
+        if self._given >= self.runs:
+            return
+        random = Random(f"{self._seed}/{self._made}")
+        batch = self._chosen() if self.method == "racing" else []
+        seeds = self.mission.seeds[:1] if self.method == "racing" else self.mission.seeds
+        count = sum(len(given) for _, given in batch)
+        while count + len(seeds) <= max(_BATCH_RUNS, len(seeds)):
+            batch.append((self._candidate(random), seeds))
+            count += len(seeds)
+        self._batches[self._made] = batch
+        self._waiting.append(self._made)
+        self._made += 1
+        self._given += count
+
+    def _take(self, number: int, runs: list[Graded]) -> None:
+        """Take the outcomes of a batch, in the order of batches, and make another one."""
+        outcomes = iter(runs)
+        for candidate, seeds in self._batches.pop(number):
+            candidate.runs += [next(outcomes) for _ in seeds]
+            if len(candidate.runs) == len(self.mission.seeds):
+                self.best.add(candidate)
+                insort(self._raced, candidate, key=lambda each: -each.quality)
+            if len(candidate.runs) == len(seeds):
+                insort(self._begun, candidate, key=lambda each: -each.runs[0].grade)
+        if number in self._waiting:
+            self._waiting.remove(number)
+        self.done += len(runs)
+        self._taken = number + 1
+        self._make()
+
+    def _candidate(self, random: Random) -> Candidate:
+        """Make a program to try."""
+        program = self._program(random)
+        return Candidate(program, compile_program(program, self.mission.profile).image, count_blocks(program))
+
+    def _program(self, random: Random) -> Program:
+        if self._start:
+            return self._start.popleft()
+        if self.method == "random" or random.random() < _DRAWN[self.method]:
+            return self._source.draw(random)
+        if self.method == "map-elites" and len(self.best):
+            return self._source.change(random, self.best.sample().program)
+        if self.method == "racing" and (few := (self._raced or self._begun)[:_FEW]):
+            return self._source.change(random, random.choice(few).program)
+        return self._source.draw(random)
+
+    def _chosen(self) -> list[Tried]:
+        """Racing by successive halving without waiting (ASHA, Li et al. 2020): who gets the rest of the seeds."""
+        rest = self.mission.seeds[1:]
+        if not rest:
+            return []
+        best = (each for each in self._begun[: len(self._begun) // _OF] if not each.is_chosen)
+        chosen = list(islice(best, _BATCH_RUNS // 2 // len(rest)))
+        for each in chosen:
+            each.is_chosen = True
+        return [(each, rest) for each in chosen]
+
+    def save_best(self, folder: Path, count: int = 3) -> list[tuple[Path, Candidate]]:
+        """Write the best programs as projects with the mission's mat, which the studio opens. Raises OSError."""
+        saved = []
+        for number, each in enumerate(self.best.ranked()[:count], start=1):
+            path = folder / f"best-{number}.motorcade.json"
+            project = each.program.as_dict() | {"mat": self.mission.mat_document}
+            replace_file(path, (json.dumps(project, indent=1, ensure_ascii=False) + "\n").encode())
+            saved.append((path, each))
+        return saved
+
+    def shortest(self) -> int | None:
+        """The blocks of the shortest program that meets all goals on all seeds; None where none was found."""
+        return min((each.blocks for each in self.best.ranked() if each.mean.grade == 1), default=None)
