@@ -268,12 +268,18 @@ def test_the_scene_shows_each_car_where_it_is(folder, kept):
     mat, scene = (json.loads(messages[place][2].data)["entities"] for place in (0, -1))
     *_, last = kept.moments()
     (cars,) = (entity for entity in scene if entity["id"] == "cars")
-    bodies = [each for each in cars["cylinders"] if each["size"]["x"] == 0.15]
-    places = [(each["pose"]["position"]["x"], each["pose"]["position"]["y"]) for each in bodies]
+    points = [point for each in cars["triangles"] for point in each["points"]]
+    tips = {(point["x"], point["y"]) for point in points[::3]}
+    radius_m = 0.075
+    ahead = last.x_m + radius_m * np.cos(last.heading), last.y_m + radius_m * np.sin(last.heading)
+    np.testing.assert_allclose(sorted(tips), sorted(np.column_stack(ahead).tolist()), atol=1e-3)
+    places = [(each["pose"]["position"]["x"], each["pose"]["position"]["y"]) for each in cars["texts"]]
     np.testing.assert_allclose(places, np.column_stack([last.x_m, last.y_m]), atol=1e-4)
-    turned = [2 * np.arctan2(*(each["pose"]["orientation"][axis] for axis in "zw")) for each in cars["arrows"]]
-    np.testing.assert_allclose(np.cos(turned - last.heading), 1, atol=1e-6)
     assert [each["text"] for each in cars["texts"]] == list("012345")
+    entities = [json.loads(message.data)["entities"] for _, channel, message in messages if channel.topic == "/scene"]
+    leds = [len(each["cylinders"]) for entity in entities for each in entity if each["id"] == "cars"]
+    assert leds == [np.count_nonzero(moment.led < 4) for moment in kept.moments()]
+    assert max(leds) > 0
     # The wall, the mat's four edges and the triangle's three sides.
     assert len(mat[0]["cubes"]) == 8
 
@@ -284,7 +290,7 @@ def test_many_cars_are_triangles_of_few_colours(tmp_path):
     many = crowd(2500, 4)
     *_, last = many.moments()
     cars, _ = json.loads(Scene(many.about).message(last))["entities"]
-    assert not cars["cylinders"]
+    assert not cars["texts"]
     assert sum(len(each["points"]) for each in cars["triangles"]) == 3 * 2500
     assert len(cars["triangles"]) == 2
 

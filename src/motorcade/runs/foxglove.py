@@ -15,9 +15,8 @@ from motorcade.runs.palette import LEADER, LEDS, WordColours, rgb
 from motorcade.runs.recording import Description
 
 FRAME_ID = "mat"
-# More cars than this are drawn as flat triangles, one list a colour: a fifth of the JSON of cylinders and arrows.
-MOST_BODIES = 1000
-_MOST_NUMBERS = 50
+# With more cars than this neither their numbers nor their LEDs are drawn.
+_MOST_DETAILED = 50
 _HEIGHT_M = 0.06
 _WALL_HEIGHT_M = 0.1
 _WALL_WIDTH_M = 0.02
@@ -51,36 +50,19 @@ class Scene:
     def __init__(self, about: Description):
         self._about = about
         self._colours = WordColours(about.images)
-        self._leads = about.is_leader()
 
     def message(self, moment: Moment) -> bytes:
         """Make the message of a moment."""
         people = [
             _cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(moment.t_ms)
         ]
-        parts = self._bodies(moment) if len(moment.x_m) <= MOST_BODIES else self._darts(moment)
-        return _message(moment.t_ms, cars=parts, people={"cylinders": people})
+        cars = {"triangles": self._bodies(moment)}
+        if len(moment.x_m) <= _MOST_DETAILED:
+            cars |= self._details(moment)
+        return _message(moment.t_ms, cars=cars, people={"cylinders": people})
 
-    def _bodies(self, moment: Moment) -> dict[str, list[Any]]:
-        """A cylinder and an arrow for each car, and its number where there are few cars."""
-        wide_m = self._about.diameter_m
-        colours = self._colours.of(moment.word, moment.runs)
-        parts: dict[str, list[Any]] = {"cylinders": [], "arrows": [], "texts": []}
-        rows = zip(moment.x_m.tolist(), moment.y_m.tolist(), moment.heading.tolist(), moment.led.tolist(), strict=True)
-        for number, (x, y, heading, led) in enumerate(rows):
-            red, green, blue = colours[number].tolist()
-            body = {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": 1.0}
-            parts["cylinders"].append(_cylinder(x, y, wide_m, _HEIGHT_M, body, _HEIGHT_M / 2))
-            if led < len(LEDS):
-                parts["cylinders"].append(_cylinder(x, y, wide_m / 3, 0.03, _colour(LEDS[led]), _HEIGHT_M + 0.015))
-            arrow = _colour(LEADER if self._leads[number] else "#202020")
-            parts["arrows"].append(_arrow(x, y, heading, wide_m * 0.75, arrow))
-            if len(moment.x_m) <= _MOST_NUMBERS:
-                parts["texts"].append(_text(x, y, str(number), wide_m / 2))
-        return parts
-
-    def _darts(self, moment: Moment) -> dict[str, list[Any]]:
-        """A triangle for each car, in one list for each colour."""
+    def _bodies(self, moment: Moment) -> list[Any]:
+        """A flat triangle for each car that points ahead, in one list for each colour; thousands of cars are drawn."""
         radius_m = self._about.diameter_m / 2
         angles = moment.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)
         xs = moment.x_m[:, None] + radius_m * np.cos(angles)
@@ -93,7 +75,15 @@ class Scene:
             corners = zip(xs[chosen].ravel().tolist(), ys[chosen].ravel().tolist(), strict=True)
             points = [{"x": round(x, 3), "y": round(y, 3), "z": _HEIGHT_M} for x, y in corners]
             triangles.append(_triangles(points, _colour(f"#{key:06x}")))
-        return {"triangles": triangles}
+        return triangles
+
+    def _details(self, moment: Moment) -> dict[str, list[Any]]:
+        """The number of each car, and its LED where one is on."""
+        places = list(zip(moment.x_m.tolist(), moment.y_m.tolist(), strict=True))
+        wide_m = self._about.diameter_m
+        lit = [(place, led) for place, led in zip(places, moment.led.tolist(), strict=True) if led < len(LEDS)]
+        leds = [_cylinder(x, y, wide_m / 3, 0.03, _colour(LEDS[led]), _HEIGHT_M + 0.015) for (x, y), led in lit]
+        return {"cylinders": leds, "texts": [_text(x, y, str(car), wide_m / 2) for car, (x, y) in enumerate(places)]}
 
 
 def _message(t_ms: int, **entities: dict[str, list[Any]]) -> bytes:
@@ -127,17 +117,6 @@ def _pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> dict[str,
 def _cylinder(x: float, y: float, wide_m: float, high_m: float, colour: dict[str, float], z: float) -> dict[str, Any]:
     size = {"x": wide_m, "y": wide_m, "z": high_m}
     return {"pose": _pose(x, y, z), "size": size, "bottom_scale": 1.0, "top_scale": 1.0, "color": colour}
-
-
-def _arrow(x: float, y: float, heading: float, long_m: float, colour: dict[str, float]) -> dict[str, Any]:
-    return {
-        "pose": _pose(x, y, _HEIGHT_M, heading),
-        "shaft_length": long_m * 0.6,
-        "shaft_diameter": long_m * 0.12,
-        "head_length": long_m * 0.4,
-        "head_diameter": long_m * 0.3,
-        "color": colour,
-    }
 
 
 def _text(x: float, y: float, text: str, high_m: float) -> dict[str, Any]:
@@ -199,7 +178,7 @@ def _example() -> dict[str, Any]:
         "id": "",
         **_STILL,
         "metadata": [{"key": "", "value": ""}],
-        "arrows": [_arrow(0.0, 0.0, 0.0, 1.0, colour)],
+        "arrows": [{}],
         "cubes": [cube],
         "spheres": [cube],
         "cylinders": [_cylinder(0.0, 0.0, 1.0, 1.0, colour, 0.0)],
