@@ -5,8 +5,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from motorcade.boards.wiring import wiring_svg, wiring_table
-from motorcade.config.pins import load_pins
+from motorcade.boards.wiring import wiring_rows, wiring_svg
+from motorcade.config.pins import PinMap, load_pins
+from motorcade.locales import command_line_text
 
 ROOT = Path(__file__).resolve().parent.parent
 PIN_FILES = {
@@ -37,6 +38,18 @@ def _drawing(car: str, language: str) -> str:
     return wiring_svg(load_pins(ROOT / PIN_FILES[car]), language)
 
 
+def _table(pins: PinMap, language: str) -> str:
+    """Return the rows as a table in Markdown."""
+    heads = [command_line_text(f"wiring-{key}", language) for key in ("part", "supply", "terminal", "pin")]
+    lines = [tuple(heads), ("---",) * len(heads)]
+    before = ""
+    for row in wiring_rows(pins, language):
+        again = row.part == before
+        lines.append(("" if again else row.part, "" if again else row.supply, row.terminal, row.label))
+        before = row.part
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
 def _page(name: str, language: str) -> str:
     """Return the page with new tables between its wiring marks."""
 
@@ -44,6 +57,6 @@ def _page(name: str, language: str) -> str:
         car = found[1]
         pins = load_pins(ROOT / PIN_FILES[car])
         picture = f"![{pins.name}](wiring/{car}{_SUFFIX[language]}.svg)"
-        return f"{car} -->\n\n{picture}\n\n{wiring_table(pins, language)}\n"
+        return f"{car} -->\n\n{picture}\n\n{_table(pins, language)}\n"
 
     return _WIRING.sub(wiring, (ROOT / name).read_text(encoding="utf-8"))

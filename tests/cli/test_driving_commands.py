@@ -94,7 +94,7 @@ def test_an_invalid_address_is_a_usage_error(address):
 def test_without_a_car_the_exit_code_is_3(address, monkeypatch):
     monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 0.1)
     with deaf_port() as port:
-        monkeypatch.setattr("motorcade.cli.pages._DRIVE_PORT", port)
+        monkeypatch.setattr("motorcade.cli.drive.DRIVE_PORT", port)
         assert f"{address.strip('[]')}:{port}" in refusal(3, "drive", "send", address, "throttle=0.1")
 
 

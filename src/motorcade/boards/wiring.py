@@ -1,11 +1,10 @@
-"""The wiring of a car, for its builders: a table and a drawing, both made from its pin file."""
+"""The wiring of a car, for its builders: the rows of a table and a drawing, both made from its pin file."""
 
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
 from motorcade.config.pins import PinMap
 from motorcade.errors import Phrase
-from motorcade.locales import command_line_text
 
 _WIDTH = 760
 _COMPUTER_LEFT, _COMPUTER_RIGHT = 20, 230
@@ -40,18 +39,6 @@ def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
         )
         for wire in pins.wires
     ]
-
-
-def wiring_table(pins: PinMap, language: str) -> str:
-    """Return the rows as a table in Markdown."""
-    heads = [command_line_text(f"wiring-{key}", language) for key in ("part", "supply", "terminal", "pin")]
-    lines = [tuple(heads), ("---",) * len(heads)]
-    before = ""
-    for row in wiring_rows(pins, language):
-        again = row.part == before
-        lines.append(("" if again else row.part, "" if again else row.supply, row.terminal, row.label))
-        before = row.part
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def wiring_svg(pins: PinMap, language: str) -> str:

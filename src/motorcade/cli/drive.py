@@ -22,6 +22,7 @@ from motorcade.cli.options import (
     Json,
     OptionalFile,
     TcpPortNumber,
+    host_and_port,
     image_for,
     print_json,
     print_lines,
@@ -30,7 +31,7 @@ from motorcade.cli.options import (
     quoted,
     wants_json,
 )
-from motorcade.cli.pages import CameraName, KeysFile, LogFile, address_of
+from motorcade.cli.pages import DRIVE_PORT, CameraName, KeysFile, LogFile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -233,7 +234,10 @@ def _connect(
 
     check_terminal()
     options = _options(telemetry_port, keys, car_name)
-    with suppress(KeyboardInterrupt), BlockingDriveClient(*address_of(car), rearm=False, **options) as client:
+    with (
+        suppress(KeyboardInterrupt),
+        BlockingDriveClient(*host_and_port(car, DRIVE_PORT), rearm=False, **options) as client,
+    ):
         DriveTerminal(car, throttle, hold_ms / 1000).drive(client)
 
 
@@ -250,7 +254,7 @@ def _send(
     from motorcade.drive.blocking_client import BlockingDriveClient
 
     parsed = [_parse(command) for command in commands]
-    with BlockingDriveClient(*address_of(car), **_options(telemetry_port, keys, car_name)) as client:
+    with BlockingDriveClient(*host_and_port(car, DRIVE_PORT), **_options(telemetry_port, keys, car_name)) as client:
         for seconds, command in parsed:
             client.drive_for(seconds, **command)
         telemetry = client.next_telemetry()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import sys
 from collections.abc import Iterable
@@ -117,37 +118,16 @@ def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, 
     from rich.console import Console
 
     from motorcade.cli.console import print_diagnostics
-    from motorcade.program.diagnostics import ProgramError, has_errors
-    from motorcade.program.files import compile_project, is_project, read_file
-    from motorcade.words.image import ImageError, parse_image_bytes
+    from motorcade.program.diagnostics import ProgramError
+    from motorcade.program.files import image_in
 
-    data = read_file(source)
-    if not is_project(data, source):
-        try:
-            parse_image_bytes(data)
-        except ImageError as problem:
-            raise MotorcadeError("not-a-program", place=place or source, reason=problem) from None
-        return data, profile_named(profile_name)
     try:
-        compiled, profile = compile_project(data, source)
-        diagnostics = compiled.diagnostics
+        image, profile, diagnostics = image_in(source, profile_name, place)
     except ProgramError as problem:
-        diagnostics = problem.diagnostics
+        print_diagnostics(Console(stderr=True), problem.diagnostics)
+        raise typer.Exit(PROGRAM_ERROR) from None
     print_diagnostics(Console(stderr=True), diagnostics)
-    if has_errors(diagnostics):
-        raise typer.Exit(PROGRAM_ERROR)
-    return compiled.image, profile
-
-
-def words_in(source: Path) -> tuple[int, ...]:
-    """Return the words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
-    from motorcade.program.files import is_project, read_file
-    from motorcade.words.image import bytes_to_words
-
-    data = read_file(source)
-    if is_project(data, source):
-        raise MotorcadeError("project-is-no-image", file=source)
-    return bytes_to_words(data)
+    return image, profile
 
 
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
@@ -172,11 +152,16 @@ def whole_number(text: str, name: str | Phrase) -> int:
     raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
 
 
-def host_and_port(address: str) -> tuple[str, int]:
-    """Return the host and the port in ``HOST:PORT``; an IPv6 address may be in brackets. Raises MotorcadeError."""
+def host_and_port(address: str, default_port: int | None = None) -> tuple[str, int]:
+    """Return the host and the port in ``HOST:PORT``; with ``default_port`` HOST alone will do. Raises MotorcadeError.
+
+    An IPv6 address has colons of its own; with a port behind it stands in brackets. Port 0, a free one, is for a host
+    that listens: not with ``default_port``.
+    """
     host, colon, port = address.rpartition(":")
-    host = host.strip("[]")
-    number = whole_number(port, Phrase("the-port")) if colon else -1
-    if not host or not 0 <= number <= 65535:
-        raise MotorcadeError("not-host-and-port", address=address)
-    return host, number
+    if default_port is not None and (not colon or port.endswith("]") or (":" in host and not host.endswith("]"))):
+        host, port = address, str(default_port)
+    host, least = host.strip("[]"), 0 if default_port is None else 1
+    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= 65535:
+        raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
+    return host, int(port)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, Output, TcpPortNumber, print_note, print_result, quoted
+from motorcade.cli.options import Json, Output, TcpPortNumber, host_and_port, print_note, print_result, quoted
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from motorcade.server.remote.remote_cars import RemoteCar
 
 _METAVAR = "NAME=HOST[:PORT]"
-_DRIVE_PORT = 5005
+DRIVE_PORT = 5005
 _TOKEN_FILE = ".token"
 _TOKEN_CHARACTERS = 32
 
@@ -223,22 +223,10 @@ def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
     if not is_name(name):
         raise MotorcadeError("not-a-car-name", name=name)
     where, slash, telemetry = where.partition("/")
-    host, port = address_of(where)
+    host, port = host_and_port(where, DRIVE_PORT)
     if slash and not (telemetry.isascii() and telemetry.isdigit() and 0 < int(telemetry) < 65536):
         raise MotorcadeError("not-a-telemetry-port", text=telemetry, name=name)
     return RemoteCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
-
-
-def address_of(text: str) -> tuple[str, int]:
-    """The host and port in HOST or HOST:PORT. Raises MotorcadeError."""
-    host, colon, port = text.rpartition(":")
-    # An IPv6 address has colons of its own; with a port it stands in brackets.
-    is_bare = not colon or text.endswith("]") or (":" in host and not host.endswith("]"))
-    if is_bare:
-        host, port = text, str(_DRIVE_PORT)
-    if not host.strip("[]") or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
-        raise MotorcadeError("not-a-car", text=text)
-    return host.strip("[]"), int(port)
 
 
 def _pair(text: str, code: str, **details: str) -> tuple[str, str]:

@@ -16,7 +16,6 @@ from motorcade.cli.options import (
     profile_named,
     wants_json,
     whole_number,
-    words_in,
     write_file,
 )
 from motorcade.errors import MotorcadeError, Phrase
@@ -126,6 +125,7 @@ def _decompile(
     as_json: Json = True,
 ) -> None:
     from motorcade.program.decompiler import decompile
+    from motorcade.program.files import words_in
     from motorcade.program.python_writer import python_text
 
     program = decompile(words_in(image), profile_named(profile))
@@ -134,6 +134,7 @@ def _decompile(
 
 @app.command("inspect")
 def _inspect(image: ExistingFile, profile: str = "classroom", language: Language = "", as_json: Json = False) -> None:
+    from motorcade.program.files import words_in
     from motorcade.words.formats import CONTROL, HEADER
     from motorcade.words.image import parse_image
 

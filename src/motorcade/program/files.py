@@ -8,10 +8,10 @@ from typing import NamedTuple
 from motorcade.config.profile import Profile, load_profile
 from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import Compiled, compile_program
-from motorcade.program.diagnostics import Diagnostic, ProgramError, error
+from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors
 from motorcade.program.model import Program, read_program
 from motorcade.program.python_reader import PythonProgram, read_python
-from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes
 
 # The ending of files with Python text.
 PYTHON = ".py"
@@ -72,3 +72,35 @@ def compile_project(data: bytes, file: Path) -> tuple[Compiled, Profile]:
         diagnostics = (*text.python.diagnostics, *text.located(compiled.diagnostics))
         compiled = replace(compiled, diagnostics=diagnostics)
     return compiled, profile
+
+
+def image_in(source: Path, profile_name: str, place: object = "") -> tuple[bytes, Profile, tuple[Diagnostic, ...]]:
+    """Return the image in a file, or the compiled image of the project in it; the profile; and warnings.
+
+    Args:
+        profile_name: the profile of an image; a project names its own.
+        place: what a sentence calls the file, unless by its path.
+
+    Raises:
+        ProgramError: the project has errors; its diagnostics have the warnings too.
+        MotorcadeError: the file is neither, or the profile is not valid.
+    """
+    data = read_file(source)
+    if is_project(data, source):
+        compiled, profile = compile_project(data, source)
+        if has_errors(compiled.diagnostics):
+            raise ProgramError(compiled.diagnostics)
+        return compiled.image, profile, compiled.diagnostics
+    try:
+        parse_image_bytes(data)
+    except ImageError as problem:
+        raise MotorcadeError("not-a-program", place=place or source, reason=problem) from None
+    return data, load_profile(profile_name), ()
+
+
+def words_in(source: Path) -> tuple[int, ...]:
+    """Return the words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
+    data = read_file(source)
+    if is_project(data, source):
+        raise MotorcadeError("project-is-no-image", file=source)
+    return bytes_to_words(data)
