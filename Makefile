@@ -79,6 +79,7 @@ bench: setup
 	$(BIN)/python benchmarks/swarm.py
 	$(BIN)/python benchmarks/backends.py
 	$(BIN)/python benchmarks/relay.py --crowd
+	$(BIN)/python benchmarks/room.py
 	$(BIN)/python benchmarks/studio_server.py
 	$(BIN)/python benchmarks/class.py
 	$(BIN)/python benchmarks/studio_page.py

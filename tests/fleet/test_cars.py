@@ -15,7 +15,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.fleet.announcing import SERVICE, announced
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.contact import ContactOptions
-from motorcade.fleet.finding import finding
+from motorcade.fleet.finding import Finder, finding
 from motorcade.fleet.places import CAR, STUDIO, Place, place_of, read_list
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, server, simulated_cars
 from support.waiting import until
@@ -172,10 +172,8 @@ def test_what_answers_otherwise_is_no_car_or_an_old_one(answer, code):
             server(answer) as address,
             Cars([Place(address, "ada", host="127.0.0.1", port=int(address[10:]))]) as cars,
         ):
-            await cars.known(30)
             contact = cars.named(["ada"])[0]
-            problem = contact.status().problem
-            assert problem is not None
+            problem = await until(lambda: contact.status().problem)
             assert problem.code == code
             assert all(problem.sentence(language) for language in ("en", "zh"))
 
@@ -248,7 +246,7 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
     from zeroconf import ServiceInfo, Zeroconf
 
     async def test():
-        async with Cars() as cars, finding(cars, interfaces=["127.0.0.1"]) as finder:
+        async with Cars() as cars, finding(finder := Finder(cars), ["127.0.0.1"]):
             await until(lambda: [each for each in cars.statuses() if not each.away])
             await until(lambda: finder.others)
             network = Zeroconf(interfaces=["127.0.0.1"])

@@ -220,7 +220,9 @@ class TcpPort(Line):
         client = self._uploader
         if client is None:
             return b""
-        self._serve(client)
+        if self._tls:
+            # TLS may hold bytes that no selector sees.
+            self._serve(client)
         data, client.upload = client.upload, b""
         if client not in self._clients:
             self._uploader = next((each for each in self._clients if each.upload), None)
@@ -267,6 +269,8 @@ class TcpPort(Line):
             if len(self._requests) > _MAX_REQUESTS:
                 self._drop(client)
                 return
+            if len(data) < _CHUNK_BYTES and not self._tls:
+                break
         if client is self._uploader or not client.upload:
             return
         other = self._uploader

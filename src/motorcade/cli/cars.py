@@ -40,11 +40,22 @@ Names = Annotated[list[str], typer.Argument(metavar="NAME…")]
 
 
 class Search(NamedTuple):
-    """Where to look for cars: a list, a driver's keys, and for how many seconds."""
+    """Where to look for cars.
+
+    Attributes:
+        file: a list, whose places alone are asked; None for ports, the network and the usual list.
+        keys: a driver's keys.
+        seconds: for how long to look.
+    """
 
     file: Path | None
     keys: Path | None
     seconds: float
+
+    @property
+    def listen_s(self) -> float:
+        """For how long announcements are awaited."""
+        return 0.0 if self.file else min(_LISTEN_S, self.seconds)
 
 
 @app.callback(invoke_without_command=True)
@@ -136,7 +147,7 @@ async def _looking(
     from motorcade.drive.tls.keys import client_context
     from motorcade.fleet.cars import MOST_CARS, Cars
     from motorcade.fleet.contact import ContactOptions
-    from motorcade.fleet.finding import finding
+    from motorcade.fleet.finding import Finder, finding
     from motorcade.fleet.places import place_of, read_list
     from motorcade.sockets import allow_files
 
@@ -147,7 +158,10 @@ async def _looking(
     allow_files(MOST_CARS)
     async with AsyncExitStack() as resources:
         cars = await resources.enter_async_context(Cars(places, ContactOptions(tls=tls, baud=baud)))
-        yield cars, await resources.enter_async_context(finding(cars))
+        finder = Finder(cars)
+        if not search.file:
+            await resources.enter_async_context(finding(finder))
+        yield cars, finder
 
 
 def _do(search: Search, names: Sequence[str], act: "Callable[[Cars], Coroutine[Any, Any, None]]") -> None:
@@ -155,16 +169,16 @@ def _do(search: Search, names: Sequence[str], act: "Callable[[Cars], Coroutine[A
 
     async def run() -> None:
         async with _looking(search, names) as (cars, _):
-            await _found(cars, names, search.seconds)
+            await _found(cars, names, search.seconds, search.listen_s)
             await act(cars)
 
     asyncio.run(run())
 
 
-async def _found(cars: "Cars", names: Sequence[str], within_s: float) -> None:
+async def _found(cars: "Cars", names: Sequence[str], within_s: float, listen_s: float) -> None:
     """Wait until cars of these names are found and answer. Raises MotorcadeError where they aren't in time."""
     end_s = time.monotonic() + within_s
-    listened_s = time.monotonic() + _LISTEN_S
+    listened_s = time.monotonic() + listen_s
     while time.monotonic() < end_s:
         try:
             known = all(each.is_known.is_set() for each in cars.named(names))
@@ -186,7 +200,7 @@ async def _order(kind: str, search: Search, as_json: bool) -> None:
             (cars.stop if kind == "stop" else cars.go)(only_new=True)
             missing = await cars.confirmed(_LOOK_S)
             passed_s = time.monotonic() - begin_s
-            if passed_s >= search.seconds or (passed_s >= _LISTEN_S and not missing):
+            if passed_s >= search.seconds or (passed_s >= search.listen_s and not missing):
                 break
         count = len(cars.statuses())
         _note(finder)
@@ -202,8 +216,8 @@ async def _order(kind: str, search: Search, as_json: bool) -> None:
 
 async def _print_cars(search: Search) -> None:
     async with _looking(search) as (cars, finder):
-        await asyncio.sleep(min(_LISTEN_S, search.seconds))
-        await cars.known(max(0.0, search.seconds - _LISTEN_S))
+        await asyncio.sleep(search.listen_s)
+        await cars.known(search.seconds - search.listen_s)
         rows = [each._asdict() for each in cars.statuses()]
         _note(finder)
     for row in rows:
@@ -298,7 +312,7 @@ async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, s
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
     console = Console(stderr=True)
     async with _looking(search, names, baud) as (cars, finder):
-        await _found(cars, names, search.seconds)
+        await _found(cars, names, search.seconds, search.listen_s)
         contacts = cars.named(names)
         _note(finder)
         if not contacts:

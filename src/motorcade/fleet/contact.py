@@ -5,6 +5,7 @@ import ssl
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import NamedTuple
 
 from motorcade.drive.client import DriveClient
@@ -14,10 +15,10 @@ from motorcade.fleet.places import Place, safe_name
 from motorcade.upload.transfer import NEW, OLD, Retry, holds_phrase, is_busy, upload_error
 from motorcade.words.request import ASK, STOP
 
-BEAT_S = 1.0
+BEAT_S = 1.4
 # A car that answered none of so many heartbeats is away.
 MISSES = 3
-AWAY_S = BEAT_S * (MISSES + 0.5)
+AWAY_S = BEAT_S * (MISSES + 0.4)
 # What a car holds that couldn't be reached, besides what `motorcade.upload.transfer` tells.
 AWAY = "away"
 _AGAIN_S = 0.5
@@ -91,7 +92,7 @@ class Contact:
 
     Attributes:
         place: where it is.
-        is_known: set once the car has answered, or the first try to reach it has failed.
+        is_known: set once the car has answered, or a try to reach it has failed.
         ordered: STOP or GO, the last order; empty where there was none.
         wanted: the same until the car has confirmed it: it gets that first when it is back.
     """
@@ -104,7 +105,6 @@ class Contact:
         self._link: Link | None = None
         # Set while the car is connected and answers.
         self._answers = asyncio.Event()
-        self._hurry = asyncio.Event()
         self._fields: dict[str, str] = {}
         self._heard_s: float | None = None
         self._problem: MotorcadeError | None = None
@@ -141,8 +141,7 @@ class Contact:
         """Send STOP or GO at once, and again until the car confirms it."""
         self.wanted = self.ordered = kind
         if self._link:
-            self._link.send(kind).add_done_callback(lambda answer: self._take(answer, kind))
-        self._hurry.set()
+            self._link.send(kind).add_done_callback(partial(self._take, kind))
 
     async def ask(self, kind: str, name: str = "") -> None:
         """Send a request and wait for its answer. Raises MotorcadeError."""
@@ -178,9 +177,11 @@ class Contact:
         self._loading += 1
         try:
             for number in range(_TRIES):
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(_BACK_S if number else BEAT_S):
-                        await self._answers.wait()
+                # A car that is known to be away keeps nobody waiting.
+                if number or not self.is_known.is_set():
+                    with suppress(TimeoutError):
+                        async with asyncio.timeout(_BACK_S):
+                            await self._answers.wait()
                 link = self._link
                 if link is None or not self._answers.is_set():
                     break
@@ -200,40 +201,28 @@ class Contact:
             return Verdict(self.name, self.place.address, holds, error)
         finally:
             self._loading -= 1
-            self._hurry.set()
 
     async def _beat(self, link: Link) -> None:
         """Send heartbeats until the connection ends or the car misses three. Raises MotorcadeError then."""
         missed = 0
-        while not link.closed.is_set():
+        while not link.closed and missed < MISSES:
+            heard_s = self._heard_s
+            if not self._loading:
+                kind = self.wanted or ASK
+                link.send(kind).add_done_callback(partial(self._take, kind))
+            await link.pause(BEAT_S)
             if self._loading:
                 # Its answers to the upload tell as much.
-                self._heard_s, missed = self._options.now_s(), 0
-            else:
-                kind = self.wanted or ASK
-                answer = link.send(kind)
-                await asyncio.wait([answer], timeout=BEAT_S)
-                missed += 1
-                if answer.done() and not answer.cancelled():
-                    self._take(answer, kind)
-                    missed = 0
-                else:
-                    self._answers.clear()
-                if missed >= MISSES:
-                    break
-            await self._rest(BEAT_S)
+                self._heard_s = self._options.now_s()
+            missed = missed + 1 if self._heard_s == heard_s else 0
+            if missed:
+                self._answers.clear()
+                self.is_known.set()
         if link.is_strange or not (self.place.host or link.heard):
             raise MotorcadeError("no-car-at-port", port=self.place.address)
         raise MotorcadeError("car-away", car=self.name)
 
-    async def _rest(self, seconds: float) -> None:
-        """Wait for ``seconds``, or until somebody is in a hurry."""
-        with suppress(TimeoutError):
-            async with asyncio.timeout(seconds):
-                await self._hurry.wait()
-        self._hurry.clear()
-
-    def _take(self, answer: "asyncio.Future[dict[str, str]]", kind: str) -> None:
+    def _take(self, kind: str, answer: "asyncio.Future[dict[str, str]]") -> None:
         """Note an answer, and whether it confirms the last stop or go."""
         if answer.cancelled():
             return
@@ -258,6 +247,7 @@ class DriveContact(Contact):
 
     def __init__(self, place: Place, options: ContactOptions) -> None:
         super().__init__(place, options)
+        self._ordered = asyncio.Event()
         name = (place.name or None) if options.tls else None
         self._client = DriveClient(
             place.host, place.port, telemetry_port=place.telemetry_port, keys=options.tls, car=name
@@ -268,6 +258,10 @@ class DriveContact(Contact):
         if telemetry is None:
             return known._replace(away=True)
         return known._replace(state=telemetry.state, battery_mv=telemetry.battery_mv, away=False)
+
+    def order(self, kind: str) -> None:
+        super().order(kind)
+        self._ordered.set()
 
     async def ask(self, kind: str, name: str = "") -> None:
         raise MotorcadeError("car-only-drives", car=self.name)
@@ -289,7 +283,10 @@ class DriveContact(Contact):
                 self._problem = client.problem
                 if client.telemetry or client.problem:
                     self.is_known.set()
-                await self._rest(_AGAIN_S / 5)
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(_AGAIN_S):
+                        await self._ordered.wait()
+                self._ordered.clear()
         finally:
             await client.end()
 

@@ -26,20 +26,16 @@ _PORTS_EVERY_S = 1.0
 
 
 @asynccontextmanager
-async def finding(cars: Cars, network: bool = True, interfaces: Sequence[str] = ()) -> AsyncIterator["Finder"]:
-    """Add cars to ``cars`` as they are found, while the block runs.
+async def finding(finder: "Finder", interfaces: Sequence[str] = ()) -> AsyncIterator[None]:
+    """Look for cars at this computer's serial ports and in the network, while the block runs.
 
     Args:
-        cars: gets them.
-        network: whether to look in the network, besides this computer's serial ports.
-        interfaces: addresses of this computer at which to look; all where none are given.
+        finder: what looks.
+        interfaces: addresses of this computer at which to look in the network; all where none are given.
     """
-    finder = Finder(cars)
-    tasks = [asyncio.create_task(finder.watch_ports())]
-    if network:
-        tasks.append(asyncio.create_task(finder.watch_network(interfaces)))
+    tasks = [asyncio.create_task(finder.watch_ports()), asyncio.create_task(finder.watch_network(interfaces))]
     try:
-        yield finder
+        yield
     finally:
         for task in tasks:
             task.cancel()
@@ -47,7 +43,7 @@ async def finding(cars: Cars, network: bool = True, interfaces: Sequence[str] = 
 
 
 class Finder:
-    """Find cars.
+    """Find cars, and add them to ``cars``.
 
     Attributes:
         others: names and addresses of classes and studios in the network.

@@ -30,7 +30,7 @@ class Link(asyncio.Protocol):
     """A connection to a car. Use it in one event loop.
 
     Attributes:
-        closed: set when the connection has ended.
+        closed: whether the connection has ended.
         strange: how many lines came that are no answers.
         heard: whether anything came.
     """
@@ -38,7 +38,7 @@ class Link(asyncio.Protocol):
     baud = 0
 
     def __init__(self) -> None:
-        self.closed = asyncio.Event()
+        self.closed = False
         self.strange = 0
         self.heard = False
         self._number = secrets.randbelow(256)
@@ -47,6 +47,7 @@ class Link(asyncio.Protocol):
         self._uploading = False
         self._uploaded = b""
         self._waiting: asyncio.Future[None] | None = None
+        self._pausing: asyncio.Future[None] | None = None
         self._transport: asyncio.WriteTransport | None = None
 
     def send(self, kind: str, name: str = "") -> "asyncio.Future[dict[str, str]]":
@@ -71,7 +72,7 @@ class Link(asyncio.Protocol):
             while True:
                 data, self._uploaded = self._uploaded, b""
                 out = transfer.step(data, monotonic_ms())
-                if transfer.outcome is not None or self.closed.is_set():
+                if transfer.outcome is not None or self.closed:
                     return transfer
                 if out:
                     self._write(out)
@@ -79,6 +80,17 @@ class Link(asyncio.Protocol):
                     await self._wait(transfer.rest_ms / 1000)
         finally:
             self._uploading = False
+
+    async def pause(self, seconds: float) -> None:
+        """Wait for ``seconds``, or until the connection ends; cheaper than asyncio.timeout, for a thousand cars."""
+        loop = asyncio.get_running_loop()
+        self._pausing = loop.create_future()
+        timer = loop.call_later(seconds, _wake, self._pausing)
+        try:
+            if not self.closed:
+                await self._pausing
+        finally:
+            timer.cancel()
 
     def close(self) -> None:
         """End the connection."""
@@ -92,8 +104,9 @@ class Link(asyncio.Protocol):
         self._transport = transport
 
     def connection_lost(self, problem: Exception | None) -> None:
-        self.closed.set()
+        self.closed = True
         self._wake()
+        _wake(self._pausing)
         for answer in self._answers.values():
             answer.cancel()
 
@@ -131,22 +144,21 @@ class Link(asyncio.Protocol):
             self.strange += 1
 
     def _write(self, data: bytes) -> None:
-        if self._transport and not self.closed.is_set():
+        if self._transport and not self.closed:
             self._transport.write(data)
 
     async def _wait(self, seconds: float) -> None:
         """Wait until bytes have come, the connection has ended, or ``seconds`` have passed."""
         loop = asyncio.get_running_loop()
         self._waiting = loop.create_future()
-        timer = loop.call_later(seconds, self._wake)
+        timer = loop.call_later(seconds, _wake, self._waiting)
         try:
             await self._waiting
         finally:
             timer.cancel()
 
     def _wake(self) -> None:
-        if self._waiting and not self._waiting.done():
-            self._waiting.set_result(None)
+        _wake(self._waiting)
 
 
 class SerialLink(Link):
@@ -163,7 +175,7 @@ class SerialLink(Link):
         """Wait until the device is silent; a device that never is, is strange."""
         loop = asyncio.get_running_loop()
         end_s = loop.time() + _LONGEST_NOISE_S
-        while not self.closed.is_set() and loop.time() < end_s:
+        while not self.closed and loop.time() < end_s:
             self.heard = False
             await self._wait(_SILENCE_S)
             if not self.heard:
@@ -172,11 +184,11 @@ class SerialLink(Link):
         self.strange = _MOST_LINES
 
     def close(self) -> None:
-        self.closed.set()
+        self.closed = True
 
     def _write(self, data: bytes) -> None:
         # A port may keep a writer waiting.
-        if not self.closed.is_set():
+        if not self.closed:
             self._loop.run_in_executor(None, self._write_all, data)
 
     def _write_all(self, data: bytes) -> None:
@@ -187,7 +199,7 @@ class SerialLink(Link):
 
     def _read(self) -> None:
         try:
-            while not self.closed.is_set():
+            while not self.closed:
                 if data := self._port.read(max(1, self._port.in_waiting)):
                     self._loop.call_soon_threadsafe(self.data_received, data)
         except (OSError, RuntimeError, TypeError):
@@ -201,6 +213,11 @@ class SerialLink(Link):
     def _end(self) -> None:
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self.connection_lost, None)
+
+
+def _wake(waiting: "asyncio.Future[None] | None") -> None:
+    if waiting and not waiting.done():
+        waiting.set_result(None)
 
 
 async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:

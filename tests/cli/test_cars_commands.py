@@ -1,0 +1,126 @@
+"""The commands for many cars: their JSON and exit codes, and an uploader that is killed."""
+
+import json
+import signal
+import subprocess
+import sys
+from binascii import crc32
+
+import pytest
+
+from motorcade import Program, compile_program, forward, led
+from motorcade.fleet.places import list_text, place_of
+from motorcade.upload import ports
+from support.command_line import data, refusal, run
+from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
+from support.waiting import wait_until
+
+LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
+
+
+@pytest.fixture(autouse=True)
+def no_ports(monkeypatch, tmp_path):
+    """This computer's own ports are left alone, and its folder has no list."""
+    monkeypatch.setattr(ports.list_ports, "comports", list)
+    monkeypatch.chdir(tmp_path)
+
+
+def listed(folder, cars, *more):
+    file = folder / "room.toml"
+    places = [place_of(car.address, f"car-{number}") for number, car in enumerate(cars)]
+    file.write_text(list_text([*places, *more]), encoding="utf-8")
+    return file
+
+
+def image_file(folder, image):
+    file = folder / "it.image"
+    file.write_bytes(image)
+    return file
+
+
+def test_cars_are_shown_loaded_stopped_named_and_loaded_again(tmp_path):
+    with simulated_cars(3) as cars:
+        room = listed(tmp_path, cars)
+        rows = data("cars", "--list", room)
+        assert [(row["name"], row["crc32"], row["away"]) for row in rows] == [
+            (f"car-{number}", FIRST_CRC32, False) for number in range(3)
+        ]
+        assert data("cars", "stop", "--list", room) == {"cars": 3, "missing": []}
+        assert {car.wheels for car in cars} == {(0, 0)}
+        assert run("cars", "name", cars[1].address, "阿达", "--list", room).code == 0
+        assert cars[1].named == "阿达"
+        assert "blinks for 5 s" in run("cars", "blink", "阿达", "--list", room).out
+        program = image_file(tmp_path, SECOND)
+        some = data("upload", program, "--to", "car-0", "--to", "阿达", "--list", room)
+        assert [(each["car"], each["holds"], each["error"]) for each in some] == [
+            ("car-0", "new", None),
+            ("阿达", "new", None),
+        ]
+        assert data("cars", "go", "--list", room)["missing"] == []
+        assert [each["holds"] for each in data("upload", program, "--to", "all", "--resume", "--list", room)] == [
+            "new"
+        ] * 3
+        assert [car.image for car in cars] == [SECOND] * 3
+
+
+def test_an_upload_that_some_cars_miss_ends_with_their_code(tmp_path):
+    away = place_of("127.0.0.1:1", "gone")
+    with simulated_cars(1) as cars:
+        room = listed(tmp_path, cars, away)
+        ran = run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room, "--seconds", "2")
+        assert ran.code == 5
+        assert {each["car"]: each["holds"] for each in json.loads(ran.out)} == {"car-0": "new", "gone": "away"}
+        ran = run("cars", "stop", "--list", room, "--seconds", "1")
+        assert (ran.code, json.loads(ran.out)["missing"]) == (5, ["gone"])
+
+
+def test_what_was_typed_wrong_is_a_sentence(tmp_path):
+    program = image_file(tmp_path, SECOND)
+    assert "no car bo" in refusal(3, "cars", "blink", "bo", "--seconds", "0.2")
+    assert "No car was found" in refusal(3, "upload", program, "--to", "all", "--seconds", "1")
+    assert "--to and --port exclude" in refusal(2, "upload", program, "--to", "all", "--port", "COM3")
+    assert "for several cars" in refusal(2, "upload", program, "--resume")
+    assert "no name for a car" in refusal(2, "cars", "name", "COM3", "a b")
+    assert "for simulated cars" in refusal(2, "car", "run", "--board", "simulated", "--count", "2", "--pty")
+    (tmp_path / "cars.toml").write_text("ada = 1", encoding="utf-8")
+    assert "ada has to be text" in refusal(2, "cars")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+def test_a_killed_uploader_leaves_each_car_with_an_old_or_a_new_program_whole(tmp_path):
+    """It is killed as soon as one car has the new program, while others wait for theirs."""
+    new = f"{crc32(LARGEST):08x}"
+    with simulated_cars(60) as cars:
+        room, program = listed(tmp_path, cars), image_file(tmp_path, LARGEST)
+        command = [sys.executable, "-m", "motorcade", "upload", program, "--to", "all", "--list", room]
+        uploader = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wait_until(lambda: any(car.image == LARGEST for car in cars) or uploader.poll() is not None)
+        uploader.send_signal(signal.SIGKILL)
+        uploader.wait()
+        held = {row["crc32"] for row in data("cars", "--list", room)}
+        assert held <= {FIRST_CRC32, new}
+        assert {car.image for car in cars} <= {FIRST, LARGEST}
+        verdicts = data("upload", program, "--to", "all", "--resume", "--list", room)
+        assert {each["holds"] for each in verdicts} == {"new"}
+        assert {car.image for car in cars} == {LARGEST}
+        assert SECOND_CRC32 not in held
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+def test_many_simulated_cars_are_one_process_and_a_list(tmp_path):
+    room = tmp_path / "many.toml"
+    command = ["car", "run", "--board", "simulated", "--count", 5, "--number", 7, "--list", room, "--store", tmp_path]
+    arguments = [sys.executable, "-m", "motorcade", *map(str, command), "--json"]
+    for expected in (FIRST_CRC32, SECOND_CRC32):
+        process = subprocess.Popen(arguments, stdout=subprocess.PIPE)
+        try:
+            assert json.loads(process.stdout.readline())["cars"] == 5
+            rows = data("cars", "--list", room)
+            assert [row["number"] for row in rows] == [10, 11, 7, 8, 9]
+            if expected == SECOND_CRC32:
+                assert {row["crc32"] for row in rows} == {SECOND_CRC32}
+            assert run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room).code == 0
+        finally:
+            process.terminate()
+            assert process.wait() == 0
+            process.stdout.close()
