@@ -8,7 +8,7 @@ from motorcade.classroom.names import CODE_CHARACTERS, LEAST_OF_A_PASSWORD, Atte
 from motorcade.classroom.room import MOST_OF_AN_ADDRESS, MOST_PUPILS
 from motorcade.errors import MotorcadeError
 from motorcade.locales import catalogue, languages
-from motorcade.service.user_names import MOST_OF_A_NAME, checked_user_name
+from motorcade.service.library import MOST_OF_A_NAME, checked_user_name
 from support.classrooms import BUS, a_class, refused, with_pupils
 
 

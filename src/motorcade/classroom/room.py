@@ -23,8 +23,8 @@ from motorcade.classroom.names import (
 )
 from motorcade.classroom.record import ClassRecord, Presence, Pupil, SignIn
 from motorcade.errors import MotorcadeError
+from motorcade.service.library import checked_user_name
 from motorcade.service.messages import MissionChoice
-from motorcade.service.user_names import checked_user_name
 
 MOST_PUPILS = 120
 # In ten minutes, of an address: who joins, and wrong codes, numbers and passwords. Twice a class behind one router.

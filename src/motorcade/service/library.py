@@ -1,4 +1,4 @@
-"""Where projects are stored, and the rules that every storage has: names, limits, versions and stars."""
+"""Where projects are stored, and the rules that every storage has: names, limits, versions and stars; users' names."""
 
 import re
 import unicodedata
@@ -15,6 +15,15 @@ LONGEST_NAME = 60
 _TURNS = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 # Control characters, surrogates, private characters, line and paragraph separators.
 _UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
+# Of a user: a pupil's nickname, or a driver's name.
+MOST_OF_A_NAME = 24
+# Letters and marks that show nothing (Unicode's Default_Ignorable_Code_Point): a name with one looks like another.
+_INVISIBLE = (
+    *(0x034F, 0x115F, 0x1160, 0x17B4, 0x17B5, 0x3164, 0xFFA0),
+    *(*range(0x180B, 0x1810), *range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0)),
+)
+# More marks on a letter than any language writes cover the lines above and below.
+_MOST_MARKS = 3
 _ALL_STARS = (1, 2, 3)
 _MISSION = re.compile(r"[a-z0-9][a-z0-9-]{0,59}")
 
@@ -42,6 +51,21 @@ def checked_name(name: str) -> str:
     is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\", *_TURNS}
     if not is_allowed or any(unicodedata.category(character) in _UNWANTED for character in name):
         raise MotorcadeError("bad-project-name", most=LONGEST_NAME)
+    return name
+
+
+def checked_user_name(text: str) -> str:
+    """The name that somebody has chosen, in one Unicode form (NFC), with single spaces; empty for none.
+
+    Raises MotorcadeError for anything but at most 24 letters, marks, digits, spaces and ``.-_'``, where it begins with
+    none of letters and digits, has four marks in a row, or a letter that shows nothing.
+    """
+    name = " ".join(unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME]).split(" ")).strip()
+    kinds = "".join(unicodedata.category(each)[0] for each in name)
+    allowed = all(kind in "LMN" or each in " .-_'" for each, kind in zip(name, kinds, strict=True))
+    allowed = allowed and "M" * (_MOST_MARKS + 1) not in kinds and not any(ord(each) in _INVISIBLE for each in name)
+    if name and not (allowed and name[0].isalnum() and len(name) <= MOST_OF_A_NAME and len(text) <= 4 * MOST_OF_A_NAME):
+        raise MotorcadeError("bad-user-name", most=MOST_OF_A_NAME)
     return name
 
 

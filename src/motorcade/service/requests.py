@@ -14,8 +14,13 @@ from motorcade.service.documents import example, examples, open_file, open_text,
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
 from motorcade.service.messages import Nothing, decode
-from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
-from motorcade.service.python_text import blocks_to_python, python_to_blocks
+from motorcade.service.programs import (
+    blocks_to_python,
+    compile_blocks,
+    decompile_image,
+    profile_figures,
+    python_to_blocks,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from motorcade.server.remote import messages
 from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
 from motorcade.server.remote.messages import RemoteMessage
 from motorcade.server.request_filter import ServerSettings
-from motorcade.service.user_names import checked_user_name
+from motorcade.service.library import checked_user_name
 from motorcade.timing import to_ticks
 
 _TELEMETRY_EVERY_S = 0.1
