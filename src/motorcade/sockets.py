@@ -1,11 +1,32 @@
-"""Sockets that listen at an address of this computer."""
+"""Addresses of networks, and sockets that listen at an address of this computer."""
 
 import ipaddress
+import re
 import socket
 import sys
 
+from motorcade.errors import MotorcadeError
+
+# Where a car that is driven takes commands, unless somebody chooses another port.
+DRIVE_PORT = 5005
+
 # What most systems allow without a question; macOS begins with 256.
 _FILES = 1024
+
+
+def host_and_port(address: str, default_port: int | None = None) -> tuple[str, int]:
+    """Return the host and the port in ``HOST:PORT``; with ``default_port`` HOST alone will do. Raises MotorcadeError.
+
+    An IPv6 address has colons of its own; with a port behind it stands in brackets. Port 0, a free one, is for a host
+    that listens: not with ``default_port``.
+    """
+    host, colon, port = address.rpartition(":")
+    if default_port is not None and (not colon or port.endswith("]") or (":" in host and not host.endswith("]"))):
+        host, port = address, str(default_port)
+    host, least = host.strip("[]"), 0 if default_port is None else 1
+    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= 65535:
+        raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
+    return host, int(port)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -35,29 +56,18 @@ def listen(host: str, port: int) -> socket.socket:
     return bound
 
 
-def most_files() -> int:
-    """How many files and sockets this process may have open; where the system allows more, at least 1,024."""
+def allow_files(count: int = _FILES) -> int:
+    """Let this process have ``count`` files and sockets open, as far as the system allows; return how many it may."""
     if sys.platform == "win32":
         # There a select waits for at most 512 sockets, but asyncio doesn't use it.
         return 8192
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if 0 <= soft < _FILES:
-        soft = _FILES if hard < 0 else min(hard, _FILES)
+    if 0 <= soft < count:
+        soft = count if hard < 0 else min(hard, count)
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     return soft if soft >= 0 else 8192
-
-
-def allow_files(count: int) -> None:
-    """Let this process have ``count`` files and sockets open, as far as the system allows."""
-    if sys.platform == "win32":
-        return
-    import resource
-
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if 0 <= soft < count:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (count if hard < 0 else min(hard, count), hard))
 
 
 def network_of(address: str) -> str:

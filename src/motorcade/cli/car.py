@@ -20,7 +20,6 @@ from motorcade.cli.options import (
     Json,
     OptionalFile,
     OptionalOutput,
-    host_and_port,
     print_json,
     print_note,
     print_result,
@@ -30,6 +29,7 @@ from motorcade.cli.options import (
 )
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
+from motorcade.sockets import host_and_port
 
 if TYPE_CHECKING:
     import ssl

@@ -22,7 +22,6 @@ from motorcade.cli.options import (
     Json,
     OptionalFile,
     TcpPortNumber,
-    host_and_port,
     image_for,
     print_json,
     print_lines,
@@ -31,9 +30,10 @@ from motorcade.cli.options import (
     quoted,
     wants_json,
 )
-from motorcade.cli.pages import DRIVE_PORT, CameraName, KeysFile, LogFile
+from motorcade.cli.pages import CameraName, KeysFile, LogFile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
+from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
     from motorcade.boards.computer import BatteryFile

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shlex
 import sys
 from collections.abc import Iterable
@@ -150,18 +149,3 @@ def whole_number(text: str, name: str | Phrase) -> int:
         except ValueError:
             continue
     raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
-
-
-def host_and_port(address: str, default_port: int | None = None) -> tuple[str, int]:
-    """Return the host and the port in ``HOST:PORT``; with ``default_port`` HOST alone will do. Raises MotorcadeError.
-
-    An IPv6 address has colons of its own; with a port behind it stands in brackets. Port 0, a free one, is for a host
-    that listens: not with ``default_port``.
-    """
-    host, colon, port = address.rpartition(":")
-    if default_port is not None and (not colon or port.endswith("]") or (":" in host and not host.endswith("]"))):
-        host, port = address, str(default_port)
-    host, least = host.strip("[]"), 0 if default_port is None else 1
-    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= 65535:
-        raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
-    return host, int(port)

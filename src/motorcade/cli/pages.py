@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, Output, TcpPortNumber, host_and_port, print_note, print_result, quoted
+from motorcade.cli.options import Json, Output, TcpPortNumber, print_note, print_result, quoted
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
+from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from motorcade.server.remote.remote_cars import RemoteCar
 
 _METAVAR = "NAME=HOST[:PORT]"
-DRIVE_PORT = 5005
 _TOKEN_FILE = ".token"
 _TOKEN_CHARACTERS = 32
 

@@ -15,10 +15,10 @@ from motorcade.drive.stamps import stamp_at
 from motorcade.drive.tls.keys import client_context
 from motorcade.drive.wire import Telemetry, stick_word
 from motorcade.errors import Phrase
+from motorcade.sockets import DRIVE_PORT
 from motorcade.timing import to_ticks
 from motorcade.words.switches import switch_words
 
-DRIVE_PORT = 5005
 FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
 _PERIOD_S = PERIOD_MS / 1000
 # A car takes 100 commands a second.

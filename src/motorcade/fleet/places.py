@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.sockets import DRIVE_PORT, host_and_port
 
 CAR, DRIVE, CLASS, STUDIO = "car", "drive", "class", "studio"
-# Where `motorcade car run` and `motorcade drive serve` listen unless somebody chooses another port.
-UPLOAD_PORT, DRIVE_PORT = 7001, 5005
+# Where `motorcade car run` listens unless somebody chooses another port.
+UPLOAD_PORT = 7001
 _LONGEST_NAME = 40
 _SCHEMES = {"socket://": CAR, "drive://": DRIVE}
 
@@ -45,17 +46,12 @@ def place_of(address: str, name: str = "") -> Place:
         if rest.startswith(scheme):
             kind, rest = meant, rest.removeprefix(scheme)
     host, _, port = rest.rpartition(":")
-    if kind and ":" not in rest:
-        host, port = rest, str(DRIVE_PORT if kind == DRIVE else UPLOAD_PORT)
     # COM3 and /dev/ttyUSB0 have no colon; a path such as /dev/serial/by-id/… may.
     if not kind and (not host or rest.startswith("/") or not port.isdecimal()):
         if not rest or not rest.isprintable():
             raise MotorcadeError("not-a-port-name", port=rest)
         return Place(rest, name)
-    host = host.strip("[]")
-    if not host or not (port.isdecimal() and 0 < int(port) < 65536):
-        raise MotorcadeError("not-host-and-port", address=address)
-    return network_place(host, int(port), name, kind or CAR)
+    return network_place(*host_and_port(rest, DRIVE_PORT if kind == DRIVE else UPLOAD_PORT), name, kind or CAR)
 
 
 def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemetry_port: int = 0) -> Place:

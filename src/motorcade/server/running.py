@@ -16,7 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from motorcade.drive.listener import Listener, Places
 from motorcade.server.request_filter import STATE_KEY, ServerSettings
-from motorcade.sockets import is_loopback, most_files
+from motorcade.sockets import allow_files, is_loopback
 from motorcade.timing import RateLimit, to_ticks
 
 _PATIENCE_S = 2
@@ -87,7 +87,7 @@ class Server(uvicorn.Server):
             logging.getLogger(name).addFilter(self._limits)
         # Without sockets uvicorn begins everything else.
         await super().startup([])
-        places = _PLACES._replace(most=min(_PLACES.most, most_files() - _KEPT_FILES))
+        places = _PLACES._replace(most=min(_PLACES.most, allow_files() - _KEPT_FILES))
         self._listeners = [Listener(each, self._connection, lambda: None, self._tls, places) for each in sockets or []]
         self._accepting = [asyncio.create_task(each.serve()) for each in self._listeners]
         self._ready()
