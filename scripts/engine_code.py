@@ -39,6 +39,7 @@ class Code(NamedTuple):
 def all_calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
     from motorcade.engine.interpreted import InterpretedKernels
+    from motorcade.engine.judging import Answers, Questions
     from motorcade.engine.kernels import KERNELS, PHASES
     from motorcade.engine.pictures import Pictures
     from motorcade.engine.simulation import Simulation
@@ -57,6 +58,15 @@ def all_calls() -> Calls:
     world.move(0, Pose(0, 0))
     world.look_ahead(0, 1000)
     world.give_back(0)
+    forms = {"int64": ("rows", "who", "since", "where"), "float64": ("figures", "corners", "off")}
+    forms["float32"] = ("before", "single")
+    zeros = {
+        name: world.backend.zeros(name, (1,) if name in ("who", "where", "corners", "single") else (1, 1), form)
+        for form, names in forms.items()
+        for name in names
+    }
+    asked, found = (kind(**{name: zeros[name] for name in kind._fields}) for kind in (Questions, Answers))
+    calls["judge"] = KERNELS["judge"], (0, world.state, world.arrays().rules, asked, found)
     pictures = Pictures(world)
     pictures.take_events()
     pictures.moment(is_stored=True)

@@ -15,8 +15,8 @@ from motorcade.engine.linear_memory import Described, LinearMemory, parse_argume
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
 from motorcade.mats import Mat
-from motorcade.missions.check import Play, Sight, watched
 from motorcade.missions.document import Mission
+from motorcade.missions.odds import OpenWorlds
 from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import SetWorld
 
@@ -217,12 +217,11 @@ def make_world(message: SetWorld, open_instance: OpenInstance, most_cars: int) -
     return open_world(message, most_cars, make)
 
 
-def play(open_instance: OpenInstance) -> Play:
-    """Return what simulates missions, for `motorcade.service.requests.Context`."""
+def open_worlds(open_instance: OpenInstance) -> OpenWorlds:
+    """Return what opens the worlds of missions, for `motorcade.service.requests.Context`."""
 
-    def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
-        runner = BrowserKernels(open_instance())
-        world = Simulation(mission.mat, [image], mission.profile, runner, seeds=mission.seeds, events=True)
-        yield from watched(world, mission)
+    def open_side_by_side(mission: Mission, image: bytes, seeds: Sequence[int], events: bool) -> Simulation:
+        kernels = BrowserKernels(open_instance())
+        return Simulation(mission.mat, [image], mission.profile, kernels, seeds=seeds, events=events)
 
-    return simulate
+    return open_side_by_side

@@ -17,6 +17,7 @@ from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.senses import NOTHING
 from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing, walls
 from motorcade.engine.decorators import in_kernel, methods_in_kernel
+from motorcade.engine.judging import judge
 from motorcade.engine.state import (
     DRIVEN,
     MOST_PARTS,
@@ -384,11 +385,7 @@ def read_obstacle(i: int, look_mm: int, arrays: Arrays, answer: Ints) -> None:
 KERNELS: Mapping[str, Callable[..., None]] = {
     each.__name__: each
     for each in (
-        run,
-        run_large,
-        wake,
-        give_back,
-        read_obstacle,
+        *(run, run_large, wake, give_back, read_obstacle, judge),
         showing.read_moment,
         showing.pack_picture,
         showing.sort_events,

@@ -16,6 +16,7 @@ from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
+from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
 from motorcade.engine.state import DRIVEN, Arrays
@@ -303,6 +304,10 @@ class Simulation:
         counts = self._read_counts()
         parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
         return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in _COUNTED.items()}
+
+    def judge(self, questions: Questions, answers: Answers) -> None:
+        """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""
+        self.backend.call("judge", self._tick, self.state, self._rules, questions, answers)
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""

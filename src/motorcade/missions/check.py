@@ -1,6 +1,6 @@
 """Check a program against a mission: simulate it on every seed, and count the stars."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 from statistics import fmean
 from typing import Any, NamedTuple
@@ -9,8 +9,10 @@ from motorcade.engine.events import COLUMNS
 from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
-from motorcade.missions.document import Mission
-from motorcade.missions.goals import GoalState
+from motorcade.missions.document import Goal, Mission
+from motorcade.missions.goals import MOST_UNMET, GoalState, needed_of
+from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
+from motorcade.missions.schema import WORKS
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
@@ -29,10 +31,6 @@ class Sight(NamedTuple):
     seed: int
     moment: Moment
     events: Iterable[tuple[int, ...]]
-
-
-# Simulates a mission on all its seeds.
-Play = Callable[[Mission, bytes], Iterable[Sight]]
 
 
 class GoalResult(NamedTuple):
@@ -80,6 +78,13 @@ class Result(NamedTuple):
         return {"stars": len(self.stars), "grade": self.grade, "goals": [goal.to_dict(language) for goal in self.goals]}
 
 
+def open_worlds_here(mission: Mission, image: bytes, seeds: Sequence[int], events: bool) -> Simulation:
+    """Open worlds with the engine of this computer."""
+    from motorcade.engine.world import World
+
+    return World(mission.mat, [image], mission.profile, seeds=seeds, events=events, threads=1)
+
+
 def check_image(mission: Mission, image: bytes) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
     try:
@@ -89,24 +94,44 @@ def check_image(mission: Mission, image: bytes) -> Result:
     return _check(mission, image, program)
 
 
-def check_program(mission: Mission, program: Program, play: Play | None = None) -> Result:
+def check_program(mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here) -> Result:
     """Check a program, compiled for the mission's cars. Raises ProgramError where it has errors."""
-    return _check(mission, compile_program(program, mission.profile).image, program, play)
+    return _check(mission, compile_program(program, mission.profile).image, program, open_worlds)
 
 
-def _check(mission: Mission, image: bytes, program: Program | None, play: Play | None = None) -> Result:
+def _check(
+    mission: Mission, image: bytes, program: Program | None, open_worlds: OpenWorlds = open_worlds_here
+) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
-    for sight in (play or simulate)(mission, image):
+    for sight in simulate(mission, image, open_worlds):
         watches[sight.seed].see(sight.moment, sight.events)
     states = {seed: watch.states() for seed, watch in watches.items()}
     grades = [watch.grades() for watch in watches.values()]
     means = [fmean(each) for each in zip(*grades, strict=True)]
-    results = [_worst(mission, number, states, grade) for number, grade in enumerate(means)]
+    results = [
+        _tried(mission, goal, image, open_worlds) if goal.kind == WORKS else _worst(mission, number, states, grade)
+        for number, (goal, grade) in enumerate(zip(mission.goals, means, strict=True))
+    ]
     grade = fmean(grade_of(mission, each) for each in grades)
     if (steps := steps_result(mission, program)) is not None:
         results.insert(0, steps)
         grade *= steps.grade
     return Result(stars_of(results), results, grade)
+
+
+def _tried(mission: Mission, goal: Goal, image: bytes, open_worlds: OpenWorlds) -> GoalResult:
+    """The result of a goal of the kind WORKS: in how many runs on other seeds the first star's goals are met."""
+    odds = Odds(mission, image, other_seeds(mission, goal.values["seeds"]), open_worlds)
+    trials: list[Trial] = []
+    while not odds.is_over:
+        trials += odds.advance()
+    failed = [trial.seed for trial in trials if not works(mission, trial)]
+    done, count = len(trials) - len(failed), len(trials)
+    why = Phrase("goal-works-count", done=done, count=count)
+    seed = failed[0] if failed else mission.seeds[0]
+    met = done >= needed_of(goal.values["share"], count)
+    grade = 1.0 if met else min(done / count / goal.values["share"], MOST_UNMET)
+    return GoalResult(goal.kind, goal.star, met, seed, 0, why, grade=grade)
 
 
 def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]], grade: float) -> GoalResult:
@@ -118,7 +143,7 @@ def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]], gr
 
 
 def grade_of(mission: Mission, grades: Iterable[float]) -> float:
-    """The grade of a run of a mission, 0 to 1; exactly 1 where all goals are met.
+    """The grade of a run of a mission, 0 to 1; exactly 1 where all goals are met that a single run decides.
 
     A star's grade is the mean of its goals', and all stars count alike. As the others are worth nothing without the
     first, theirs are multiplied by its grade.
@@ -128,7 +153,8 @@ def grade_of(mission: Mission, grades: Iterable[float]) -> float:
     """
     stars: dict[int, list[float]] = {}
     for goal, grade in zip(mission.goals, grades, strict=True):
-        stars.setdefault(goal.star, []).append(grade)
+        if goal.kind != WORKS:
+            stars.setdefault(goal.star, []).append(grade)
     means = {star: fmean(each) for star, each in stars.items()}
     return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())
 
@@ -170,30 +196,31 @@ def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
             yield from _kinds_in(step.steps)
 
 
-def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
-    """Simulate a mission with the engine, all seeds side by side. Raises MotorcadeError."""
-    from motorcade.engine.world import World
+def simulate(mission: Mission, image: bytes, open_worlds: OpenWorlds = open_worlds_here) -> Iterator[Sight]:
+    """Simulate a mission, all its seeds side by side. Raises MotorcadeError.
 
-    world = World(mission.mat, [image], mission.profile, seeds=mission.seeds, events=True, threads=1)
-    yield from watched(world, mission)
+    Args:
+        open_worlds: opens the worlds.
+    """
+    yield from watched(open_worlds(mission, image, mission.seeds, True), mission)
 
 
 def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
-    """Run the worlds of a mission, one for each of its seeds, and show them as `motorcade.missions.watch` needs it.
+    """Run worlds of a mission to its end, and show each of them as `motorcade.missions.watch` needs it.
 
     Raises:
         MotorcadeError: a world can't be simulated.
     """
     end_ms = mission.duration_ms
-    rows: list[list[tuple[int, ...]]] = [[] for _ in mission.seeds]
+    rows: list[list[tuple[int, ...]]] = [[] for _ in world.seeds]
     while True:
-        for number, seed in enumerate(mission.seeds):
+        for number, seed in enumerate(world.seeds):
             yield Sight(seed, world.snapshot(number).in_single_precision(), rows[number])
         if world.now_ms >= end_ms:
             return
         next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms)
         world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
-        rows = [_rows(world.backend.read(world.take_rows(number))) for number in range(len(mission.seeds))]
+        rows = [_rows(world.backend.read(world.take_rows(number))) for number in range(world.worlds)]
 
 
 def _rows(events: bytes) -> list[tuple[int, ...]]:

@@ -7,9 +7,11 @@ come to the same result.
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Any, Literal, NamedTuple
 
 from motorcade.car.brain import NO_LED
+from motorcade.engine import judging
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.locales import languages, page_text
@@ -21,6 +23,8 @@ _HALF_M, _HALF_DEG = 0.5, 45.0
 MOST_UNMET = 0.99
 # What the watch of a goal says: not yet met, met at present but not for good, met for good, lost for good.
 Progress = Literal["open", "holds", "met", "lost"]
+# When a car must meet a goal.
+TIMES = {"end": judging.END, "some-moment": judging.SOME_MOMENT, "always": judging.ALWAYS}
 
 
 class GoalState(NamedTuple):
@@ -87,6 +91,19 @@ class GoalWatch(ABC):
         return 1.0 if self.state(is_over).progress == "met" else min(self.nearness(), MOST_UNMET)
 
 
+class LaterWatch(GoalWatch):
+    """A goal that no single run decides: it stays open until `motorcade.missions.check` tries other seeds."""
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        """Nothing that happens changes it."""
+
+    def state(self, is_over: bool) -> GoalState:
+        return GoalState("open", None, 0, 0, Phrase("goal-works-open"))
+
+    def nearness(self) -> float:
+        return 0.0
+
+
 def car_phrase(car: int) -> Phrase:
     """Name a car."""
     return Phrase("car-number", number=car)
@@ -140,7 +157,7 @@ class CarsWatch(GoalWatch):
         self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
         self._until_ms = round(goal.values["until_s"] * 1000) if "until_s" in goal.values else None
         # How far each car is from meeting the goal, and since when: now, at best, or when it first missed it.
-        self._off = [math.inf if self._at != "always" else 0.0] * len(goal.cars)
+        self._off = [first_off(self._at)] * len(goal.cars)
         self._off_ms = [0] * len(goal.cars)
         self._ended = False
 
@@ -152,7 +169,7 @@ class CarsWatch(GoalWatch):
         for place, car in enumerate(self._cars):
             off = self._test(car, moment)
             before = self._off[place]
-            if self._at == "end" or (off <= before if self._at == "some-moment" else before == 0):
+            if judging.replaces(off, before, TIMES[self._at]):
                 self._off[place], self._off_ms[place] = off, moment.t_ms
         self._note(self._done >= self._needed)
 
@@ -196,28 +213,16 @@ def lamp_name(led: int | str) -> Wording:
     return Wording({language: page_text(("levels", "light", str(led)), language) for language in languages()})
 
 
-def shown_m(metres: float) -> float:
-    """A length as sentences show it: what is compared must be what a pupil reads."""
-    return round(metres, 2)
+def first_off(at: str) -> float:
+    """How far a car is from meeting a goal before the first moment."""
+    return 0.0 if at == "always" else math.inf
 
 
 def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
     """How far a point is from a zone; 0 inside."""
     if not zone.corners:
-        centre_x, centre_y, radius = zone.disc
-        return max(math.hypot(x - centre_x, y - centre_y) - radius, 0.0)
-    inside, nearest = False, math.inf
-    x0, y0 = zone.corners[-1]
-    for x1, y1 in zone.corners:
-        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
-            inside = not inside
-        along_x, along_y = x1 - x0, y1 - y0
-        squared = along_x * along_x + along_y * along_y
-        part = ((x - x0) * along_x + (y - y0) * along_y) / squared if squared else 0.0
-        part = min(max(part, 0.0), 1.0)
-        nearest = min(nearest, math.hypot(x - x0 - part * along_x, y - y0 - part * along_y))
-        x0, y0 = x1, y1
-    return 0.0 if inside else nearest
+        return judging.to_disc_m(x, y, *zone.disc)
+    return judging.to_outline_m([*chain.from_iterable(zone.corners)], 0, len(zone.corners), x, y)
 
 
 def cars_watch(goal: Goal, mission: Mission) -> GoalWatch:
@@ -247,7 +252,7 @@ def _zone_watch(goal: Goal, zone: Zone, lost: str) -> GoalWatch:
     if goal.kind == "in-zone":
         return CarsWatch(
             goal,
-            lambda car, now: shown_m(away_m(car, now)),
+            lambda car, now: judging.shown_m(away_m(car, now)),
             lost,
             lambda off: {"metres": off, "zone": zone.title},
             half=_HALF_M,
@@ -259,8 +264,8 @@ def _heading_watch(goal: Goal, lost: str) -> GoalWatch:
     wanted, tolerance = goal.values["degrees"], goal.values["tolerance_deg"]
 
     def off(car: int, now: Moment) -> float:
-        apart = round(abs((math.degrees(now.heading[car]) - wanted + 180) % 360 - 180))
-        return 0.0 if apart <= tolerance else float(apart)
+        apart = judging.turned_deg(now.heading[car], wanted)
+        return 0.0 if apart <= tolerance else apart
 
     # One that never had a moment has no number.
     return CarsWatch(goal, off, lost, lambda off: {"degrees": min(off, 180)}, half=_HALF_DEG)
@@ -280,10 +285,10 @@ class TravelledWatch(GoalWatch):
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         now = [(moment.x_m[car], moment.y_m[car]) for car in self._cars]
         for place, (one, other) in enumerate(zip(self._before or now, now, strict=True)):
-            self._driven[place] += math.dist(one, other)
+            self._driven[place] += judging.apart_m(*one, *other)
         self._before = now
         self._now_ms = moment.t_ms
-        self._shown = [shown_m(each) for each in self._driven]
+        self._shown = [judging.shown_m(each) for each in self._driven]
         if self._lost_ms is None and len(self._cars) - sum(each > self._most for each in self._shown) < self._needed:
             self._lost_ms = moment.t_ms
         self._note(self._done >= self._needed)
@@ -356,7 +361,7 @@ class TogetherWatch(GoalWatch):
             outer.add(max(self._cars, key=lambda car: x[car] * cosine + y[car] * sine))
         pairs = [(math.dist((x[one], y[one]), (x[other], y[other])), one, other) for one in outer for other in outer]
         metres, one, other = max(pairs, key=lambda pair: (pair[0], -pair[1], -pair[2]))
-        return shown_m(metres), one, other
+        return judging.shown_m(metres), one, other
 
     def state(self, is_over: bool) -> GoalState:
         if self._lost_ms is not None:

@@ -22,6 +22,8 @@ GROUPS = ("leader", "followers", "all")
 TIMES = ("end", "some-moment", "always")
 STARS = 3
 LONGEST_S = 600
+# The kind of goal that other seeds decide.
+WORKS = "works"
 MOST_SEEDS = 10
 _MOST_ZONES = 50
 _MOST_GOALS = 30
@@ -130,6 +132,14 @@ GOALS: dict[str, GoalKind] = {
     "stopped": GoalKind({"zone": _ZONE, "least": _LEAST}),
     "all-by": GoalKind(
         {"goal": whole(1, _MOST_GOALS, title="the number of another goal, from 1"), "seconds": _seconds("until when")}
+    ),
+    WORKS: GoalKind(
+        {
+            "share": number(
+                0.01, 1, title="the part of these runs in which the first star's goals are met", default=0.9
+            ),
+            "seeds": whole(10, 200, title="on how many other seeds the program runs", default=100),
+        }
     ),
 }
 

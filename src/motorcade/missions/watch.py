@@ -37,7 +37,7 @@ class MissionWatch:
         parsed = parse_image_bytes(image)
         slots = word_goals.Slots(parsed, mission.profile, mission.duration_ms)
         known: dict[str, scores.Score] = {}
-        self._watches = [_watch_of(goal, mission, parsed, slots, known) for goal in mission.goals]
+        self._watches = [watch_of(goal, mission, parsed, slots, known) for goal in mission.goals]
         self._all_by = {
             number: _AllBy(goal, other)
             for number, goal in enumerate(mission.goals)
@@ -165,7 +165,7 @@ def _check_work(mission: Mission) -> None:
         raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
 
 
-def _watch_of(
+def watch_of(
     goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots, known: dict[str, scores.Score]
 ) -> GoalWatch | None:
     """The watch of a goal; None for one that other goals decide. Goals for the same score share it in ``known``."""
@@ -175,6 +175,8 @@ def _watch_of(
             return scores.ScoreWatch(goal, known.setdefault(key, scores.score_of(goal, mission)))
         case "all-by":
             return None
+        case "works":
+            return goals.LaterWatch()
         case "travelled":
             return goals.TravelledWatch(goal)
         case "together":
@@ -228,6 +230,8 @@ def _whole_phrase(goal: Goal, mission: Mission) -> Phrase:
     if goal.kind == "lit":
         which = "off" if goal.values["led"] == "off" else "on"
         return Phrase(f"goal-lit-{which}-{goal.values['at']}", **details)
+    if goal.kind == "works":
+        return Phrase("goal-works", percent=goal.values["share"] * 100, count=goal.values["seeds"])
     if goal.kind == "heard":
         return Phrase("goal-heard", percent=goal.values["share"] * 100, **details)
     at = f"-{goal.values['at']}" if "at" in goal.values else ""

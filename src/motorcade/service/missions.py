@@ -10,9 +10,10 @@ from motorcade.engine.events import START
 from motorcade.engine.moment import to_moment, unpack_events
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
-from motorcade.missions.check import STEPS, GoalResult, Play, check_program, simulate
+from motorcade.missions.check import STEPS, GoalResult, check_program, simulate
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.goals import GoalState
+from motorcade.missions.odds import OpenWorlds
 from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
 from motorcade.program.compiler import compile_program
@@ -201,11 +202,11 @@ def mission_text(choice: MissionChoice) -> Text:
     return Text(json.dumps(chosen_mission(choice).document, indent=1, ensure_ascii=False) + "\n")
 
 
-def check_attempt(attempt: MissionAttempt, play: Play | None) -> MissionResult:
+def check_attempt(attempt: MissionAttempt, open_worlds: OpenWorlds) -> MissionResult:
     """Check the blocks on all seeds of the mission. Raises ProgramError where they make no program."""
     mission = chosen_mission(attempt.mission)
     program = program_of(attempt.leader, attempt.followers, mission.document["profile"])
-    result = check_program(mission, program, play)
+    result = check_program(mission, program, open_worlds)
     steps = next((each for each in result.goals if each.kind == STEPS), None)
     return MissionResult(
         stars=sorted(result.stars),

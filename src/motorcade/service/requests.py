@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import msgspec
 
 from motorcade.errors import MotorcadeError
-from motorcade.missions.check import Play
+from motorcade.missions.check import open_worlds_here
+from motorcade.missions.odds import OpenWorlds
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import exchange, messages, missions, remedies
 from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
@@ -32,14 +33,14 @@ class Context:
         storage: where projects are stored.
         ports: lists the ports to upload through.
         owner: the owner of the projects.
-        play: simulates missions; None: the engine of this computer.
+        open_worlds: opens the worlds of missions.
     """
 
     capabilities: messages.Capabilities
     storage: Storage
     ports: Callable[[], list[messages.Port]]
     owner: str = ""
-    play: Play | None = None
+    open_worlds: OpenWorlds = open_worlds_here
 
 
 class Request(NamedTuple):
@@ -125,7 +126,7 @@ def _of_mission(problem: MotorcadeError) -> MotorcadeError:
 
 
 def _check_mission(attempt: missions.MissionAttempt, context: Context) -> missions.MissionResult:
-    result = missions.check_attempt(attempt, context.play)
+    result = missions.check_attempt(attempt, context.open_worlds)
     if attempt.mission.document is None:
         result.earned = context.storage.add_stars(context.owner, attempt.mission.id, result.stars)
     return result
