@@ -11,7 +11,7 @@ from msgspec import inspect as types
 from motorcade.classroom import messages as class_messages
 from motorcade.classroom.app import REQUESTS as CLASS_REQUESTS
 from motorcade.server.remote import messages as remote_messages
-from motorcade.service import messages, world_messages
+from motorcade.service import messages, trial_messages, world_messages
 from motorcade.service.requests import REQUESTS
 
 _HEAD = """/** Messages between the page and its service. Written by scripts/generate.py; don't edit. */
@@ -52,7 +52,10 @@ _PLAIN = {
     types.NoneType: "null",
     types.AnyType: "unknown",
 }
-_UNIONS = ("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer")
+_UNIONS = {
+    **dict.fromkeys(("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer"), world_messages),
+    **dict.fromkeys(("TrialMessage", "TrialAnswer"), trial_messages),
+}
 
 
 class _Writer:
@@ -140,7 +143,7 @@ def _summary(cls: type) -> str:
 def message_types() -> str:
     """Return the text of messages.ts."""
     writer, table = _service_types()
-    unions = [writer.union(name, getattr(world_messages, name)) for name in _UNIONS]
+    unions = [writer.union(name, getattr(module, name)) for name, module in _UNIONS.items()]
     return "\n".join([_HEAD, *writer.interfaces.values(), *unions, table])
 
 
@@ -172,8 +175,8 @@ def remote_types() -> str:
 def class_types() -> str:
     """Return the text of classroom.ts."""
     service, _ = _service_types()
-    for name in _UNIONS:
-        service.union(name, getattr(world_messages, name))
+    for name, module in _UNIONS.items():
+        service.union(name, getattr(module, name))
     writer = _Writer({*service.interfaces, "Sentence", "MatDocument"})
     tables = [
         _table(writer, title, f"The requests of {who}: `POST /api/{path}/<name>`.", _class_requests(f"{path}/"))

@@ -12,15 +12,18 @@ from typing import Any, Protocol
 
 import msgspec
 
-from motorcade.browser.kernels import OpenInstance, make_world, play
+from motorcade.browser.kernels import OpenInstance, make_world, open_worlds
 from motorcade.browser.storage import BrowserStorage
 from motorcade.browser.uploads import VIRTUAL_PORT, UploadStream
 from motorcade.errors import MotorcadeError
-from motorcade.missions.check import Play
+from motorcade.missions.check import open_worlds_here
+from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import Capabilities, decode
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import StudioWorld
+from motorcade.service.trial_messages import TrialMessage
+from motorcade.service.trials import TrialSession
 from motorcade.service.world_messages import SetWorld, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
 
@@ -64,7 +67,7 @@ def start(open_instance: OpenInstance) -> "Shell":
     def make(message: SetWorld) -> StudioWorld:
         return make_world(message, open_instance, CAPABILITIES.most_cars)
 
-    return Shell(BrowserStorage(), make, time.perf_counter, play(open_instance))
+    return Shell(BrowserStorage(), make, time.perf_counter, open_worlds(open_instance))
 
 
 class Shell:
@@ -74,7 +77,7 @@ class Shell:
         storage: where projects are stored, and what the virtual car holds.
         make_world: builds a page's world. Raises MotorcadeError.
         clock: seconds since any moment.
-        play: simulates missions.
+        open_worlds: opens the worlds of missions.
     """
 
     def __init__(
@@ -82,12 +85,13 @@ class Shell:
         storage: BrowserStorage,
         make_world: Callable[[SetWorld], StudioWorld],
         clock: Callable[[], float],
-        play: Play | None = None,
+        open_worlds: OpenWorlds = open_worlds_here,
     ) -> None:
         self.storage = storage
         self._make_world = make_world
         self._clock = clock
-        self._context = Context(CAPABILITIES, storage, lambda: [VIRTUAL_PORT], play=play)
+        self._open_worlds = open_worlds
+        self._context = Context(CAPABILITIES, storage, lambda: [VIRTUAL_PORT], open_worlds=open_worlds)
         self._streams: dict[int, Stream] = {}
         self._worlds: dict[str, WorldSession] = {}
 
@@ -100,7 +104,12 @@ class Shell:
             return f'{{"error":{msgspec.json.encode(error).decode()}}}'
 
     def open(self, number: int, name: str, session: str) -> Sent:
-        """Open the stream ``name``, world, upload or serial; the page calls it ``number``."""
+        """Open the stream ``name``, world, trials, upload or serial; the page calls it ``number``."""
+        if name == "trials":
+            self._streams[number] = _TrialStream(
+                TrialSession(self._open_worlds, self._make_world, CAPABILITIES.most_cars)
+            )
+            return []
         if name != "world":
             car = self.storage if name == "upload" else None
             self._streams[number] = UploadStream(self._clock, car)
@@ -137,6 +146,26 @@ class Shell:
             return _packed(work(stream))
         except Exception as problem:  # noqa: BLE001 - the page is told, whatever it is
             return _packed([stream.refuse(_known(problem))])
+
+
+class _TrialStream:
+    """Trials of the page's program."""
+
+    def __init__(self, session: TrialSession) -> None:
+        self._session = session
+
+    def receive(self, data: str | bytes) -> list[Any]:
+        kind: Any = TrialMessage
+        return list(self._session.receive(decode(data, kind)))
+
+    def advance(self) -> list[Any]:
+        return list(self._session.advance())
+
+    def wait_s(self) -> float | None:
+        return 0.0 if self._session.is_busy else None
+
+    def refuse(self, problem: MotorcadeError) -> Any:
+        return refused(problem)
 
 
 class _WorldStream:

@@ -64,6 +64,11 @@ class Pictures:
         self._pack(showing.STORED if is_stored else showing.PICTURED)
         return self._world.backend.read(self._packed)
 
+    def look(self) -> bytes:
+        """Return the columns of a moment, without taking marks that are meant for a picture or a stored moment."""
+        self._pack(showing.ASKED)
+        return self._world.backend.read(self._packed)
+
     def index_of(self, car: int) -> int:
         """Return the index, among the image's words, of what a car executes or holds; NO_INDEX for none."""
         self._pack(showing.ASKED)

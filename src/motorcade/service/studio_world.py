@@ -19,7 +19,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
 from motorcade.missions.document import Mission
-from motorcade.service.messages import MatDocument, sentences
+from motorcade.service.messages import MatDocument, MissionChoice, sentences
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.programs import profile_named
 from motorcade.service.why import Facts, Obstacle, in_the_way, why
@@ -128,6 +128,10 @@ class StudioWorld:
     def moment(self, is_stored: bool) -> bytes:
         """Return what the cars show now; flags have what happened since the last call with the same ``is_stored``."""
         return self._pictures.moment(is_stored)
+
+    def look(self) -> bytes:
+        """Return what the cars show now, beside pictures and stored moments."""
+        return self._pictures.look()
 
     def details(self, car: int) -> CarDetails:
         """Return the details of a car."""
@@ -273,9 +277,8 @@ def open_world(
     With ``images`` the k-th leader has the k-th of them; goals about words are those of the message's image.
     """
     mat = mat_from(message.mat, most_cars)
-    if message.mission and (document := message.mission.document):
-        _check_size(document)
-        _check_size(document.get("mat"), most_cars)
+    if message.mission:
+        check_mission_size(message.mission, most_cars)
     profile = profile_named(message.profile)
     image = _NO_PROGRAM if message.image is None else message.image
     parse_image_bytes(image)
@@ -291,6 +294,13 @@ def open_world(
     if referee:
         _check_fixed(referee.mission, mat, message.range_mm)
     return StudioWorld(_or_refuse("bad-world", build), referee, steering)
+
+
+def check_mission_size(choice: MissionChoice, most_cars: int) -> None:
+    """Check how much a mission of the page's own holds, before any work. Raises MotorcadeError."""
+    if choice.document:
+        _check_size(choice.document)
+        _check_size(choice.document.get("mat"), most_cars)
 
 
 def _check_fixed(mission: Mission, mat: Mat, range_mm: int | None) -> None:

@@ -1,7 +1,7 @@
 """Why a car does what it does: what it heard, or what keeps it from hearing anything, and what would change that."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Literal, NamedTuple
 
 from motorcade.engine.pictures import Near
@@ -18,6 +18,8 @@ _AGAINST = {"wall": "why-against-wall", "disc": "why-against-disc", "polygon": "
 _REMOVALS: dict[str, Remedy] = {"wall": "remove-wall", "disc": "remove-disc", "polygon": "remove-polygon"}
 # The longest range that the page lets infrared have.
 _LONGEST_RANGE_MM = 5000
+# Bodies that touched in a tick may be so far apart after it, as they push each other.
+_TOUCH_M = 0.003
 # A body that lies farther aside is grazed: the car slides past it.
 _AHEAD_COS = 0.5
 
@@ -149,6 +151,31 @@ def _out_of_reach(facts: Facts) -> Cause:
     if nearest.reach == "outside-beam":
         return Cause(Phrase("why-outside-beam", **details), "move", nearest.car)
     return Cause(Phrase("why-not-yet", **details))
+
+
+def touched(
+    mat: Mat, cars: Iterable[int], x_m: Sequence[float], y_m: Sequence[float], radius_m: float
+) -> Iterator[tuple[int, Obstacle]]:
+    """Yield each of ``cars`` that touches something now, and what it touches.
+
+    Args:
+        x_m, y_m: where all cars are, in metres.
+        radius_m: of the body of each car.
+    """
+    order = sorted(range(len(x_m)), key=lambda car: x_m[car])
+    place = {car: at for at, car in enumerate(order)}
+    reach = 2 * radius_m + _TOUCH_M
+    for car in cars:
+        x, y = x_m[car], y_m[car]
+        for obstacle, at_x, at_y, thick_m in _furniture(mat, x, y):
+            if math.hypot(at_x - x, at_y - y) < radius_m + thick_m + _TOUCH_M:
+                yield car, obstacle
+        for step in (-1, 1):
+            at = place[car] + step
+            while 0 <= at < len(order) and abs(x_m[order[at]] - x) < reach:
+                if math.hypot(x_m[order[at]] - x, y_m[order[at]] - y) < reach:
+                    yield car, Obstacle("car", order[at])
+                at += step
 
 
 class _Surface(NamedTuple):

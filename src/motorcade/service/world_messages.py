@@ -46,9 +46,36 @@ class Step(_WorldMessage):
 
 
 class Reset(_WorldMessage):
-    """Begin again."""
+    """Begin again; with ``until_ms`` the run is simulated until then at once."""
 
     seed: Seed = 0
+    until_ms: Annotated[int, Meta(ge=0, le=600_000)] = 0
+
+
+class StopCondition(Struct, forbid_unknown_fields=True):
+    """Something that may happen to a car.
+
+    Attributes:
+        car: which one; None: any.
+        thing, number: what it touches; "" and None: anything.
+        corners_m, disc: the zone that it enters: a polygon, or x, y and radius. Sentences call it ``name``.
+        words: the words of the block that it begins, as indices into the image.
+    """
+
+    kind: Literal["touch", "lost", "zone", "block", "stuck"]
+    car: CarNumber | None = None
+    thing: Literal["", "wall", "disc", "polygon", "edge", "car"] = ""
+    number: int | None = None
+    corners_m: Annotated[list[Annotated[list[Length], Meta(min_length=2, max_length=2)]], Meta(max_length=100)] = []
+    disc: Annotated[list[Length], Meta(max_length=3)] = []
+    name: Annotated[str, Meta(max_length=80)] = ""
+    words: Annotated[list[int], Meta(max_length=512)] = []
+
+
+class StopWhen(_WorldMessage, tag="stop-when"):
+    """Stop as soon as one of these happens; they replace those before, and end with the world."""
+
+    conditions: Annotated[list[StopCondition], Meta(max_length=20)]
 
 
 class Speak(_WorldMessage, tag="say"):
@@ -97,7 +124,9 @@ class Shown(_WorldMessage):
     frame: Annotated[int, Meta(ge=0, lt=1 << 32)]
 
 
-WorldMessage = SetWorld | Play | Pause | Step | Reset | Speak | Furnish | Move | Watch | Seek | Resume | Shown
+WorldMessage = (
+    SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | Furnish | Move | Watch | Seek | Resume | Shown
+)
 
 
 class _WorldAnswer(Struct, tag_field="is", tag=str.lower):
@@ -207,6 +236,19 @@ class Goals(_WorldAnswer):
     goals: list[GoalNow]
 
 
+class Stopped(_WorldAnswer):
+    """The world has stopped: ``condition``, an index into those of StopWhen, began to hold for a car.
+
+    ``others`` are the cars that it has to do with, too.
+    """
+
+    t_ms: int
+    condition: int
+    car: int
+    others: list[int]
+    why: Sentence
+
+
 class Refused(_WorldAnswer, tag="error"):
     """The error of a message that was refused."""
 
@@ -215,7 +257,7 @@ class Refused(_WorldAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = Hello | State | CarDetails | Goals | Refused
+WorldAnswer = Hello | State | CarDetails | Goals | Stopped | Refused
 
 
 # An upload, or the readback of a car's program.

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from motorcade.engine.moment import EVENT_BYTES
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
+from motorcade.service.breakpoints import Breakpoints
 from motorcade.service.history import (
     EVERY_MS,
     FIRST,
@@ -74,6 +75,7 @@ class WorldSession:
         self.speed = 1.0
         self._world: StudioWorld | None = None
         self._watched: int | None = None
+        self._breakpoints = Breakpoints()
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
         # When the page was last seen to draw.
         self._drew_s = float("-inf")
@@ -106,6 +108,7 @@ class WorldSession:
     def begin(self, world: StudioWorld) -> list[WorldAnswer]:
         """Play a new world, which `make_world` built, instead of the one before; it is paused at first."""
         self._world, self._watched, self.speed = world, None, 1.0
+        self._breakpoints.conditions = ()
         self._begin_run()
         return self._greet(resumed=False)
 
@@ -137,7 +140,7 @@ class WorldSession:
             return self.begin(self.make_world(message))
         self._apply(message, self.world)
         car = self.car()
-        return [self.state(), *self._new_goals(), *([car] if car else [])]
+        return [self.state(), *self._breakpoints.take(), *self._new_goals(), *([car] if car else [])]
 
     def _apply(self, message: WorldMessage, world: StudioWorld) -> None:
         match message:
@@ -151,6 +154,11 @@ class WorldSession:
                 self._run(message.ticks)
             case world_messages.Reset():
                 self._reset(message.seed)
+                self._run(message.until_ms // world.tick_ms)
+                self._show_all()
+            case world_messages.StopWhen():
+                self._breakpoints.conditions = message.conditions
+                self._breakpoints.arm(world)
             case world_messages.Speak():
                 world.speak(message.word)
             case world_messages.Furnish():
@@ -191,6 +199,7 @@ class WorldSession:
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + STATE_S
             answers.append(self.state())
+            answers += self._breakpoints.take()
             answers += self._new_goals()
         if now_s >= self._car_due_s and (car := self.car()):
             self._car_due_s = now_s + CAR_S
@@ -244,6 +253,7 @@ class WorldSession:
         if self.world.referee:
             self.world.referee.restart()
         self._next_moment_ms = 0
+        self._breakpoints.arm(self.world)
         self._store_moment()
         self._show_all()
 
@@ -292,12 +302,17 @@ class WorldSession:
         was_over = self._is_over
         while ticks > 0 and self._is_over == was_over:
             until_moment = -(-(self._next_moment_ms - world.now_ms) // world.tick_ms)
-            count = min(ticks, max(until_moment, 1))
-            self._add_events(world.run(count * world.tick_ms))
+            # A world stops at the tick in which something happens.
+            count = 1 if self._breakpoints.conditions else min(ticks, max(until_moment, 1))
+            events = world.run(count * world.tick_ms)
+            self._add_events(events)
             if world.now_ms >= self._next_moment_ms:
                 self._store_moment()
             ticks -= count
             self.has_news = True
+            if self._breakpoints.conditions and self._breakpoints.see(events):
+                self.pause()
+                return
 
     def _add_events(self, events: bytes) -> None:
         if not events:

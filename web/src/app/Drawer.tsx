@@ -1,6 +1,7 @@
 import { lazy, Suspense, type CSSProperties, type ReactNode, useRef } from "react";
 import { Button, Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { useStops } from "../certainty/stops";
 import type { Session } from "../mat/session";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
@@ -29,10 +30,13 @@ const CarsPanel = lazy(async () => ({ default: (await import("../mat/CarsPanel")
 const Inspector = lazy(async () => ({ default: (await import("../mat/Inspector")).Inspector }));
 const Timeline = lazy(async () => ({ default: (await import("../timeline/Timeline")).Timeline }));
 
+const CertaintyPanel = lazy(async () => ({ default: (await import("../certainty/Panel")).CertaintyPanel }));
+
 /** What is looked up below blocks and stage, in the order of its tabs. */
 const PANELS: readonly Panel[] = [
   { id: "swarm", from: "start", show: ({ session }) => <CarsPanel session={session} /> },
   { id: "things", from: "start", show: (props) => <Inspector {...props} /> },
+  { id: "sure", from: "start", show: (props) => <CertaintyPanel {...props} /> },
   { id: "timeline", from: "words", show: (props) => <Timeline {...props} /> },
   { id: "words", from: "words", show: () => <WordsPanel /> },
   { id: "python", from: "python", show: () => <PythonPanel /> },
@@ -45,7 +49,9 @@ export function Drawer({ session }: { session: Session }) {
   const drawer = useSettings((settings) => settings.drawer);
   const shares = useSettings((settings) => settings.shares);
   const printing = usePrinting();
-  const panels = PANELS.filter(({ from }) => LEVELS.indexOf(from) <= LEVELS.indexOf(level));
+  // Whoever stops the world looks at what was before.
+  const stops = useStops((now) => now.stops.length > 0);
+  const panels = PANELS.filter(({ id, from }) => LEVELS.indexOf(from) <= LEVELS.indexOf(level) || (stops && id === "timeline"));
   const shown = printing ? "words" : (panels.find(({ id }) => id === drawer.tab) ?? panels[0]!).id;
   const open = drawer.open || printing;
   // A tab is selected when it is pressed, before it knows whether to close the drawer.

@@ -6,6 +6,7 @@ import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
+import { registerBlockStops } from "../certainty/blockStops";
 import { startLanguages } from "../i18n";
 import { request } from "../api/service";
 import { openSharedLink } from "../projects/actions";
@@ -107,6 +108,7 @@ export async function prepareEditors(): Promise<void> {
   prepared = true;
   defineBlocks(useStudio.getState().profileFigures!);
   registerClipboard();
+  registerBlockStops();
   registerKeys();
   startPrinting();
 }

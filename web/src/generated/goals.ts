@@ -467,6 +467,26 @@ export const GOAL_KINDS = {
       "most": 600,
       "whole": false
     }
+  ],
+  "works": [
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 0.9,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "seeds",
+      "input": "number",
+      "optional": false,
+      "first": 100,
+      "least": 10,
+      "most": 200,
+      "whole": true
+    }
   ]
 } as const;
 

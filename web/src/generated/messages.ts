@@ -506,10 +506,29 @@ export interface Step {
   ticks?: number;
 }
 
-/** Begin again. */
+/** Begin again; with ``until_ms`` the run is simulated until then at once. */
 export interface Reset {
   do: "reset";
   seed?: number;
+  until_ms?: number;
+}
+
+/** Stop as soon as one of these happens; they replace those before, and end with the world. */
+export interface StopWhen {
+  do: "stop-when";
+  conditions: StopCondition[];
+}
+
+/** Something that may happen to a car. */
+export interface StopCondition {
+  kind: "block" | "lost" | "stuck" | "touch" | "zone";
+  car?: number | null;
+  thing?: "" | "car" | "disc" | "edge" | "polygon" | "wall";
+  number?: number | null;
+  corners_m?: number[][];
+  disc?: number[];
+  name?: string;
+  words?: number[];
 }
 
 /** Speak a word that all cars hear. */
@@ -636,6 +655,16 @@ export interface GoalNow {
   cars: number[];
 }
 
+/** The world has stopped: ``condition``, an index into those of StopWhen, began to hold for a car. */
+export interface Stopped {
+  is: "stopped";
+  t_ms: number;
+  condition: number;
+  car: number;
+  others: number[];
+  why: Sentence;
+}
+
 /** The error of a message that was refused. */
 export interface Refused {
   is: "error";
@@ -681,13 +710,90 @@ export interface RetryNotice {
   sentence: Sentence;
 }
 
-export type WorldMessage = SetWorld | Play | Pause | Step | Reset | Speak | Furnish | Move | Watch | Seek | Resume | Shown;
+/** Run a mission on other seeds than its own, with this image; what was tried before ends. */
+export interface Try {
+  do: "try";
+  mission: MissionChoice;
+  image: string;
+  runs?: number;
+}
 
-export type WorldAnswer = Hello | State | CarDetails | Goals | Refused;
+/** Say what went wrong in a run that was tried. */
+export interface Explain {
+  do: "explain";
+  seed: number;
+}
+
+/** Find where two runs part; what was compared before ends. */
+export interface Compare {
+  do: "compare";
+  one: SetWorld;
+  other: SetWorld;
+  until_ms?: number;
+}
+
+/** Send a picture of each of the two runs at a time. */
+export interface Show {
+  do: "show";
+  t_ms: number;
+}
+
+/** In how many runs the goals of the first star were met. */
+export interface Luck {
+  is: "luck";
+  works: number;
+  tried: number;
+  of: number;
+  failed: number[];
+}
+
+/** What went wrong in a run: at ``t_ms`` one can see it, and ``cars`` are the cars that ``why`` is about. */
+export interface Failure {
+  is: "failure";
+  seed: number;
+  t_ms: number;
+  why: Sentence;
+  cars: number[];
+}
+
+/** Where two runs part. */
+export interface Difference {
+  is: "difference";
+  kind: "none" | "place" | "word";
+  t_ms: number;
+  car: number;
+  missed: number | null;
+  words: (string | null)[];
+  cause: Sentence | null;
+  exact_ms: number | null;
+  exact_car: number | null;
+  begun: BegunWord[][];
+  until_ms: number;
+}
+
+/** A word that a car began, as eight hexadecimal digits. */
+export interface BegunWord {
+  t_ms: number;
+  word: string;
+}
+
+/** How far two runs are simulated. */
+export interface Compared {
+  is: "compared";
+  t_ms: number;
+}
+
+export type WorldMessage = SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | Furnish | Move | Watch | Seek | Resume | Shown;
+
+export type WorldAnswer = Hello | State | CarDetails | Goals | Stopped | Refused;
 
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 
 export type UploadAnswer = Progress | Verified | NotVerified | ImageRead | Failed;
+
+export type TrialMessage = Try | Explain | Compare | Show;
+
+export type TrialAnswer = Luck | Failure | Difference | Compared | Refused;
 
 /** Every request: `POST /api/<name>` with its message gives its answer. */
 export interface Requests {

@@ -4,6 +4,7 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS, NO_INDEX } from "../api/world";
 import { FORMATS } from "../generated/steps";
+import { CarStops } from "../certainty/StopTools";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
@@ -109,6 +110,7 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
           </Link>
         )}
       </div>
+      <CarStops car={car} />
       <Place />
       {details?.car === car && <Details details={details} />}
     </section>

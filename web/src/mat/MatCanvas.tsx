@@ -1,12 +1,14 @@
 import { type KeyboardEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
+import { tapZone } from "../certainty/stops";
+import { useMission } from "../missions/store";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
-import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
+import { FURNITURE, listOf, type Mat, type PieceId, type Point } from "./document";
 import { attachPointers, gripAt } from "./pointer";
 import { chasedCar, choose, type Chosen, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
@@ -58,8 +60,10 @@ function connect(scene: Scene, session: Session): () => void {
     useMat.subscribe((now, before) => shown.some((key) => now[key] !== before[key]) && show()),
     useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
   ];
+  let pressed: Point = [0, 0];
   const detach = attachPointers(scene.host, scene, {
     gripAt: (point, reachPx) => {
+      pressed = point;
       const { chosen, hello: now, tMs } = useMat.getState();
       const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
       return gripAt(sight, point, reachPx / scene.camera.scale);
@@ -70,6 +74,7 @@ function connect(scene: Scene, session: Session): () => void {
         return;
       }
       choose(grip && { piece: grip.piece });
+      tapZone(grip ? null : pressed, useMission.getState().mission?.zones ?? []);
       session.watch();
     },
     onDrag: (grip, to, by) => {

@@ -1,5 +1,6 @@
 import { ListBox, ListBoxItem } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { PieceStop } from "../certainty/StopTools";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
@@ -43,6 +44,7 @@ export function PieceInspector({ session }: { session: Session }) {
         ))}
       </ListBox>
       {piece?.kind === "line" && <RoadInspector session={session} id={piece} />}
+      {piece && <PieceStop piece={piece} />}
       {piece && <Points id={piece} />}
     </>
   );

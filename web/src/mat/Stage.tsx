@@ -1,5 +1,7 @@
 import { useEffect, useMemo } from "react";
 import { useTranslation } from "react-i18next";
+import { StoppedNotice, ZoneCard } from "../certainty/StopTools";
+import { watchCertainty } from "../certainty/watch";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio, useWords } from "../state/studio";
@@ -29,6 +31,7 @@ export function Stage({ session }: { session: Session }) {
     drawRoads(false);
   }, [generation]);
   useSound(session);
+  useEffect(() => watchCertainty(session), [session]);
   return (
     <div className={css.stage}>
       <MatCanvas session={session} words={words} />
@@ -38,6 +41,8 @@ export function Stage({ session }: { session: Session }) {
       <CarCard session={session} />
       <div className={css.top}>
         <Notice session={session} />
+        <StoppedNotice session={session} />
+        <ZoneCard />
         <DrawHint session={session} />
         <Narration session={session} />
         <Legend session={session} words={words} />

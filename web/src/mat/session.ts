@@ -15,6 +15,7 @@ import {
   WorldConnection,
   type WorldState,
 } from "../api/world";
+import type { Stopped } from "../generated/messages";
 import { type Studio, useStudio } from "../state/studio";
 import { EventStore } from "../timeline/events";
 import { beginning, type Placed } from "./cars";
@@ -75,6 +76,7 @@ export class Session {
   readonly drawn: Promise<void>;
   private resolveDrawn!: () => void;
   private readonly listeners = new Set<(picture: Picture) => void>();
+  private readonly stopListeners = new Set<(stopped: Stopped) => void>();
   private connection: WorldConnection | null = null;
   private unsubscribe: (() => void) | null = null;
   /** What the server has of the mat; null until it answers. */
@@ -130,6 +132,12 @@ export class Session {
   listen(listener: (picture: Picture) => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
+  }
+
+  /** Call back when a condition stops the world; returns a function that ends this. */
+  onStop(listener: (stopped: Stopped) => void): () => void {
+    this.stopListeners.add(listener);
+    return () => this.stopListeners.delete(listener);
   }
 
   comeBack(): void {
@@ -232,6 +240,7 @@ export class Session {
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
     if (answer.is === "goals") useMat.setState({ goals: answer });
+    if (answer.is === "stopped") for (const listener of this.stopListeners) listener(answer);
     if (answer.is === "error") useMat.setState({ problem: answer });
   }
 

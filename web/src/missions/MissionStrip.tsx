@@ -1,4 +1,4 @@
-import { useEffect, useRef } from "react";
+import { lazy, Suspense, useEffect, useRef } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
@@ -18,6 +18,8 @@ import { showMoment, TRIES_BEFORE_HINTS, useMission } from "./store";
 import buttons from "../ui/buttons.module.css";
 import css from "./missions.module.css";
 
+const LuckButton = lazy(async () => ({ default: (await import("../certainty/LuckMeter")).LuckButton }));
+
 /** What stands above the blocks: the mission that is played, or the one that is written; nothing otherwise. */
 export function MissionStrip({ session }: { session: Session }) {
   const mission = useMission((now) => now.mission);
@@ -35,6 +37,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
   const result = useMission((now) => now.result);
   const tries = useMission((now) => now.tries);
   const hints = useMission((now) => now.hints);
+  const seed = useMat((now) => now.seed);
   const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
   const folded = useMission((now) => now.folded);
   const told = useMission((now) => now.told);
@@ -82,9 +85,12 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
       {mission.edits === "bits" && <BitEditor />}
       <ul className={css.goals} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
-          <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={mission.seed} session={session} />
+          <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={seed} session={session} />
         ))}
       </ul>
+      <Suspense>
+        <LuckButton />
+      </Suspense>
       <div role="status" className={css.outcome}>
         {result && <Outcome mission={mission} stars={stars} />}
         {mission.hints.slice(0, hints).map((hint, k) => (

@@ -121,7 +121,7 @@ export class FirstWorld implements Stream {
       this.stop();
       now.world.run(message.ticks ?? 1);
       this.show(now);
-    } else if (message.do === "reset" && message.seed === now.state.seed && !this.isOpen) this.begin(this.set!);
+    } else if (message.do === "reset" && message.seed === now.state.seed && !message.until_ms && !this.isOpen) this.begin(this.set!);
     else return false;
     this.tell(this.now!);
     return true;

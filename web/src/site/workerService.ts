@@ -12,7 +12,7 @@ import { RestartingWorker } from "./restartingWorker";
 const STATIC: readonly (keyof Requests)[] = ["capabilities", "profiles", "examples"];
 /** They are asked for first. */
 const FIRST: readonly (keyof Requests)[] = ["capabilities", "profiles"];
-/** They may take many seconds, so a second worker answers them: no picture and no other request waits. */
+/** They may take many seconds, so a second worker answers them, as it does trials: no picture and no other request waits. */
 const LONG: readonly (keyof Requests)[] = ["missions/check"];
 /** Python waits no longer for a stage that isn't drawn, as in a tab that nobody sees. */
 const LATEST_START_MS = 3000;
@@ -76,6 +76,7 @@ export class WorkerService implements Service {
   }
 
   openStream(name: StreamName, session: string, listeners: StreamListeners): Stream {
+    if (name === "trials") return this.secondWorker().openStream(name, session, listeners);
     const open = (each: StreamListeners) => this.worker.openStream(name, session, each);
     const isFirst = name === "world" && this.opening && useStudio.getState().service === "starting";
     if (isFirst) return new FirstWorld(this.opening!, session, listeners, open, this.begin);

@@ -9,7 +9,7 @@ export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
 export type Level = "start" | "words" | "python";
 export const LEVELS: readonly Level[] = ["start", "words", "python"];
 
-export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "why";
+export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "sure";
 
 interface Settings {
   theme: ThemeName;

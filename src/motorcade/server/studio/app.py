@@ -21,7 +21,7 @@ from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet
 from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
-from motorcade.server.studio import uploads
+from motorcade.server.studio import trials, uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
 from motorcade.server.studio.workers import Workers
@@ -84,6 +84,7 @@ def routes(
     return [
         *uploads.routes(settings, visitors.virtual_car),
         WebSocketRoute("/api/world", worlds.serve),
+        trials.route(settings, settings.sessions, visitors),
         _timeline_route(visitors, worlds),
         _request_route(settings, visitors),
         *_remote_routes(settings, visitors, worlds, real),

@@ -1,0 +1,115 @@
+"""Stop a world when a car touches something, loses a message, enters a zone, begins a block, or is stuck.
+
+What is looked at is what a page draws: the columns of a picture and rows of events, after each tick.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from motorcade.engine.events import LOSS_REASONS, LOST, START, STATE
+from motorcade.engine.judging import to_disc_m, to_outline_m
+from motorcade.engine.moment import STUCK, unpack_events, unpack_moment
+from motorcade.errors import Phrase
+from motorcade.service.messages import sentences
+from motorcade.service.studio_world import StudioWorld
+from motorcade.service.why import Obstacle, touched
+from motorcade.service.world_messages import StopCondition, Stopped
+
+# A car, another one that it has to do with (_NOBODY: none), and what tells this from other such things.
+_Key = tuple[int, int, str]
+_NOBODY = -1
+_THINGS = {"wall": "thing-wall", "disc": "thing-disc", "polygon": "thing-polygon", "edge": "thing-edge"}
+
+
+class Breakpoints:
+    """The conditions on which a page's world stops; each when it begins to hold, not as long as it does.
+
+    Attributes:
+        conditions: any of them stops the world.
+    """
+
+    def __init__(self) -> None:
+        self.conditions: Sequence[StopCondition] = ()
+        self._stopped: Stopped | None = None
+
+    def arm(self, world: StudioWorld) -> None:
+        """Look at a world from now on."""
+        self._world, self._stopped = world, None
+        # What held in the tick before, of each condition; None: nothing was seen yet.
+        self._held: list[set[_Key] | None] = [None] * len(self.conditions)
+        self._touching_ms = world.counts()["touching_ms"]
+
+    def take(self) -> list[Stopped]:
+        """Return the stop that was not told yet, if there is one."""
+        stopped, self._stopped = self._stopped, None
+        return [stopped] if stopped else []
+
+    def see(self, events: bytes) -> bool:
+        """Look at the world after a tick, with the rows of its events; return whether it has to stop."""
+        columns, touching_ms = unpack_moment(self._world.look(), self._world.cars), self._world.counts()["touching_ms"]
+        is_touching, self._touching_ms = touching_ms > self._touching_ms, touching_ms
+        self._stopped = None
+        for number, condition in enumerate(self.conditions):
+            before = self._held[number]
+            now = dict(self._holding(condition, columns, events, is_touching))
+            self._held[number] = set(now)
+            # A car that is in the zone when the condition is set doesn't enter it.
+            first = set(now) if before is None and condition.kind in ("zone", "stuck") else before or set()
+            begun = sorted(set(now) - first)
+            if begun and self._stopped is None:
+                car, other, *_ = begun[0]
+                others = [other] if other >= 0 else []
+                self._stopped = Stopped(self._world.now_ms, number, car, others, sentences(now[begun[0]]))
+        return self._stopped is not None
+
+    def _holding(
+        self, condition: StopCondition, columns: dict[str, Any], events: bytes, is_touching: bool
+    ) -> Iterator[tuple[_Key, Phrase]]:
+        """What holds now, and the sentence about it."""
+        world = self._world
+        cars: Sequence[int] = range(world.cars)
+        if condition.car is not None:
+            cars = [condition.car] if condition.car in cars else []
+        match condition.kind:
+            case "touch" if is_touching:
+                radius_m = world.profile.body.diameter_mm / 2000
+                found = touched(world.simulation.mat, cars, columns["x_m"], columns["y_m"], radius_m)
+                for car, thing in found:
+                    if condition.thing in ("", thing.kind) and condition.number in (None, thing.number):
+                        other = thing.number if thing.kind == "car" else _NOBODY
+                        yield (car, other, f"{thing}"), Phrase("stop-touch", car=_car(car), thing=_named(thing))
+            case "stuck":
+                for car in cars:
+                    if columns["flags"][car] & STUCK:
+                        yield (car, _NOBODY, ""), Phrase("stop-stuck", car=_car(car))
+            case "zone":
+                for car in cars:
+                    if self._is_inside(condition, columns["x_m"][car], columns["y_m"][car]):
+                        yield (car, _NOBODY, ""), Phrase("stop-zone", car=_car(car), zone=condition.name)
+            case "lost":
+                for event in unpack_events(events):
+                    if event.kind == LOST and event.car in cars:
+                        why = Phrase(f"lost-{LOSS_REASONS[event.why]}")
+                        phrase = Phrase("stop-lost", car=_car(event.car), other=_car(event.other), why=why)
+                        yield (event.car, event.other, f"{event.t_ms}"), phrase
+            case "block":
+                for event in unpack_events(events):
+                    if event.kind in (STATE, START) and event.car in cars:
+                        # A leader's event names its state; a follower's word is found by its bits.
+                        index = event.other + 1 if event.kind == STATE else columns["index"][event.car]
+                        if index in condition.words:
+                            yield (event.car, _NOBODY, f"{event.t_ms}"), Phrase("stop-block", car=_car(event.car))
+
+    def _is_inside(self, condition: StopCondition, x: float, y: float) -> bool:
+        if len(condition.disc) == 3:
+            return to_disc_m(x, y, *condition.disc) == 0
+        flat = [length for corner in condition.corners_m for length in corner]
+        return bool(flat) and to_outline_m(flat, 0, len(flat) // 2, x, y) == 0
+
+
+def _car(car: int) -> Phrase:
+    return Phrase("car-number", number=car)
+
+
+def _named(thing: Obstacle) -> Phrase:
+    return _car(thing.number) if thing.kind == "car" else Phrase(_THINGS[thing.kind])

@@ -1,0 +1,122 @@
+"""Behind a page: its program is tried on many seeds, and two runs are compared. Without I/O, a little in each call.
+
+A shell calls `receive` for each message, and `advance` as long as `is_busy`; each returns what is to be sent, in order.
+"""
+
+from collections import deque
+from collections.abc import Callable
+
+from motorcade.missions.check import watched
+from motorcade.missions.document import Mission
+from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
+from motorcade.missions.watch import MissionWatch
+from motorcade.service.difference import Comparison
+from motorcade.service.messages import sentences
+from motorcade.service.missions import chosen_mission
+from motorcade.service.studio_world import StudioWorld, check_mission_size
+from motorcade.service.trial_messages import (
+    Compare,
+    Explain,
+    Failure,
+    Luck,
+    Show,
+    TrialAnswer,
+    TrialMessage,
+    Try,
+)
+from motorcade.service.world_messages import SetWorld
+from motorcade.words.image import parse_image_bytes
+
+# With large worlds fewer runs are tried: about so many car-seconds in all, some ten seconds of work.
+_MOST_CAR_SECONDS = 1_500_000
+_FEWEST_RUNS = 20
+# A page shows no more.
+_MOST_FAILED = 100
+
+
+class _Try:
+    """A program that is tried."""
+
+    def __init__(self, message: Try, open_worlds: OpenWorlds, most_cars: int) -> None:
+        check_mission_size(message.mission, most_cars)
+        self._mission: Mission = chosen_mission(message.mission)
+        self._image = message.image
+        self._open_worlds = open_worlds
+        parse_image_bytes(message.image)
+        size = len(self._mission.mat.starts) * self._mission.duration_ms / 1000
+        self._runs = min(message.runs, max(_FEWEST_RUNS, int(_MOST_CAR_SECONDS / size)))
+        seeds = other_seeds(self._mission, self._runs)
+        self._odds = Odds(self._mission, message.image, seeds, open_worlds)
+        self._trials: list[Trial] = []
+        # The seeds whose failures are to be told.
+        self.asked: deque[int] = deque()
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self.asked) or not self._odds.is_over
+
+    def advance(self) -> list[TrialAnswer]:
+        if self.asked:
+            return [self._explain(self.asked.popleft())]
+        ended = self._odds.advance()
+        self._trials += ended
+        return [self.luck()] if ended else []
+
+    def luck(self) -> Luck:
+        failed = [trial.seed for trial in self._trials if not works(self._mission, trial)]
+        tried = len(self._trials)
+        return Luck(tried - len(failed), tried, self._runs, failed[:_MOST_FAILED])
+
+    def _explain(self, seed: int) -> Failure:
+        """Run one seed again, watched as in the page."""
+        world = self._open_worlds(self._mission, self._image, [seed], True)
+        watch = MissionWatch(self._mission, self._image)
+        for sight in watched(world, self._mission):
+            watch.see(sight.moment, sight.events)
+        states = [state for goal, state in zip(self._mission.goals, watch.states(), strict=True) if goal.star == 1]
+        state = next((state for state in states if state.progress != "met"), states[0])
+        return Failure(seed, state.t_ms or 0, sentences(state.why), list(state.cars))
+
+
+class TrialSession:
+    """The trials of one page.
+
+    Args:
+        open_worlds: opens the worlds of a mission side by side.
+        make_world: builds the world of one of two runs that are compared. Raises MotorcadeError.
+        most_cars: the most cars in one world.
+    """
+
+    def __init__(self, open_worlds: OpenWorlds, make_world: Callable[[SetWorld], StudioWorld], most_cars: int) -> None:
+        self._open_worlds, self._make_world, self._most_cars = open_worlds, make_world, most_cars
+        self._try: _Try | None = None
+        self._comparison: Comparison | None = None
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether `advance` has something to do."""
+        return any(each is not None and each.is_busy for each in (self._try, self._comparison))
+
+    def receive(self, message: TrialMessage) -> list[TrialAnswer | bytes]:
+        """Do what the page asks. Raises MotorcadeError where that isn't possible."""
+        match message:
+            case Try():
+                # What is tried ends also where the next can't begin.
+                self._try = None
+                self._try = _Try(message, self._open_worlds, self._most_cars)
+                return [self._try.luck()]
+            case Explain():
+                if self._try:
+                    self._try.asked.append(message.seed)
+            case Compare():
+                self._comparison = None
+                self._comparison = Comparison(message, self._make_world)
+            case Show():
+                return [*self._comparison.pictures(message.t_ms)] if self._comparison else []
+        return []
+
+    def advance(self) -> list[TrialAnswer | bytes]:
+        """Go on for some milliseconds of computing."""
+        # Somebody waits for the comparison.
+        busy = next((each for each in (self._comparison, self._try) if each is not None and each.is_busy), None)
+        return [*busy.advance()] if busy else []

@@ -1,0 +1,201 @@
+/** Two runs on one timeline: where they part, why, and both stages at any time. */
+
+import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react";
+import { Button, Slider, SliderThumb, SliderTrack } from "react-aria-components";
+import i18next from "i18next";
+import { useTranslation } from "react-i18next";
+import type { Picture } from "../api/world";
+import { boxOf, drawWorld, inksOf } from "../classroom/drawing";
+import type { WallWorld } from "../generated/classroom";
+import type { BegunWord, Difference } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import type { Box } from "../mat/camera";
+import { colourWords, hexColour } from "../mat/colours";
+import type { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { useMission } from "../missions/store";
+import { useStudio } from "../state/studio";
+import { clock } from "../timeline/events";
+import { watchSize } from "../ui/areas";
+import { classes } from "../ui/classes";
+import { Sheet } from "../ui/controls";
+import { storyOf } from "../words/story";
+import { playFrom, type TrialStream, useTrials } from "./trials";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./certainty.module.css";
+
+interface ComparisonProps {
+  session: Session;
+  stream: TrialStream;
+  /** What the two runs are called. */
+  names: readonly [string, string];
+  onClose: () => void;
+}
+
+/** Pictures that are asked for one after another, as the runs are played. */
+const PICTURE_MS = 50;
+
+/** Where the two runs part, as a sentence. */
+export function differenceText(difference: Difference, names: readonly [string, string]): string {
+  const { kind, t_ms, car, missed, words, cause } = difference;
+  const seconds = (t_ms / 1000).toFixed(1);
+  const [one, other] = names;
+  if (kind === "none") return i18next.t("compare.same");
+  if (kind === "place") return i18next.t("compare.place", { car, seconds });
+  const because = cause ? i18next.t("compare.because", { cause: inLanguage(cause) }) : "";
+  if (missed === null) {
+    const [first, second] = words.map(told);
+    return i18next.t("compare.other", { car, seconds, one, other, first, second, because });
+  }
+  return i18next.t("compare.missed", { car, seconds, run: names[missed], word: told(words[1 - missed] ?? null), because });
+}
+
+function told(hex: string | null): string {
+  const { profileFigures } = useStudio.getState();
+  if (hex === null || !profileFigures) return "";
+  const leads = (useStudio.getState().compiled?.words ?? []).some(({ hex: each, part }) => part === "leader" && each === hex);
+  return storyOf({ hex, part: leads ? "leader" : "followers", block: null }, profileFigures);
+}
+
+export function Comparison({ session, stream, names, onClose }: ComparisonProps) {
+  const { t } = useTranslation();
+  const difference = useTrials((now) => now.difference);
+  const problem = useTrials((now) => now.problem);
+  const comparedMs = useTrials((now) => now.comparedMs);
+  const runs = useTrials((now) => now.runs);
+  const tMs = useTrials((now) => now.shownMs);
+  const pictures = useTrials((now) => now.pictures);
+  const [playing, setPlaying] = useState(false);
+  const car = difference && difference.kind !== "none" ? difference.car : null;
+  const endMs = Math.max(comparedMs, difference?.t_ms ?? 0);
+  const show = (to: number) => stream.show(to);
+  useEffect(() => {
+    if (!playing) return;
+    const timer = setInterval(() => {
+      const next = Math.min(useTrials.getState().shownMs + PICTURE_MS, endMs);
+      stream.show(next);
+      if (next === endMs) setPlaying(false);
+    }, PICTURE_MS);
+    return () => clearInterval(timer);
+  }, [playing, endMs, stream]);
+
+  return (
+    <Sheet title={t("compare.title")} onClose={onClose} wide>
+      <div role="status">
+        {problem && <p>{inLanguage(problem.sentence)}</p>}
+        {!problem && !difference && <p>{t("compare.looking")}</p>}
+        {difference && <p className={css.told}>{differenceText(difference, names)}</p>}
+        {difference?.exact_ms != null && (
+          <p className={controls.quiet}>{t("compare.exact", { seconds: difference.exact_ms / 1000, car: difference.exact_car })}</p>
+        )}
+      </div>
+      {difference && (
+        <>
+          <div className={css.stages}>
+            {names.map((name, run) => (
+              <figure key={name}>
+                <figcaption>{name}</figcaption>
+                <RunCanvas picture={pictures[run]} car={car} label={t("compare.stage", { name, time: clock(tMs) })} />
+              </figure>
+            ))}
+          </div>
+          <Lanes difference={difference} names={names} tMs={tMs} onSeek={show} />
+          <div className={css.transport}>
+            <Button className={classes(buttons.button, buttons.small)} onPress={() => setPlaying(!playing)}>
+              {playing ? t("mat.pause") : t("mat.play")}
+            </Button>
+            <Button className={classes(buttons.button, buttons.small)} isDisabled={difference.kind === "none"} onPress={() => show(difference.t_ms)}>
+              {t("compare.parting")}
+            </Button>
+            <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={show}>
+              <SliderTrack>
+                {difference.kind !== "none" && <span className={css.mark} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
+                <SliderThumb />
+              </SliderTrack>
+            </Slider>
+            <output>{clock(tMs)}</output>
+            {runs && (
+              <Button
+                className={classes(buttons.button, buttons.small)}
+                isDisabled={runs[0].image !== runs[1].image}
+                onPress={() => {
+                  onClose();
+                  playFrom(session, runs[1].seed ?? 0, difference.t_ms, car === null ? [] : [car]);
+                }}
+              >
+                {t("compare.playOther")}
+              </Button>
+            )}
+          </div>
+        </>
+      )}
+    </Sheet>
+  );
+}
+
+/** One of the two stages. */
+function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car: number | null; label: string }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<Box | null>(null);
+  const mat = useStudio((now) => now.mat);
+  const hello = useMat((now) => now.hello);
+  const zones = useMission(({ mission }) => mission?.zones);
+  const world = useMemo(
+    (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? 0.075, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
+    [mat, hello, zones],
+  );
+  useEffect(() => {
+    const element = canvas.current!;
+    const draw = () => {
+      element.width = Math.round(element.clientWidth * devicePixelRatio);
+      element.height = Math.round(element.clientHeight * devicePixelRatio);
+      const context = element.getContext("2d");
+      if (!context) return;
+      box.current = boxOf(world, picture, box.current);
+      drawWorld(context, element, { world, cars: picture, box: box.current, inks: inksOf(element) }, (each) => (each === car ? String(each) : undefined));
+    };
+    draw();
+    return watchSize(element, draw);
+  }, [world, picture, car]);
+  return <canvas ref={canvas} className={css.stage} role="img" aria-label={label} />;
+}
+
+/** So much time before and after the parting is shown. */
+const AROUND_MS = 5000;
+
+/** The words that the car begins in both runs, around the time at which they part. */
+function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; names: readonly [string, string]; tMs: number; onSeek: (tMs: number) => void }) {
+  const { t } = useTranslation();
+  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  const colours = useMemo(() => colourWords(words), [words]);
+  if (difference.kind !== "word") return null;
+  const beginMs = Math.max(0, difference.t_ms - AROUND_MS);
+  const place = (ms: number) => (ms - beginMs) / (2 * AROUND_MS);
+  const colourOf = (hex: string) => {
+    const colour = colours.byWord.get(parseInt(hex, 16));
+    return colour === undefined ? undefined : hexColour(colour);
+  };
+  const span = (each: BegunWord, next: BegunWord | undefined) => ({
+    "--from": Math.max(0, place(each.t_ms)),
+    "--to": Math.min(1, place(next?.t_ms ?? difference.t_ms + AROUND_MS)),
+    background: colourOf(each.word),
+  });
+  return (
+    <div className={css.lanes} role="group" aria-label={t("compare.lanes", { car: difference.car })}>
+      {difference.begun.map((lane, run) => (
+        <ol key={run} aria-label={names[run]}>
+          {lane.map((each, k) => (
+            <li key={k} style={span(each, lane[k + 1]) as CSSProperties}>
+              <button type="button" title={told(each.word)} aria-label={`${clock(each.t_ms)} ${told(each.word)}`} onClick={() => onSeek(each.t_ms)} />
+            </li>
+          ))}
+        </ol>
+      ))}
+      <span className={css.parting} style={{ "--at": place(difference.t_ms) } as CSSProperties} />
+      {tMs >= beginMs && tMs <= beginMs + 2 * AROUND_MS && <span className={css.now} style={{ "--at": place(tMs) } as CSSProperties} />}
+    </div>
+  );
+}
+
+const NO_WORDS: readonly never[] = [];

@@ -1,0 +1,130 @@
+/** In how many other runs the program does what the mission asks for, and what went wrong in the rest. */
+
+import { type CSSProperties, useEffect } from "react";
+import { Button, Label, Meter } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { inLanguage } from "../i18n";
+import type { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { useDraft } from "../missions/draft";
+import { useMission } from "../missions/store";
+import { openDrawer } from "../state/settings";
+import { useStudio } from "../state/studio";
+import { classes } from "../ui/classes";
+import { playFrom, type TrialStream, useTrials } from "./trials";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./certainty.module.css";
+
+/** So many failures are told; they are much alike. */
+const MOST_TOLD = 8;
+
+/** A small bar with its number; nothing while nothing was tried. */
+export function LuckBar() {
+  const { t } = useTranslation();
+  const luck = useTrials((now) => now.luck);
+  if (!luck?.tried) return null;
+  const { works, tried, of } = luck;
+  const text = t("luck.works", { count: works, of: tried });
+  return (
+    <Meter className={css.meter} value={works} maxValue={tried} valueLabel={text} data-done={tried === of || undefined}>
+      <Label>{text}</Label>
+      <span className={css.bar} style={{ "--share": works / tried } as CSSProperties} />
+    </Meter>
+  );
+}
+
+/** The bar as a button, which shows more. */
+export function LuckButton() {
+  const { t } = useTranslation();
+  const hasLuck = useTrials(({ luck }) => Boolean(luck?.tried));
+  if (!hasLuck) return null;
+  return (
+    <Button className={css.luck} aria-describedby="luck-more" onPress={() => openDrawer("sure")}>
+      <LuckBar />
+      <span id="luck-more" hidden>
+        {t("luck.more")}
+      </span>
+    </Button>
+  );
+}
+
+interface LuckProps {
+  session: Session;
+  stream: TrialStream;
+  onCompare: (seed: number) => void;
+}
+
+/** The meter, and the runs that failed; one of them can be played. */
+export function LuckPart({ session, stream, onCompare }: LuckProps) {
+  const { t } = useTranslation();
+  const luck = useTrials((now) => now.luck);
+  const problem = useTrials((now) => now.problem);
+  const hasGoal = useStudio(({ mission }) => mission !== null);
+  const isWritten = useDraft(({ draft }) => draft !== null);
+  const hasImage = useStudio(({ compiled }) => Boolean(compiled?.image));
+  return (
+    <section className={css.part} aria-label={t("luck.title")}>
+      <h3>{t("luck.title")}</h3>
+      {!hasGoal && !isWritten ? (
+        <p>{t("luck.noGoal")}</p>
+      ) : (
+        <>
+          <LuckBar />
+          {!luck && <p className={controls.quiet}>{t("luck.how")}</p>}
+          {!luck && (
+            <Button className={classes(buttons.button, buttons.small)} isDisabled={!hasImage} onPress={() => stream.begin()}>
+              {t("luck.begin")}
+            </Button>
+          )}
+          {problem && <p role="alert">{inLanguage(problem.sentence)}</p>}
+          {luck && luck.tried === luck.of && luck.works === luck.of && <p>{t("luck.always")}</p>}
+          {luck && <Failures session={session} stream={stream} failed={luck.failed} onCompare={onCompare} />}
+        </>
+      )}
+    </section>
+  );
+}
+
+function Failures({ session, stream, failed, onCompare }: LuckProps & { failed: readonly number[] }) {
+  const { t } = useTranslation();
+  const failures = useTrials((now) => now.failures);
+  const usual = useMission(({ mission }) => mission?.seed);
+  const seed = useMat((now) => now.seed);
+  const told = failed.slice(0, MOST_TOLD);
+  const asked = told.join();
+  useEffect(() => {
+    const known = useTrials.getState().failures;
+    for (const each of asked ? asked.split(",").map(Number) : []) if (!known.has(each)) stream.explain(each);
+  }, [asked, stream]);
+  return (
+    <>
+      <ul className={css.list} aria-label={t("luck.failed")}>
+        {told.map((each) => {
+          const failure = failures.get(each);
+          return (
+            <li key={each}>
+              <span>
+                <b>{t("luck.run", { seed: each })}</b> {failure && inLanguage(failure.why)}
+              </span>
+              {failure && (
+                <Button className={classes(buttons.button, buttons.small)} onPress={() => playFrom(session, each, failure.t_ms, failure.cars)}>
+                  {t("luck.play", { seconds: failure.t_ms / 1000 })}
+                </Button>
+              )}
+              <Button className={classes(buttons.button, buttons.small)} onPress={() => onCompare(each)}>
+                {t("luck.compare")}
+              </Button>
+            </li>
+          );
+        })}
+      </ul>
+      {failed.length > MOST_TOLD && <p className={controls.quiet}>{t("luck.andMore", { count: failed.length - MOST_TOLD })}</p>}
+      {usual !== undefined && seed !== usual && (
+        <Button className={classes(buttons.button, buttons.small)} onPress={() => playFrom(session, usual, 0, [])}>
+          {t("luck.usual")}
+        </Button>
+      )}
+    </>
+  );
+}

@@ -1,0 +1,70 @@
+/** Does it work? The luck meter, two runs side by side, and what the world stops on. */
+
+import { useState } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import type { Session } from "../mat/session";
+import { useMission } from "../missions/store";
+import { useStudio } from "../state/studio";
+import { classes } from "../ui/classes";
+import { Comparison } from "./Comparison";
+import { LuckPart } from "./LuckMeter";
+import { StopList } from "./StopTools";
+import { presentRun, type Run, trialsOf, useTrials } from "./trials";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./certainty.module.css";
+
+/** Without a mission two runs are compared for so long. */
+const COMPARED_MS = 60_000;
+
+export function CertaintyPanel({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const stream = trialsOf(session);
+  const before = useTrials((now) => now.before);
+  const hasImage = useStudio(({ compiled }) => Boolean(compiled?.image));
+  const image = useStudio(({ compiled }) => compiled?.image);
+  const [names, setNames] = useState<readonly [string, string] | null>(null);
+  const compare = (other: Run | null, name: string) => {
+    const run = presentRun();
+    if (!run || !other) return;
+    const seconds = useMission.getState().mission?.seconds;
+    stream.compare(run, other, seconds ? seconds * 1000 : COMPARED_MS);
+    setNames([t("compare.this"), name]);
+  };
+  const withSeed = (seed: number) => {
+    const run = presentRun();
+    const usual = useMission.getState().mission?.seed;
+    // The run of the page may be the one that failed.
+    const other = seed === run?.seed ? (usual !== undefined && usual !== seed ? usual : seed + 1) : seed;
+    compare(run && { ...run, seed: other }, t("compare.luck", { seed: other }));
+  };
+  return (
+    <div className={css.panel}>
+      <LuckPart session={session} stream={stream} onCompare={withSeed} />
+      <section className={css.part} aria-label={t("compare.title")}>
+        <h3>{t("compare.title")}</h3>
+        <p className={controls.quiet}>{t("compare.how")}</p>
+        <Button
+          className={classes(buttons.button, buttons.small)}
+          isDisabled={!hasImage}
+          onPress={() => withSeed((presentRun()?.seed ?? 0) + 1)}
+        >
+          {t("compare.withLuck")}
+        </Button>
+        <Button
+          className={classes(buttons.button, buttons.small)}
+          isDisabled={!hasImage || !before || before.image === image}
+          onPress={() => compare(before, t("compare.before"))}
+        >
+          {t("compare.withBefore")}
+        </Button>
+      </section>
+      <StopList />
+      {names && <Comparison session={session} stream={stream} names={names} onClose={() => {
+        stream.endComparison();
+        setNames(null);
+      }} />}
+    </div>
+  );
+}

@@ -1,0 +1,129 @@
+/** Where conditions are chosen: for the chosen car, a thing, a zone; and that the world has stopped. */
+
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import type { MissionZone } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import type { PieceId } from "../mat/document";
+import { ToolButton } from "../mat/fields";
+import type { Session } from "../mat/session";
+import { choose } from "../mat/store";
+import { useMission } from "../missions/store";
+import { openDrawer } from "../state/settings";
+import { clock } from "../timeline/events";
+import { classes } from "../ui/classes";
+import { IconButton } from "../ui/controls";
+import { addStop, CAR_KINDS, nameOf, removeStop, useStops, zoneStop } from "./stops";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import fields from "../mat/fields.module.css";
+import mat from "../mat/mat.module.css";
+import css from "./certainty.module.css";
+
+/** Stop when something happens to this car. */
+export function CarStops({ car }: { car: number }) {
+  const { t } = useTranslation();
+  return (
+    <div className={fields.row} role="group" aria-label={t("stops.when")}>
+      <b>{t("stops.when")}</b>
+      {CAR_KINDS.map((kind) => (
+        <ToolButton key={kind} icon="stop" wide label={t(`stops.${kind}`, { who: t("stops.it") })} onPress={() => addStop({ condition: { kind, car } })} />
+      ))}
+    </div>
+  );
+}
+
+const SOLID = ["wall", "disc", "polygon"] as const;
+
+/** Stop when a car touches this thing; nothing for what no car can touch. */
+export function PieceStop({ piece }: { piece: PieceId }) {
+  const { t } = useTranslation();
+  const thing = SOLID.find((each) => each === piece.kind);
+  if (!thing) return null;
+  const stop = { condition: { kind: "touch", thing, number: piece.place } as const };
+  return <ToolButton icon="stop" wide label={t("stops.whenTouched")} onPress={() => addStop(stop)} />;
+}
+
+/** The zone that was tapped, and that the world can stop when a car enters it. */
+export function ZoneCard() {
+  const { t } = useTranslation();
+  const zone = useStops((now) => now.zone);
+  if (!zone) return null;
+  const close = () => useStops.setState({ zone: null });
+  return (
+    <p className={mat.notice}>
+      <b>{inLanguage(zone.title)}</b>
+      <Button
+        className={classes(buttons.button, buttons.small)}
+        onPress={() => {
+          addStop(zoneStop(zone));
+          close();
+        }}
+      >
+        {t("stops.whenEntered")}
+      </Button>
+      <IconButton icon="close" label={t("app.dismiss")} onPress={close} />
+    </p>
+  );
+}
+
+/** Says on the stage why the world has stopped. */
+export function StoppedNotice({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const stopped = useStops((now) => now.stopped);
+  const show = (car: number) => {
+    choose({ car });
+    session.watch();
+    openDrawer("timeline");
+  };
+  return (
+    <div role="status">
+      {stopped && (
+        <p className={mat.notice}>
+          <span>{t("stops.stopped", { time: clock(stopped.t_ms), why: inLanguage(stopped.why) })}</span>
+          <Button className={classes(buttons.button, buttons.small)} onPress={() => show(stopped.car)}>
+            {t("stops.look")}
+          </Button>
+          <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => session.play()}>
+            {t("stops.goOn")}
+          </Button>
+        </p>
+      )}
+    </div>
+  );
+}
+
+const NO_ZONES: readonly MissionZone[] = [];
+
+/** All that the world stops on, and what any car may do; what a thing, a zone or a block does is chosen there. */
+export function StopList() {
+  const { t } = useTranslation();
+  const stops = useStops((now) => now.stops);
+  const zones = useMission(({ mission }) => mission?.zones ?? NO_ZONES);
+  return (
+    <section className={css.part} aria-label={t("stops.title")}>
+      <h3>{t("stops.title")}</h3>
+      <p className={controls.quiet}>{t("stops.how")}</p>
+      <div className={fields.row}>
+        {CAR_KINDS.map((kind) => (
+          <ToolButton key={kind} icon="plus" wide label={t(`stops.${kind}`, { who: t("stops.anyCar") })} onPress={() => addStop({ condition: { kind } })} />
+        ))}
+      </div>
+      {zones.length > 0 && (
+        <div className={fields.row}>
+          {zones.map((zone) => (
+            <ToolButton key={zone.name} icon="plus" wide label={nameOf(zoneStop(zone))} onPress={() => addStop(zoneStop(zone))} />
+          ))}
+        </div>
+      )}
+      <ul className={css.list} aria-label={t("stops.chosen")}>
+        {stops.map((stop, place) => (
+          <li key={place}>
+            <span>{nameOf(stop)}</span>
+            <IconButton icon="close" label={t("stops.remove", { what: nameOf(stop) })} onPress={() => removeStop(place)} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}

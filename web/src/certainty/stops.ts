@@ -1,0 +1,114 @@
+/** On what the world stops: conditions that the user has chosen by a car, a thing, a zone or a block. */
+
+import i18next from "i18next";
+import { create } from "zustand";
+import { EDITORS, type EditorName } from "../api/types";
+import type { MissionZone, StopCondition, Stopped } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import type { Point } from "../mat/document";
+import type { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { notify } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+
+type Kind = StopCondition["kind"];
+
+/** A condition; of a block it has the block, whose words differ from program to program. */
+export interface Stop {
+  condition: StopCondition;
+  block?: { editor: EditorName; id: string; text: string };
+}
+
+interface Stops {
+  stops: readonly Stop[];
+  /** Why the world stands still; null once it goes on. */
+  stopped: Stopped | null;
+  /** The zone that was tapped. */
+  zone: MissionZone | null;
+}
+
+export const useStops = create<Stops>(() => ({ stops: [], stopped: null, zone: null }));
+
+const MOST_STOPS = 20;
+/** The kinds that need nothing but a car. */
+export const CAR_KINDS = ["touch", "lost", "stuck"] as const satisfies readonly Kind[];
+
+const keyOf = ({ condition, block }: Stop): string => JSON.stringify(block ? block.id : condition);
+
+/** Stop on one thing more. */
+export function addStop(stop: Stop): void {
+  const { stops } = useStops.getState();
+  if (stops.length >= MOST_STOPS) return;
+  if (!stops.some((each) => keyOf(each) === keyOf(stop))) useStops.setState({ stops: [...stops, stop] });
+  notify(i18next.t("stops.added", { what: nameOf(stop) }));
+}
+
+export function removeStop(place: number): void {
+  useStops.setState(({ stops }) => ({ stops: stops.toSpliced(place, 1) }));
+}
+
+export function zoneStop(zone: MissionZone): Stop {
+  const { title, corners_m, centre_m, radius_m } = zone;
+  const place = centre_m ? { disc: [...centre_m, radius_m!] } : { corners_m };
+  return { condition: { kind: "zone", name: inLanguage(title), ...place } };
+}
+
+/** What a condition waits for, in words. */
+export function nameOf({ condition, block }: Stop): string {
+  const { kind, car, thing, number, name } = condition;
+  const who = car === undefined || car === null ? i18next.t("stops.anyCar") : i18next.t("mat.car", { number: car });
+  if (block) return i18next.t("stops.block", { text: block.text });
+  if (kind === "zone") return i18next.t("stops.zone", { who, zone: name ?? "" });
+  if (thing) return i18next.t("stops.touches", { who, thing: i18next.t(`mat.things.${thing as "wall"}`), number: (number ?? 0) + 1 });
+  return i18next.t(`stops.${kind as (typeof CAR_KINDS)[number]}`, { who });
+}
+
+/** What the world is sent: a block by the words that it makes now. */
+function conditions(): StopCondition[] {
+  const words = useStudio.getState().compiled?.words ?? [];
+  return useStops.getState().stops.map(({ condition, block }) => {
+    if (!block) return condition;
+    const made = words.flatMap(({ part, block: id }, index) => (part === block.editor && id === block.id ? [index] : []));
+    return { ...condition, words: made };
+  });
+}
+
+/** Tell each new world on what to stop, and the stage that it has stopped; returns what ends this. */
+export function watchStops(session: Session): () => void {
+  const send = () => session.send({ do: "stop-when", conditions: conditions() });
+  const ends = [
+    useStops.subscribe(({ stops }, before) => stops !== before.stops && useMat.getState().hello?.cars && send()),
+    useMat.subscribe(({ hello, state }, before) => {
+      if (hello !== before.hello && hello?.cars && useStops.getState().stops.length) send();
+      // Whoever plays on, or begins again, has seen why it stopped.
+      if (state?.playing && useStops.getState().stopped) useStops.setState({ stopped: null });
+    }),
+    session.onStop((stopped) => {
+      useStops.setState({ stopped });
+      useMat.setState({ told: [stopped.car, ...stopped.others] });
+    }),
+  ];
+  return () => {
+    for (const end of ends) end();
+  };
+}
+
+/** Show the choices of the zone that lies under a point, if one does; the topmost. */
+export function tapZone(point: Point | null, zones: readonly MissionZone[]): void {
+  const [x, y] = point ?? [NaN, NaN];
+  const inside = ({ corners_m, centre_m, radius_m }: MissionZone) =>
+    centre_m
+      ? Math.hypot(x - centre_m[0]!, y - centre_m[1]!) <= radius_m!
+      : corners_m.reduce((within, [x1, y1], k) => {
+          const [x0, y0] = corners_m.at(k - 1)!;
+          const crosses = y0! > y !== y1! > y && x < x0! + ((y - y0!) / (y1! - y0!)) * (x1! - x0!);
+          return crosses ? !within : within;
+        }, false);
+  useStops.setState({ zone: zones.findLast(inside) ?? null });
+}
+
+/** Which editor's blocks make words that cars begin; a hat makes none. */
+export function canStopAt(block: string): EditorName | null {
+  const words = useStudio.getState().compiled?.words ?? [];
+  return EDITORS.find((editor) => words.some(({ part, block: id }) => part === editor && id === block)) ?? null;
+}

@@ -1,0 +1,198 @@
+/** Behind the page the program runs on other seeds, and two runs are compared: the stream `trials`, and what it said. */
+
+import { create } from "zustand";
+import { LastingStream } from "../api/connection";
+import { service } from "../api/service";
+import { decodePicture, type Picture } from "../api/world";
+import type { Difference, Failure, Luck, MissionChoice, Refused, SetWorld, TrialAnswer, TrialMessage } from "../generated/messages";
+import type { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { documentOf, useDraft } from "../missions/draft";
+import { useStudio } from "../state/studio";
+
+/** A run, as it can be simulated again. */
+export type Run = Omit<SetWorld, "do">;
+
+interface Trials {
+  luck: Luck | null;
+  /** What went wrong in the runs that failed, by their seeds, as far as it was asked. */
+  failures: ReadonlyMap<number, Failure>;
+  /** Where the two runs part; null while that is looked for, or nothing is compared. */
+  difference: Difference | null;
+  /** The two runs that are compared. */
+  runs: readonly [Run, Run] | null;
+  /** How far both are simulated. */
+  comparedMs: number;
+  /** The time that is shown of both, and their pictures. */
+  shownMs: number;
+  pictures: readonly (Picture | undefined)[];
+  /** Why the last wish was refused. */
+  problem: Refused | null;
+  /** The run before the last change of the program. */
+  before: Run | null;
+}
+
+const UNCOMPARED = { difference: null, runs: null, comparedMs: 0, shownMs: 0, pictures: [] };
+const NOTHING = { luck: null, failures: new Map<number, Failure>(), problem: null };
+
+export const useTrials = create<Trials>(() => ({ ...NOTHING, ...UNCOMPARED, before: null }));
+
+/** Who edits gets its words first; the program is tried again when the hands rest. */
+const REST_MS = 1500;
+export const RUNS = 200;
+
+/** What is tried: the mission that is played, or the one that is written, on the project's mat. */
+export function triedMission(): MissionChoice | null {
+  const { mission, mat } = useStudio.getState();
+  const { draft } = useDraft.getState();
+  return mission ?? (draft && { document: documentOf(draft, mat) });
+}
+
+export class TrialStream {
+  private stream: LastingStream | null = null;
+  private isOpen = false;
+  private tried: TrialMessage | null = null;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private run: Run | null = null;
+  constructor(private readonly session: Session) {}
+
+  /** Follow the program and the world from now on; returns what ends this. */
+  watch(): () => void {
+    const ends = [
+      useStudio.subscribe((now, before) => {
+        if (now.compiled?.image !== before.compiled?.image || now.mission !== before.mission || now.profile !== before.profile) this.change();
+      }),
+      useDraft.subscribe(() => this.change()),
+      useMat.subscribe(({ state }, before) => {
+        if (state?.playing && !before.state?.playing) this.play();
+      }),
+    ];
+    return () => {
+      for (const end of ends) end();
+      this.close();
+    };
+  }
+
+  /** Begin to try the program, where there is a mission and nothing was tried yet. */
+  begin(): void {
+    const [mission, image] = [triedMission(), useStudio.getState().compiled?.image];
+    if (!mission || !image || this.tried) return;
+    this.tried = { do: "try", mission, image, runs: RUNS };
+    useTrials.setState(NOTHING);
+    this.send(this.tried);
+  }
+
+  explain(seed: number): void {
+    this.send({ do: "explain", seed });
+  }
+
+  compare(one: Run, other: Run, untilMs: number): void {
+    useTrials.setState({ ...UNCOMPARED, runs: [one, other], problem: null });
+    this.send({ do: "compare", one: { do: "set", ...one }, other: { do: "set", ...other }, until_ms: untilMs });
+  }
+
+  /** Show both runs at a time. */
+  show(tMs: number): void {
+    useTrials.setState({ shownMs: tMs });
+    this.send({ do: "show", t_ms: Math.max(0, Math.round(tMs)) });
+  }
+
+  endComparison(): void {
+    useTrials.setState(UNCOMPARED);
+  }
+
+  /** The program has changed: what was tried means nothing any more. */
+  private change(): void {
+    clearTimeout(this.timer);
+    const { compiled } = useStudio.getState();
+    if (this.run && compiled?.image && this.run.image !== compiled.image) {
+      useTrials.setState({ before: this.run });
+      this.run = null;
+    }
+    if (this.tried) {
+      this.close();
+      useTrials.setState(NOTHING);
+    }
+    if (useMat.getState().state?.playing) this.timer = setTimeout(() => this.play(), REST_MS);
+  }
+
+  private play(): void {
+    this.run = presentRun();
+    const { capabilities } = useStudio.getState();
+    // A class shares one computer: whoever wants it there asks for it.
+    if (!capabilities?.classroom) this.begin();
+  }
+
+  private close(): void {
+    clearTimeout(this.timer);
+    this.stream?.close();
+    this.stream = this.tried = null;
+    this.isOpen = false;
+  }
+
+  private send(message: TrialMessage): void {
+    if (!this.stream) {
+      const { name } = this.session;
+      this.stream = new LastingStream((listeners) => service().openStream("trials", name, listeners), {
+        onOpen: () => {
+          this.isOpen = true;
+          for (const each of this.waiting.splice(0)) this.stream?.send(each);
+        },
+        onMessage: (data) => this.receive(data),
+        onClose: () => {
+          this.isOpen = false;
+          // Its work is lost: it begins anew.
+          if (this.tried) this.waiting.unshift(this.tried);
+        },
+      });
+      this.waiting.push(message);
+      this.stream.reopen();
+    } else if (this.isOpen) this.stream.send(message);
+    else this.waiting.push(message);
+  }
+
+  private readonly waiting: TrialMessage[] = [];
+
+  private receive(data: string | ArrayBuffer): void {
+    if (typeof data !== "string") {
+      const picture = decodePicture(data);
+      if (picture) useTrials.setState(({ pictures: [one, other] }) => ({ pictures: picture.frame ? [one, picture] : [picture, other] }));
+      return;
+    }
+    const answer = JSON.parse(data) as TrialAnswer;
+    if (answer.is === "luck") useTrials.setState({ luck: answer });
+    if (answer.is === "failure") useTrials.setState(({ failures }) => ({ failures: new Map(failures).set(answer.seed, answer) }));
+    if (answer.is === "difference") {
+      useTrials.setState({ difference: answer });
+      this.show(answer.t_ms);
+    }
+    if (answer.is === "compared") useTrials.setState({ comparedMs: answer.t_ms });
+    if (answer.is === "error") useTrials.setState({ problem: answer, runs: null });
+  }
+}
+
+const streams = new WeakMap<Session, TrialStream>();
+
+/** The trials of a page. */
+export function trialsOf(session: Session): TrialStream {
+  const stream = streams.get(session) ?? new TrialStream(session);
+  streams.set(session, stream);
+  return stream;
+}
+
+/** The run of the project as it is now, from its beginning. */
+export function presentRun(): Run | null {
+  const { compiled, mat, profile, rangeMm, mission } = useStudio.getState();
+  return compiled?.image ? { image: compiled.image, mat, profile, seed: useMat.getState().seed, range_mm: rangeMm, mission } : null;
+}
+
+/** Play the run of a seed from shortly before a moment, with the cars ringed that it is about. */
+export function playFrom(session: Session, seed: number, tMs: number, cars: readonly number[]): void {
+  useMat.setState({ seed });
+  session.send({ do: "reset", seed, until_ms: Math.max(0, tMs - BEFORE_MS) });
+  session.play();
+  useMat.setState({ chosen: cars.length ? { car: cars[0]! } : null, told: cars });
+  session.watch();
+}
+
+const BEFORE_MS = 3000;
