@@ -107,7 +107,7 @@ class Shell:
         """Open the stream ``name``, world, trials, upload or serial; the page calls it ``number``."""
         if name == "trials":
             self._streams[number] = _TrialStream(
-                TrialSession(self._open_worlds, self._make_world, CAPABILITIES.most_cars)
+                TrialSession(self._make_world, CAPABILITIES.most_cars, self._open_worlds)
             )
             return []
         if name != "world":

@@ -26,8 +26,9 @@ OpenWorlds = Callable[[Mission, bytes, Sequence[int], bool], Simulation]
 
 # Runs that go on side by side, and the cars that they may have together.
 _RUNS, _MOST_CARS = 20, 4_000
-# About so many simulated car-seconds are done in one call, which takes some ten milliseconds.
-_WORK = 1_500
+# About so many simulated car-seconds are done in one call, which takes some ten milliseconds; and so many moments at
+# most, or where Python looks at each of them.
+_WORK, _MOST_MOMENTS, _MOST_SLOW_MOMENTS = 1_500, 40, 10
 _KINDS = {
     "in-zone": judging.INSIDE,
     "out-of-zone": judging.OUTSIDE,
@@ -82,7 +83,8 @@ class Odds:
         first = self._left[: self._runs]
         self._world = open_worlds(mission, image, first, self._needs_events)
         self._questions = self._ask()
-        self._moments_a_call = max(1, round(_WORK * 1000 / (EVERY_MS * cars * self._runs)))
+        most = _MOST_SLOW_MOMENTS if self._is_slow else _MOST_MOMENTS
+        self._moments_a_call = min(max(1, round(_WORK * 1000 / (EVERY_MS * cars * self._runs))), most)
         self._begin(first)
 
     @property
@@ -108,7 +110,7 @@ class Odds:
         found = {
             number: watch_of(goal, mission, parse_image_bytes(self._image), self._slots, known)
             for number, goal in enumerate(mission.goals)
-            if goal.kind not in _KINDS and goal.kind != "no-touch"
+            if goal.kind not in (*_KINDS, "no-touch", WORKS)
         }
         return {number: watch for number, watch in found.items() if watch is not None}
 

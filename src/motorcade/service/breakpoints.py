@@ -1,6 +1,6 @@
 """Stop a world when a car touches something, loses a message, enters a zone, begins a block, or is stuck.
 
-What is looked at is what a page draws: the columns of a picture and rows of events, after each tick.
+What is looked at is what a page draws, the columns of a picture and rows of events, every LOOK_MS.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,6 +15,8 @@ from motorcade.service.studio_world import StudioWorld
 from motorcade.service.why import Obstacle, touched
 from motorcade.service.world_messages import StopCondition, Stopped
 
+# A picture shows more.
+LOOK_MS = 20
 # A car, another one that it has to do with (_NOBODY: none), and what tells this from other such things.
 _Key = tuple[int, int, str]
 _NOBODY = -1
@@ -35,9 +37,11 @@ class Breakpoints:
     def arm(self, world: StudioWorld) -> None:
         """Look at a world from now on."""
         self._world, self._stopped = world, None
-        # What held in the tick before, of each condition; None: nothing was seen yet.
+        # What held at the last look, of each condition; None: nothing was seen yet.
         self._held: list[set[_Key] | None] = [None] * len(self.conditions)
-        self._touching_ms = world.counts()["touching_ms"]
+        self._touching_ms = world.touching_ms()
+        # What the cars show now, where a condition asked for it.
+        self._columns: dict[str, Any] | None = None
 
     def take(self) -> list[Stopped]:
         """Return the stop that was not told yet, if there is one."""
@@ -45,13 +49,11 @@ class Breakpoints:
         return [stopped] if stopped else []
 
     def see(self, events: bytes) -> bool:
-        """Look at the world after a tick, with the rows of its events; return whether it has to stop."""
-        columns, touching_ms = unpack_moment(self._world.look(), self._world.cars), self._world.counts()["touching_ms"]
-        is_touching, self._touching_ms = touching_ms > self._touching_ms, touching_ms
-        self._stopped = None
+        """Look at the world, with the rows of events since the last look; return whether it has to stop."""
+        self._columns, self._stopped = None, None
         for number, condition in enumerate(self.conditions):
             before = self._held[number]
-            now = dict(self._holding(condition, columns, events, is_touching))
+            now = dict(self._holding(condition, events))
             self._held[number] = set(now)
             # A car that is in the zone when the condition is set doesn't enter it.
             first = set(now) if before is None and condition.kind in ("zone", "stuck") else before or set()
@@ -60,31 +62,40 @@ class Breakpoints:
                 car, other, *_ = begun[0]
                 others = [other] if other >= 0 else []
                 self._stopped = Stopped(self._world.now_ms, number, car, others, sentences(now[begun[0]]))
+        self._touching_ms = self._world.touching_ms() if self._asks_for_touch else 0
         return self._stopped is not None
 
-    def _holding(
-        self, condition: StopCondition, columns: dict[str, Any], events: bytes, is_touching: bool
-    ) -> Iterator[tuple[_Key, Phrase]]:
+    @property
+    def _asks_for_touch(self) -> bool:
+        return any(condition.kind == "touch" for condition in self.conditions)
+
+    def _now(self) -> dict[str, Any]:
+        """What the cars show now."""
+        if self._columns is None:
+            self._columns = unpack_moment(self._world.look(), self._world.cars)
+        return self._columns
+
+    def _holding(self, condition: StopCondition, events: bytes) -> Iterator[tuple[_Key, Phrase]]:
         """What holds now, and the sentence about it."""
         world = self._world
         cars: Sequence[int] = range(world.cars)
         if condition.car is not None:
             cars = [condition.car] if condition.car in cars else []
         match condition.kind:
-            case "touch" if is_touching:
+            case "touch" if world.touching_ms() > self._touching_ms:
                 radius_m = world.profile.body.diameter_mm / 2000
-                found = touched(world.simulation.mat, cars, columns["x_m"], columns["y_m"], radius_m)
-                for car, thing in found:
+                x_m, y_m = self._now()["x_m"], self._now()["y_m"]
+                for car, thing in touched(world.simulation.mat, cars, x_m, y_m, radius_m):
                     if condition.thing in ("", thing.kind) and condition.number in (None, thing.number):
                         other = thing.number if thing.kind == "car" else _NOBODY
                         yield (car, other, f"{thing}"), Phrase("stop-touch", car=_car(car), thing=_named(thing))
             case "stuck":
                 for car in cars:
-                    if columns["flags"][car] & STUCK:
+                    if self._now()["flags"][car] & STUCK:
                         yield (car, _NOBODY, ""), Phrase("stop-stuck", car=_car(car))
             case "zone":
                 for car in cars:
-                    if self._is_inside(condition, columns["x_m"][car], columns["y_m"][car]):
+                    if self._is_inside(condition, self._now()["x_m"][car], self._now()["y_m"][car]):
                         yield (car, _NOBODY, ""), Phrase("stop-zone", car=_car(car), zone=condition.name)
             case "lost":
                 for event in unpack_events(events):
@@ -96,7 +107,7 @@ class Breakpoints:
                 for event in unpack_events(events):
                     if event.kind in (STATE, START) and event.car in cars:
                         # A leader's event names its state; a follower's word is found by its bits.
-                        index = event.other + 1 if event.kind == STATE else columns["index"][event.car]
+                        index = event.other + 1 if event.kind == STATE else self._now()["index"][event.car]
                         if index in condition.words:
                             yield (event.car, _NOBODY, f"{event.t_ms}"), Phrase("stop-block", car=_car(event.car))
 

@@ -1,8 +1,8 @@
 """Where two runs part: they are simulated side by side, and the first word that a car begins in one alone is found.
 
 Cars pass words on after random pauses, so frames differ between two seeds from the beginning, and mean nothing. Runs
-part where a car begins another word than in the other run, or the same one later than by the time that a word is sent.
-Where all words agree, they part where a car stands elsewhere.
+part where a car begins another word than in the other run, or the same one later by half the time for which a word is
+sent. Where all words agree, they part where a car stands elsewhere.
 """
 
 import math
@@ -25,6 +25,8 @@ from motorcade.words.infrared import air_us, word_of
 _APART_M = 0.05
 # A word that is this late is not begun, where no follower's words say how long one is sent.
 _LATE_MS = 500
+# Else one that is late by this part of the time for which it is sent.
+_LATE_PART = 0.5
 # How much of the words before and after a parting is told.
 _AROUND_MS = 5_000
 _TOLD_EVERY_MS = 5_000
@@ -144,10 +146,10 @@ class Comparison:
             self._same[car] = at
             times = [begun[at][0] for begun in (ones, others) if at < len(begun)]
             # A word that only one of them has begun may still come in time.
-            if times and (len(times) == 2 or now_ms - times[0] > self._late_ms):
+            if times and (len(times) == 2 or now_ms - times[0] > self._late_ms or not self.is_busy):
                 best = min(filter(None, (best, _Parting(min(times), car, at))))
         # A car that parted earlier may be found later.
-        return best if best and now_ms - best.t_ms > 2 * self._late_ms else None
+        return best if best and (now_ms - best.t_ms > 2 * self._late_ms or not self.is_busy) else None
 
     def _agree(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
         return one[1] == other[1] and abs(one[0] - other[0]) < self._late_ms
@@ -248,7 +250,7 @@ class Comparison:
 
 def _late_ms(world: StudioWorld) -> int:
     image = parse_image_bytes(world.simulation.images[0])
-    return world.profile.dwell_ms[image.dwell_level] if image.followers else _LATE_MS
+    return int(world.profile.dwell_ms[image.dwell_level] * _LATE_PART) if image.followers else _LATE_MS
 
 
 def _note_words(begun: list[list[tuple[int, int]]], events: bytes) -> None:

@@ -237,6 +237,10 @@ class StudioWorld:
         """Return what has happened since the beginning, by name."""
         return self.simulation.totals()
 
+    def touching_ms(self) -> int:
+        """For how long cars have touched something since the beginning, summed over cars."""
+        return self.counts()["touching_ms"]
+
     def driven(self) -> list[int]:
         """Return the cars that don't run their own program because somebody drives or drove them."""
         return self._steering.driven(self.cars) if self._steering else []

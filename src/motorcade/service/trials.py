@@ -6,7 +6,7 @@ A shell calls `receive` for each message, and `advance` as long as `is_busy`; ea
 from collections import deque
 from collections.abc import Callable
 
-from motorcade.missions.check import watched
+from motorcade.missions.check import open_worlds_here, watched
 from motorcade.missions.document import Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.watch import MissionWatch
@@ -82,13 +82,18 @@ class TrialSession:
     """The trials of one page.
 
     Args:
-        open_worlds: opens the worlds of a mission side by side.
         make_world: builds the world of one of two runs that are compared. Raises MotorcadeError.
         most_cars: the most cars in one world.
+        open_worlds: opens the worlds of a mission side by side.
     """
 
-    def __init__(self, open_worlds: OpenWorlds, make_world: Callable[[SetWorld], StudioWorld], most_cars: int) -> None:
-        self._open_worlds, self._make_world, self._most_cars = open_worlds, make_world, most_cars
+    def __init__(
+        self,
+        make_world: Callable[[SetWorld], StudioWorld],
+        most_cars: int,
+        open_worlds: OpenWorlds = open_worlds_here,
+    ) -> None:
+        self._make_world, self._most_cars, self._open_worlds = make_world, most_cars, open_worlds
         self._try: _Try | None = None
         self._comparison: Comparison | None = None
 

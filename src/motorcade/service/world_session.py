@@ -10,7 +10,7 @@ from collections.abc import Callable
 from motorcade.engine.moment import EVENT_BYTES
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
-from motorcade.service.breakpoints import Breakpoints
+from motorcade.service.breakpoints import LOOK_MS, Breakpoints
 from motorcade.service.history import (
     EVERY_MS,
     FIRST,
@@ -302,8 +302,9 @@ class WorldSession:
         was_over = self._is_over
         while ticks > 0 and self._is_over == was_over:
             until_moment = -(-(self._next_moment_ms - world.now_ms) // world.tick_ms)
-            # A world stops at the tick in which something happens.
-            count = 1 if self._breakpoints.conditions else min(ticks, max(until_moment, 1))
+            count = min(ticks, max(until_moment, 1))
+            if self._breakpoints.conditions:
+                count = min(count, max(LOOK_MS // world.tick_ms, 1))
             events = world.run(count * world.tick_ms)
             self._add_events(events)
             if world.now_ms >= self._next_moment_ms:

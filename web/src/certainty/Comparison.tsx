@@ -11,6 +11,7 @@ import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Box } from "../mat/camera";
 import { colourWords, hexColour } from "../mat/colours";
+import fields from "../mat/fields.module.css";
 import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
@@ -109,9 +110,9 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
               {t("compare.parting")}
             </Button>
             <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={show}>
-              <SliderTrack>
+              <SliderTrack className={fields.track}>
                 {difference.kind !== "none" && <span className={css.mark} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
-                <SliderThumb />
+                <SliderThumb className={fields.thumb} />
               </SliderTrack>
             </Slider>
             <output>{clock(tMs)}</output>

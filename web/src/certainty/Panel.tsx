@@ -42,6 +42,7 @@ export function CertaintyPanel({ session }: { session: Session }) {
   return (
     <div className={css.panel}>
       <LuckPart session={session} stream={stream} onCompare={withSeed} />
+      <div className={css.column}>
       <section className={css.part} aria-label={t("compare.title")}>
         <h3>{t("compare.title")}</h3>
         <p className={controls.quiet}>{t("compare.how")}</p>
@@ -61,6 +62,7 @@ export function CertaintyPanel({ session }: { session: Session }) {
         </Button>
       </section>
       <StopList />
+      </div>
       {names && <Comparison session={session} stream={stream} names={names} onClose={() => {
         stream.endComparison();
         setNames(null);

@@ -116,7 +116,7 @@ export function StopList() {
           ))}
         </div>
       )}
-      <ul className={css.list} aria-label={t("stops.chosen")}>
+      <ul className={css.stops} aria-label={t("stops.chosen")}>
         {stops.map((stop, place) => (
           <li key={place}>
             <span>{nameOf(stop)}</span>

@@ -11,7 +11,6 @@ from starlette.websockets import WebSocket
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
-from motorcade.missions.check import open_worlds_here
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import build_world
@@ -53,7 +52,7 @@ class Trials:
     async def _serve(self, page: PageSocket) -> None:
         most_cars = self._limits.most_cars
         make_world = partial(build_world, driven=DrivenCars(), most_cars=most_cars)
-        session = TrialSession(open_worlds_here, make_world, most_cars)
+        session = TrialSession(make_world, most_cars)
         asked, lock, loop = asyncio.Event(), asyncio.Lock(), asyncio.get_running_loop()
 
         async def handle(message: TrialMessage) -> None:

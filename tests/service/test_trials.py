@@ -1,0 +1,170 @@
+"""Behind the page a program is tried with other luck, and two runs are compared: in a server and in a browser alike."""
+
+import dataclasses
+
+import pytest
+
+from motorcade import Followers, Program, compile_program, forward, led, left, right, wait
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.browser import kernels
+from motorcade.errors import MotorcadeError
+from motorcade.missions.check import open_worlds_here
+from motorcade.missions.document import built_in_mission
+from motorcade.server.studio.driving import build_world
+from motorcade.service.messages import MissionChoice
+from motorcade.service.trial_messages import Compare, Compared, Difference, Explain, Failure, Luck, Show, Try
+from motorcade.service.trials import TrialSession
+from motorcade.service.world_messages import SetWorld
+from support.linear_instance import MockInstance
+from support.pictures import Picture
+
+MOST_CARS = 200
+ROW = {
+    "format": "motorcade-mat/1",
+    "name": "a row",
+    "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.8, 0]}, {"at_m": [1.6, 0]}],
+}
+CROWD = {
+    "format": "motorcade-mat/1",
+    "name": "a hall",
+    "size_m": [4, 4],
+    "edge": "wall",
+    "crowd": [{"cars": 12, "leaders": 1, "spacing_m": 0.4}],
+}
+
+
+def program(*steps, rest_s=1):
+    return compile_program(Program([forward(1), wait(rest_s)], Followers(steps, forward=True))).image
+
+
+DANCE = program(led(1, 1), forward(1), right(1), wait(2))
+
+
+@pytest.fixture(params=["server", "site"])
+def session(request):
+    """A page's trials, with each shell's worlds."""
+    if request.param == "server":
+        return TrialSession(lambda message: build_world(message, DrivenCars(), MOST_CARS), MOST_CARS, open_worlds_here)
+    opened = kernels.open_worlds(MockInstance)
+    return TrialSession(lambda message: kernels.make_world(message, MockInstance, MOST_CARS), MOST_CARS, opened)
+
+
+def answers(session, message):
+    """All that a message leads to."""
+    found = session.receive(message)
+    while session.is_busy:
+        found += session.advance()
+    return found
+
+
+def difference(session, one, other, until_ms=12_000):
+    found = answers(session, Compare(one, other, until_ms))
+    assert [each.t_ms for each in found if isinstance(each, Compared)][-1] == until_ms
+    (told,) = [each for each in found if isinstance(each, Difference)]
+    return told
+
+
+def image_of(mission_id, **followers):
+    mission = built_in_mission(mission_id)
+    changed = dataclasses.replace(mission.solution.followers, **followers)
+    return compile_program(dataclasses.replace(mission.solution, followers=changed), mission.profile).image
+
+
+def test_the_meter_grows_run_by_run_and_tells_what_went_wrong(session):
+    """In noisy air cars without long checks obey words that nobody sent."""
+    order = Try(MissionChoice("noisy-air"), image_of("noisy-air", tagged=False), 24)
+    told = answers(session, order)
+    assert all(isinstance(each, Luck) for each in told)
+    assert told[0] == Luck(0, 0, 24, [])
+    last = told[-1]
+    assert (last.tried, last.of) == (24, 24)
+    assert last.works + len(last.failed) == 24
+    assert len(last.failed) > 12
+    assert not {0, 1, 2} & {*last.failed}
+    for seed in last.failed[:2]:
+        (failure,) = answers(session, Explain(seed))
+        assert isinstance(failure, Failure)
+        assert (failure.seed, len(failure.cars)) == (seed, 1)
+        assert 0 < failure.t_ms <= 40_000
+        assert "car" in failure.why["en"]
+
+
+def test_another_program_ends_what_was_tried_before(session):
+    first = Try(MissionChoice("pass-it-on"), image_of("pass-it-on", forward=False), 200)
+    session.receive(first)
+    session.advance()
+    last = answers(session, Try(MissionChoice("pass-it-on"), image_of("pass-it-on"), 20))[-1]
+    assert last == Luck(20, 20, 20, [])
+
+
+def test_a_large_mission_is_tried_less_often(session):
+    """200 runs of it would take minutes."""
+    document = dict(built_in_mission("a-hundred-cars").document, seconds=550, goal=[{"kind": "no-touch"}], seeds=[0])
+    begun = session.receive(Try(MissionChoice(document=document), image_of("a-hundred-cars"), 200))
+    assert begun == [Luck(0, 0, 27, [])]
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        (Try(MissionChoice("nowhere"), DANCE), "no-mission"),
+        (Try(MissionChoice(document={"goal": []}), DANCE), "mission-not-valid"),
+        (Try(MissionChoice("pass-it-on"), b"not an image"), "image-header"),
+        (Compare(SetWorld(ROW), SetWorld(CROWD)), "runs-differ-in-cars"),
+        (Compare(SetWorld(ROW), SetWorld({**ROW, "crowd": [{"cars": MOST_CARS}]})), "too-many-cars"),
+    ],
+)
+def test_what_cannot_be_tried_is_told(session, message, code):
+    with pytest.raises(MotorcadeError) as problem:
+        session.receive(message)
+    assert problem.value.code == code
+    assert not session.is_busy
+    assert answers(session, Explain(1)) == answers(session, Show(0)) == []
+
+
+def test_two_seeds_part_where_a_car_misses_a_word_and_why_is_told(session):
+    run = SetWorld(CROWD, image=DANCE)
+    told = difference(session, run, dataclass_with(run, seed=1))
+    assert (told.kind, told.missed) == ("word", told.words.index(None))
+    assert "sent at the same time" in told.cause["en"]
+    assert told.exact_ms <= told.t_ms
+    # It was begun in one run then, and not in the other.
+    times = [[each.t_ms for each in lane] for lane in told.begun]
+    assert told.t_ms in times[1 - told.missed]
+    assert told.t_ms not in times[told.missed]
+    one, other = map(Picture, session.receive(Show(told.t_ms + 100)))
+    assert (one.number, other.number) == (0, 1)
+    assert one.t_ms == other.t_ms
+    assert [one.cars, other.cars] == [12, 12]
+    assert one.moment.x_m.tolist() == pytest.approx(other.moment.x_m.tolist(), abs=0.5)
+
+
+def dataclass_with(message, **changes):
+    return SetWorld(**{name: getattr(message, name) for name in message.__struct_fields__} | changes)
+
+
+def test_two_programs_part_where_their_words_differ(session):
+    other = program(led(1, 1), forward(1), left(1), wait(2))
+    told = difference(session, SetWorld(ROW, image=DANCE), SetWorld(ROW, image=other))
+    assert (told.kind, told.missed, told.car) == ("word", None, 1)
+    assert told.words[0] != told.words[1]
+    assert 2000 <= told.t_ms < 2500
+    assert told.cause["en"] == "the words of the two programs differ"
+    leads = difference(
+        session,
+        SetWorld(ROW, image=DANCE),
+        SetWorld(ROW, image=program(led(1, 1), forward(1), right(1), wait(2), rest_s=2)),
+    )
+    assert (leads.car, leads.t_ms, leads.cause["en"]) == (0, 1000, "the programs differ here")
+
+
+def test_runs_that_differ_in_places_alone_part_where_that_is_seen(session):
+    further = {**ROW, "car": [*ROW["car"][:2], {"at_m": [1.6, 0], "heading_deg": 90}]}
+    told = difference(session, SetWorld(ROW, image=DANCE), SetWorld(further, image=DANCE))
+    assert (told.kind, told.car, told.cause) == ("place", 2, None)
+    assert told.exact_ms < told.t_ms < 3000
+
+
+def test_the_same_run_has_no_difference(session):
+    told = difference(session, SetWorld(CROWD, image=DANCE), SetWorld(CROWD, image=DANCE))
+    assert (told.kind, told.exact_ms, told.cause) == ("none", None, None)
