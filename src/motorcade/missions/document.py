@@ -24,7 +24,7 @@ from motorcade.program.steps import KINDS
 
 # How many seconds of one car all seeds may take together; a computer simulates some 15,000 in a second.
 MOST_CAR_SECONDS = 60_000
-# The same of the runs of a goal of the kind WORKS, which are only judged: some 100,000 in a second.
+# The same of a goal of the kind WORKS, whose runs are only judged: some 100,000 in a second.
 _MOST_JUDGED_CAR_SECONDS = 300_000
 # The id of a mission that is no file of the command line's, and has no other id.
 OWN = "own"
@@ -339,9 +339,7 @@ class _Reading:
             if goal.kind == "stopped-by-voice" and not any(voice.word == "stop" for voice in mat.voices):
                 raise MotorcadeError("mission-without-voice", file=self._file, place=self._place_of(("goal", number)))
             if goal.kind == WORKS and goal.star == 1:
-                raise self._fault(
-                    "not-allowed", ("goal", number, "star"), "1", Phrase("whole-range", minimum=2, maximum=3)
-                )
+                raise self._fault("not-allowed", ("goal", number, "star"), "1", "2, 3")
             if goal.kind == "all-by":
                 other = goals[goal.values["goal"] - 1] if goal.values["goal"] <= len(goals) else None
                 if other is None or other.values.get("at") == "always" or not _is_reached(other.kind):
@@ -352,11 +350,11 @@ class _Reading:
         """Before the cars are placed: a crowd is one line, yet it may have millions of cars."""
         cars = len(checked["mat"]["car"]) + sum(crowd["cars"] for crowd in checked["mat"]["crowd"])
         seconds, seeds = checked["seconds"], len(checked["seeds"])
-        others = max((goal.get("seeds", 100) for goal in checked["goal"] if goal["kind"] == WORKS), default=0)
-        for count, most in ((seeds, MOST_CAR_SECONDS), (others, _MOST_JUDGED_CAR_SECONDS)):
+        others = [goal.get("seeds", 100) for goal in checked["goal"] if goal["kind"] == WORKS]
+        for count, most in ((seeds, MOST_CAR_SECONDS), *((each, _MOST_JUDGED_CAR_SECONDS) for each in others)):
             if cars * seconds * count > most:
-                details = {"cars": cars, "seconds": seconds, "seeds": count}
-                raise MotorcadeError("mission-too-large", file=self._file, **details, most=most)
+                size = {"cars": cars, "seconds": seconds, "seeds": count, "most": most}
+                raise MotorcadeError("mission-too-large", file=self._file, **size)
 
     def _program(self, document: dict[str, Any] | None, key: str) -> Program | None:
         if document is None:
