@@ -8,9 +8,8 @@ from typing import Annotated
 import typer
 
 from motorcade.cli.language import translated
-from motorcade.cli.options import Json, TcpPortNumber, print_lines, print_note, print_result, wants_json
-from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser
-from motorcade.errors import MotorcadeError
+from motorcade.cli.options import Json, TcpPortNumber, print_lines, print_result, wants_json
+from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser, print_problem
 from motorcade.extras import needs_extra
 
 app = typer.Typer()
@@ -48,7 +47,7 @@ def _class(
     named = named_cars(car or (), camera or (), keys)
     place = folder or Path(typer.get_app_dir("motorcade")) / "class"
     files = ClassFolder(place)
-    with files.opened(), bind(host, port, "class") as listener, logging_to(log, _print_problem) as written:
+    with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as written:
         record = files.load(secrets.randbelow)
         hosts, own = room_hosts(listener)
         first_key = secrets.token_urlsafe(_KEY_BYTES) if new_password or record.password is None else None
@@ -96,7 +95,3 @@ def _class(
                 open_browser(teacher)
 
         serve_alone(app, settings, listener, ready, https_context(own_keys.server) if own_keys else None)
-
-
-def _print_problem(problem: MotorcadeError) -> None:
-    print_note(problem.sentence())

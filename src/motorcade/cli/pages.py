@@ -169,7 +169,7 @@ def _remote(
     check_page()
     _check_options(page_keys, insecure_lan)
     named = named_cars(cars, camera or (), keys)
-    with bind(host, port, "remote") as listener, logging_to(log, _print_problem) as written:
+    with bind(host, port, "remote") as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, "/drive", tls)
         settings = ServerSettings(**where, record=written.record if written else None)
@@ -182,7 +182,8 @@ def _remote(
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
 
 
-def _print_problem(problem: MotorcadeError) -> None:
+def print_problem(problem: MotorcadeError) -> None:
+    """Print on standard error what a server does without, such as a log."""
     print_note(problem.sentence())
 
 
@@ -277,7 +278,7 @@ def _studio(
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     token = own_token(folder)
-    with _listen(host, port, token) as listener, logging_to(log, _print_problem) as written:
+    with _listen(host, port, token) as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, tls=tls, token=token)
         settings = Settings(library=folder, record=written.record if written else None, **where, **named)

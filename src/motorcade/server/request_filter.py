@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from secrets import compare_digest
-from typing import Protocol
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import HTTPConnection
@@ -20,6 +19,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+from motorcade.drive.listener import Connected
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import error_response, refusal_page
 from motorcade.service.exchange import MOST_BYTES
@@ -86,16 +86,6 @@ class ServerSettings:
         return RateLimit(2 * self.messages_a_second, _RATE_WINDOW_MS)
 
 
-class Held(Protocol):
-    """A connection, as the filter knows it (`motorcade.server.running.PageConnection`)."""
-
-    holder: str
-    stays: bool
-
-    def drop(self) -> None:
-        """End it at once."""
-
-
 class RequestFilter:
     """Pass requests on to ``app``, except those that aren't allowed: answer these with an error.
 
@@ -117,7 +107,7 @@ class RequestFilter:
         self._settings = settings
         self._admit = admit
         self._holder = holder
-        self._sockets: dict[str, list[Held]] = {}
+        self._sockets: dict[str, list[Connected]] = {}
         self._rates: OrderedDict[str, RateLimit] = OrderedDict()
         # Cookies are shared between ports: two servers on one computer need different names.
         self._cookie = f"motorcade_{settings.port}"
@@ -149,7 +139,7 @@ class RequestFilter:
             await self._app(scope, self._bounded(receive, self._most_body(scope)), send)
 
     @contextmanager
-    def _counted(self, socket: "Held | None") -> Iterator[None]:
+    def _counted(self, socket: "Connected | None") -> Iterator[None]:
         """Count a WebSocket of somebody who is known while the block runs; where there are too many drop the oldest."""
         if socket is None or not socket.holder or socket.stays:
             yield
