@@ -64,7 +64,7 @@ ARROWS = {
 SIMULATED = ("boards.simulated", "boards.simulated_drive")
 
 # What a class does, without a server: these files import only what runs in a page's worker too.
-CLASS_CORE = ("messages", "names", "record", "room", "views")
+CLASS_CORE = ("messages", "names", "pairs", "record", "room", "views")
 
 
 def name_of(file):

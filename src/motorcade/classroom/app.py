@@ -22,6 +22,7 @@ from motorcade.classroom.cars import EmergencyStop, PupilFleet
 from motorcade.classroom.folder import ClassFolder, write_work
 from motorcade.classroom.handlers import Asks, Handlers
 from motorcade.classroom.messages import ClassView, Goodbye, PupilView, exchanges_of
+from motorcade.classroom.pairs import Pairs
 from motorcade.classroom.room import Classroom
 from motorcade.classroom.running import TEACHER, ClassServerSettings, RunningClass
 from motorcade.classroom.shared_mat import SharedMat
@@ -44,7 +45,7 @@ _API, _TEACHER = "/api/", "/api/teacher/"
 PAGES = ("/join", "/teacher", "/wall", "/mat", "/privacy")
 AUTHORITY = "/authority.crt"
 # By name, with the class whose method answers.
-REQUESTS = {each.name: (kind, each) for kind in (Classroom, SharedMat, Handlers) for each in exchanges_of(kind)}
+REQUESTS = {each.name: (kind, each) for kind in (Classroom, SharedMat, Pairs, Handlers) for each in exchanges_of(kind)}
 # A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
 _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 
@@ -131,7 +132,7 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     if name not in REQUESTS:
         raise MotorcadeError("not-found")
     kind, exchange = REQUESTS[name]
-    owner = next(each for each in (running.room, running.mat, handlers) if isinstance(each, kind))
+    owner = next(each for each in (running.room, running.mat, running.pairs, handlers) if isinstance(each, kind))
     who = "" if exchange.is_open else running.visitor(request)
     if who:
         running.check_request(who, running.now_s())
@@ -219,7 +220,7 @@ async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket
     ended = room.ended
     with running.watching() as changed:
         while (pupil := running.pupil(socket)) and pupil.id == pupil_id:
-            view = pupil_view(room, pupil, running.mat.view())
+            view = pupil_view(room, pupil, running.mat.view(), running.pairs.view(pupil_id))
             if (data := msgspec.json.encode(view)) != shown:
                 shown = data
                 page.put(view)

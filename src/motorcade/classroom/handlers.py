@@ -14,10 +14,11 @@ from starlette.responses import Response
 
 from motorcade.classroom import messages
 from motorcade.classroom.cars import EmergencyStop
-from motorcade.classroom.messages import Id, Secret, Self, Text40, request
+from motorcade.classroom.messages import Id, Secret, Self, Text40, Window, request
 from motorcade.classroom.names import Attempts, check_password, digest, is_password, to_stored
 from motorcade.classroom.network import join_url, qr_svg
-from motorcade.classroom.record import Pupil
+from motorcade.classroom.pairs import WINDOWS
+from motorcade.classroom.record import Pair, Pupil
 from motorcade.classroom.room import SIGNED_IN_S
 from motorcade.classroom.running import TEACHER, RunningClass
 from motorcade.errors import MotorcadeError
@@ -51,6 +52,7 @@ class Handlers:
     def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop | None) -> None:
         self._running = running
         self._room = running.room
+        self._pairs = running.pairs
         self._folder = running.folder
         self._worlds = worlds
         self._stop = stop
@@ -164,6 +166,58 @@ class Handlers:
         """Send a program to the shared mat; None takes the own cars off it."""
         self._running.mat.enter(self._room.pupil(who).id, image)
 
+    # Two who program one project.
+
+    @request("class/pair/begin", stores=True)
+    async def begin_pair(self, who: str, to: Id, name: Text40, project: Project, now_s: float) -> None:
+        """Begin a pair with the open project, or ask another one into it, where the project of before stays."""
+        is_new = self._pairs.of(who) is None
+        self._gifts.count(who, now_s)
+        pair = self._pairs.begin(who, to, name)
+        if not is_new:
+            return
+        try:
+            for window in WINDOWS:
+                await self._store_window(pair, window, project, 0)
+        except MotorcadeError:
+            self._pairs.leave(who)
+            self._pairs.leave(to)
+            raise
+
+    @request("class/pair/read")
+    async def read_window(self, who: str, window: Window) -> messages.PairProject:
+        """Return what a window holds: the leader's blocks with mat and profile, or the followers' blocks."""
+        pair = self._pairs.joined(who)
+        history = await self._running.with_files(self._folder.history, pair.library, window)
+        data = await self._running.with_files(self._folder.read, pair.library, window, history[0].version)
+        return messages.PairProject(open_text(data), history[0].version)
+
+    @request("class/pair/write", stores=True)
+    async def write_window(self, who: str, window: Window, project: Project, base: int) -> int:
+        """Store a window of one's own; return its version.
+
+        Raises MotorcadeError where it is another's, or was stored since version ``base``.
+        """
+        return await self._store_window(self._pairs.owned(who, window), window, project, base)
+
+    async def _store_window(self, pair: Pair, window: Window, project: Project, base: int) -> int:
+        data = project_text(project).encode()
+        version = await self._running.with_files(self._folder.write_version, pair.library, window, data, base)
+        self._pairs.note_stored(pair, window, version)
+        return version
+
+    @request("class/pair/leave", stores=True)
+    async def leave_pair(self, who: str) -> str:
+        """Leave the pair; return the name of the copy of the whole project in the own library ("" for none)."""
+        pair, copied = self._pairs.of(who), ""
+        if pair and who in pair.joined:
+            leader = (await self.read_window(who, "leader")).project
+            whole = structs.replace(leader, followers=(await self.read_window(who, "followers")).project.followers)
+            copied = await self._running.with_files(self._folder.copy, project_text(whole).encode(), who, pair.name)
+        self._pairs.leave(who)
+        await self._delete_libraries()
+        return copied
+
     # The teacher.
 
     @request("teacher/sign-out")
@@ -202,6 +256,7 @@ class Handlers:
     @request("teacher/remove", stores=True)
     async def remove(self, pupil: Id) -> None:
         """Remove a pupil, and the library."""
+        self._pairs.leave(pupil)
         self._room.remove(pupil)
         await self._delete_libraries()
 
@@ -299,6 +354,8 @@ class Handlers:
     async def end(self, asks: Asks, password: Secret, now_s: float) -> None:
         """End the class: pupils, their names and their work are deleted."""
         await self._check_password(asks, password, now_s)
+        for pupil in self._room.record.pupils:
+            self._pairs.leave(pupil.id)
         self._room.end()
         self._running.mat.close()
         await self._delete_libraries()

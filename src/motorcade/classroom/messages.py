@@ -26,6 +26,8 @@ Secret = Annotated[str, Meta(max_length=400)]
 Id = Annotated[str, Meta(max_length=8)]
 # What a method gets beside the message: the request, who sent it (a pupil's id, or the teacher), and the time.
 GIVEN = ("asks", "who", "now_s")
+# A window of a pair: the leader's program, with the mat, or the followers' program.
+Window = Literal["leader", "followers"]
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
@@ -221,6 +223,57 @@ class MatView(Struct):
     entries: list[str]
 
 
+class PairProject(Struct, forbid_unknown_fields=True):
+    """What a window holds, and its version: 0 while nothing was stored."""
+
+    project: Project
+    version: int
+
+
+class Conducted(Struct):
+    """How the worlds of a pair's pages are played: what one of them did last.
+
+    Attributes:
+        number: grows with each.
+        by: the pupil.
+        playing: the worlds play; else they stand at ``t_ms``.
+        speed: simulated seconds in a real one.
+        seed: of the run.
+        t_ms: the simulated time.
+    """
+
+    number: int
+    by: str
+    playing: bool
+    speed: float
+    seed: int
+    t_ms: int
+
+
+class PairView(Struct):
+    """A pair, for one of its pupils.
+
+    Attributes:
+        name: of the project.
+        partner: the other one; None where nobody else is in it.
+        joined: this pupil has come; else the partner asks.
+        partner_joined, partner_away: the partner has come; no page of the partner is connected.
+        owners: whose each window is; None while it is free.
+        versions: of each window.
+        asks: who wants to swap the windows.
+    """
+
+    name: str
+    partner: Classmate | None
+    joined: bool
+    partner_joined: bool
+    partner_away: bool
+    owners: dict[Window, str | None]
+    versions: dict[Window, int]
+    asks: str | None
+    conducted: Conducted | None
+
+
 class ClassAnswerBase(Struct, tag_field="is", tag=str.lower):
     """What is sent over a WebSocket; ``is`` says what it is."""
 
@@ -234,6 +287,7 @@ class PupilView(ClassAnswerBase, tag="pupil"):
         stopped: the teacher's emergency stop holds all real cars.
         mission: the number of the mission that was handed out last; None for none.
         news: what came and was not seen yet, at most 20.
+        pair: with whom the pupil programs one project; None for nobody.
     """
 
     me: Self
@@ -244,6 +298,7 @@ class PupilView(ClassAnswerBase, tag="pupil"):
     mat: MatView
     mission: int | None
     news: list[News]
+    pair: PairView | None = None
 
 
 class PupilRow(Struct):

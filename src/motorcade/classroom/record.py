@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import msgspec
 from msgspec import Struct, field
 
-from motorcade.classroom.messages import News
+from motorcade.classroom.messages import News, Window
 from motorcade.classroom.names import RandomBelow, new_code
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
@@ -35,6 +35,31 @@ class Pupil(Struct):
     told: int = 0
 
 
+class Pair(Struct):
+    """Two pupils who program one project: each window, the leader's program or the followers', has one owner.
+
+    Attributes:
+        id: stays.
+        name: of the project.
+        members: the pupils' ids, at most two; who began it comes first.
+        joined: those of them who have come; another one was asked and has not answered.
+        owners: whose each window is; None while it is free.
+        asks: who wants to swap the windows; None for nobody.
+    """
+
+    id: str
+    name: str
+    members: list[str]
+    joined: list[str]
+    owners: dict[Window, str | None]
+    asks: str | None = None
+
+    @property
+    def library(self) -> str:
+        """The owner of its files among those of the class's folder: a project for each window."""
+        return f"pair-{self.id}"
+
+
 class SignIn(Struct):
     """A browser in which the teacher is signed in: the digest of its secret, and until when (s since 1970)."""
 
@@ -52,7 +77,9 @@ class ClassRecord(Struct):
         joined: how many have joined since the beginning; the next pupil's id.
         missions: those that were handed out.
         handed: the number of the mission that newcomers get; None for none.
-        removed: the ids of those who are out, and whose libraries are still to be deleted.
+        removed: the owners of libraries that are still to be deleted: pupils who are out, and pairs that are over.
+        pairs: who program one project together.
+        paired: how many pairs there were since the beginning; the next one's id.
     """
 
     code: str
@@ -68,6 +95,8 @@ class ClassRecord(Struct):
     missions: list[MissionChoice] = field(default_factory=list)
     handed: int | None = None
     removed: list[str] = []
+    pairs: list[Pair] = []
+    paired: int = 0
 
 
 def new_record(random_below: RandomBelow) -> ClassRecord:

@@ -34,9 +34,7 @@ MOST_OF_A_NAME = 10
 # The name of the cable among what pupils share; the others are those of real cars.
 CABLE = ""
 _MOST_DEVICES = 8
-_MOST_NEWS = 20
-_MOST_MISSIONS = 50
-_MOST_SIGN_INS = 8
+_MOST_NEWS, _MOST_MISSIONS, _MOST_SIGN_INS = 20, 50, 8
 SIGNED_IN_S = 12 * 3600.0
 
 
@@ -80,7 +78,7 @@ class Classroom:
         self.presence = {each.id: self.presence.get(each.id) or Presence() for each in stored.pupils}
         self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
         self._by_device = {device: pupil.id for pupil in stored.pupils for device in pupil.devices}
-        self._save()
+        self.save()
 
     # Coming in.
 
@@ -146,14 +144,14 @@ class Classroom:
             self._by_device.pop(forgotten, None)
         pupil.devices = [*pupil.devices[-_MOST_DEVICES + 1 :], device]
         self._by_device[device] = pupil.id
-        self._save()
+        self.save()
 
     def leave(self, device: str) -> None:
         """Sign a pupil's device out."""
         if pupil := self.pupil_at(device):
             pupil.devices.remove(device)
             del self._by_device[device]
-            self._save()
+            self.save()
 
     def pupil_at(self, device: str) -> Pupil | None:
         """Return the pupil of a device, by the digest of its secret."""
@@ -173,17 +171,17 @@ class Classroom:
         """Store a new password (`motorcade.classroom.names.to_stored`); all other browsers are signed out."""
         self.record.password = stored
         self.record.sign_ins = []
-        self._save()
+        self.save()
 
     def sign_in(self, device: str, until_s: float) -> None:
         """Sign the teacher in at a browser until a time (s since 1970)."""
         self.record.sign_ins = [*self.record.sign_ins[-_MOST_SIGN_INS + 1 :], SignIn(device, until_s)]
-        self._save()
+        self.save()
 
     def sign_out(self, device: str) -> None:
         """Sign the teacher out at a browser."""
         self.record.sign_ins = [each for each in self.record.sign_ins if each.device != device]
-        self._save()
+        self.save()
 
     def is_teacher(self, device: str, now_s: float) -> bool:
         """Return whether the teacher is signed in at a browser, at a time in s since 1970."""
@@ -209,12 +207,12 @@ class Classroom:
         record.title = record.title if title is None else checked_user_name(title)
         record.is_open = record.is_open if is_open is None else is_open
         record.stuck_minutes = stuck_minutes or record.stuck_minutes
-        self._save()
+        self.save()
 
     def change_code(self) -> None:
         """Make a new code; who is in stays in."""
         self.record.code = new_code(self._random_below)
-        self._save()
+        self.save()
 
     def freeze(self, frozen: bool) -> None:
         """Freeze all pupils' pages, or thaw them."""
@@ -227,14 +225,14 @@ class Classroom:
         renamed, checked = self.pupil(pupil), checked_user_name(name)
         check_free(checked, [each.name for each in self.record.pupils if each is not renamed])
         renamed.name = checked
-        self._save()
+        self.save()
 
     @request("teacher/reset-number", stores=True)
     def reset_number(self, pupil: Id) -> Self:
         """Give a pupil another number; the devices stay signed in. Raises MotorcadeError."""
         found = self.pupil(pupil)
         found.number = new_number(self._random_below, [each.number for each in self.record.pupils])
-        self._save()
+        self.save()
         return self.self_of(found)
 
     def remove(self, pupil_id: str) -> None:
@@ -245,7 +243,7 @@ class Classroom:
         del self.presence[pupil_id]
         self._by_device = {device: owner for device, owner in self._by_device.items() if owner != pupil_id}
         self.holders = {name: None if holder == pupil_id else holder for name, holder in self.holders.items()}
-        self._save()
+        self.save()
 
     def end(self) -> None:
         """End the class: nobody is in it any more, all names are gone. The password stays; no id comes again."""
@@ -260,7 +258,7 @@ class Classroom:
     def library_deleted(self, pupil_id: str) -> None:
         """Note that the library of a pupil who is out has been deleted."""
         self.record.removed.remove(pupil_id)
-        self._save()
+        self.save()
 
     def chosen(self, to: Sequence[str] | None) -> list[Pupil]:
         """Return the pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""
@@ -291,7 +289,7 @@ class Classroom:
         """Let a pupil know of a project or a mission that came."""
         pupil.told += 1
         pupil.news = [*pupil.news, News(pupil.told, kind, name, sender)][-_MOST_NEWS:]  # type: ignore[arg-type]
-        self._save()
+        self.save()
 
     # What pupils do.
 
@@ -300,7 +298,7 @@ class Classroom:
         """Forget a pupil's news up to a number: the pupil has seen them. Raises MotorcadeError."""
         pupil = self.pupil(who)
         pupil.news = [each for each in pupil.news if each.number > number]
-        self._save()
+        self.save()
 
     @request("class/classmates")
     def classmates(self, who: str) -> list[Classmate]:
@@ -395,6 +393,7 @@ class Classroom:
         """Return what a pupil's own page knows of the pupil."""
         return Self(pupil.id, pupil.name, pupil.avatar, pupil.number)
 
-    def _save(self) -> None:
+    def save(self) -> None:
+        """Note a change that the file has to hold."""
         self.revision += 1
         self.changes += 1

@@ -17,6 +17,7 @@ from starlette.responses import Response
 from motorcade.classroom.folder import RECORD, ClassFolder
 from motorcade.classroom.names import Attempts, digest
 from motorcade.classroom.network import Network
+from motorcade.classroom.pairs import WINDOWS, Pairs
 from motorcade.classroom.record import Presence, Pupil, from_bytes, to_bytes
 from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.shared_mat import SharedMat
@@ -80,6 +81,12 @@ class RunningClass(Visitors):
         self.first_key = settings.first_key
         self.room = Classroom(folder.load(secrets.randbelow), secrets.randbelow, cars, settings.clock())
         self.mat = SharedMat()
+        self.pairs = Pairs(self.room)
+        for pair in self.room.record.pairs:
+            for window in WINDOWS:
+                # A window that nobody has stored yet, or whose files are gone, begins empty.
+                with suppress(MotorcadeError):
+                    self.pairs.versions[pair.id, window] = folder.history(pair.library, window)[0].version
         self.hashing = CapacityLimiter(1)
         self._storing = asyncio.Lock()
         # What the file holds, the revision that it has, and the last one that was undone.
@@ -198,6 +205,7 @@ class RunningClass(Visitors):
         while True:
             await asyncio.sleep(_TICK_S)
             self.room.advance(self.now_s())
+            self.pairs.advance(self.now_s())
             with suppress(MotorcadeError):
                 await self.settle()
 

@@ -1,12 +1,12 @@
 """What pages show of a class, whole, at a time."""
 
-from motorcade.classroom.messages import ClassView, MatView, PupilRow, PupilView
+from motorcade.classroom.messages import ClassView, MatView, PairView, PupilRow, PupilView
 from motorcade.classroom.record import Presence, Pupil
 from motorcade.classroom.room import Classroom
 from motorcade.service.messages import Sentence
 
 
-def pupil_view(room: Classroom, pupil: Pupil, mat: MatView) -> PupilView:
+def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, pair: PairView | None = None) -> PupilView:
     """Return what a pupil's page shows of the class; no other pupil's number or progress."""
     return PupilView(
         me=room.self_of(pupil),
@@ -17,6 +17,7 @@ def pupil_view(room: Classroom, pupil: Pupil, mat: MatView) -> PupilView:
         mat=mat,
         mission=pupil.mission,
         news=pupil.news,
+        pair=pair,
     )
 
 

@@ -32,6 +32,12 @@ export interface StoredDraft {
   saved_at: string;
 }
 
+/** What a window holds, and its version: 0 while nothing was stored. */
+export interface PairProject {
+  project: Project;
+  version: number;
+}
+
 /** Whether a password has been set, and whether this browser is signed in. */
 export interface TeacherAbout {
   has_password: boolean;
@@ -84,6 +90,7 @@ export interface PupilView {
   mat: MatView;
   mission: number | null;
   news: News[];
+  pair: PairView | null;
 }
 
 /** What one pupil at a time may use: the cable, whose name is "", or a real car; ``holder`` None: nobody does. */
@@ -107,6 +114,29 @@ export interface News {
   kind: "mission" | "project";
   name: string;
   sender: string;
+}
+
+/** A pair, for one of its pupils. */
+export interface PairView {
+  name: string;
+  partner: Classmate | null;
+  joined: boolean;
+  partner_joined: boolean;
+  partner_away: boolean;
+  owners: Record<string, string | null>;
+  versions: Record<string, number>;
+  asks: string | null;
+  conducted: Conducted | null;
+}
+
+/** How the worlds of a pair's pages are played: what one of them did last. */
+export interface Conducted {
+  number: number;
+  by: string;
+  playing: boolean;
+  speed: number;
+  seed: number;
+  t_ms: number;
 }
 
 /** The pupil is no longer in the class; the connection ends. ``left``: on another page of this device. */
@@ -179,6 +209,10 @@ export interface PupilRequests {
   "classmates": { message: Nothing; answer: Classmate[] };
   "hand": { message: { raised: boolean }; answer: Nothing };
   "take": { message: { name: string; wants: boolean }; answer: Nothing };
+  "pair/take": { message: { window: "followers" | "leader"; wants: boolean }; answer: Nothing };
+  "pair/join": { message: Nothing; answer: Nothing };
+  "pair/swap": { message: { wants: boolean }; answer: Nothing };
+  "pair/conduct": { message: { playing: boolean; speed: number; seed: number; t_ms: number }; answer: Nothing };
   "about": { message: Nothing; answer: ClassAbout };
   "check-code": { message: { code: string }; answer: Nothing };
   "join": { message: { code: string; name: string; avatar: string }; answer: Self };
@@ -189,6 +223,10 @@ export interface PupilRequests {
   "give": { message: { to: string; name: string }; answer: string };
   "mission": { message: { number: number }; answer: Mission };
   "mat": { message: { image: string | null }; answer: Nothing };
+  "pair/begin": { message: { to: string; name: string; project: Project }; answer: Nothing };
+  "pair/read": { message: { window: "followers" | "leader" }; answer: PairProject };
+  "pair/write": { message: { window: "followers" | "leader"; project: Project; base: number }; answer: number };
+  "pair/leave": { message: Nothing; answer: string };
 }
 
 /** The requests of the teacher: `POST /api/teacher/<name>`. */

@@ -1,0 +1,182 @@
+"""Two pupils who program one project: one has the leader's window, the other the followers'. Without I/O.
+
+A window has one owner, who alone stores it; the files are those of a library of the pair's own, with versions. Each
+page plays a world of its own: the same program, mat and seed give the same run to the bit, so only how it is played is
+passed on.
+"""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from motorcade.classroom.messages import Classmate, Conducted, PairView, Window, request
+from motorcade.classroom.record import Pair
+from motorcade.classroom.room import Classroom
+from motorcade.errors import MotorcadeError
+
+WINDOWS: tuple[Window, Window] = ("leader", "followers")
+# A partner who is away for so long may lose a window: a tablet that sleeps must not hold up the other one.
+AWAY_S = 20.0
+
+
+class Pairs:
+    """The pairs of a class.
+
+    Args:
+        room: the class.
+
+    Attributes:
+        versions: of the windows that were stored, by the pair's id and the window.
+    """
+
+    def __init__(self, room: Classroom) -> None:
+        self._room = room
+        self.versions: dict[tuple[str, Window], int] = {}
+        self._conducted: dict[str, Conducted] = {}
+        self._away: set[str] = set()
+
+    def of(self, pupil: str) -> Pair | None:
+        """Return the pair that a pupil is in, or is asked to come into."""
+        return next((each for each in self._room.record.pairs if pupil in each.members), None)
+
+    def joined(self, pupil: str) -> Pair:
+        """Return the pair that a pupil is in. Raises MotorcadeError."""
+        pair = self.of(pupil)
+        if pair is None or pupil not in pair.joined:
+            raise MotorcadeError("not-in-a-pair")
+        return pair
+
+    def view(self, pupil: str) -> PairView | None:
+        """Return what a pupil's page shows of the pair."""
+        pair = self.of(pupil)
+        if pair is None:
+            return None
+        other = next((self._room.pupil(each) for each in pair.members if each != pupil), None)
+        return PairView(
+            name=pair.name,
+            partner=Classmate(other.id, other.name, other.avatar) if other else None,
+            joined=pupil in pair.joined,
+            partner_joined=other is not None and other.id in pair.joined,
+            partner_away=other is not None and other.id in self._away and not self._room.presence[other.id].pages,
+            owners=pair.owners,
+            versions={window: self.versions.get((pair.id, window), 0) for window in WINDOWS},
+            asks=pair.asks,
+            conducted=self._conducted.get(pair.id),
+        )
+
+    def begin(self, who: str, to: str, name: str) -> Pair:
+        """Begin a pair, or ask another one where the partner has left. Raises MotorcadeError.
+
+        Args:
+            who: has the leader's window at first, and in a new pair the followers' until the other one has come.
+            to: is asked.
+            name: of the project.
+        """
+        asked, pair = self._room.pupil(to), self.of(who)
+        if pair and (len(pair.members) > 1 or who not in pair.joined):
+            raise MotorcadeError("in-a-pair-already", name=self._room.pupil(who).name)
+        if self.of(to) or who == to:
+            raise MotorcadeError("in-a-pair-already", name=asked.name)
+        record = self._room.record
+        if pair is None:
+            record.paired += 1
+            pair = Pair(str(record.paired), name, [who], [who], {"leader": who, "followers": who})
+            record.pairs.append(pair)
+        pair.members.append(to)
+        self._room.save()
+        return pair
+
+    @request("class/pair/take", stores=True)
+    def take(self, who: str, window: Window, wants: bool, now_s: float) -> None:
+        """Take a window that is free, or whose owner is away; or give it back. Raises MotorcadeError."""
+        pair = self.joined(who)
+        owner = pair.owners[window]
+        if owner not in (None, who) and not self._is_away(owner, now_s):
+            raise MotorcadeError("window-of-another", name=self._room.pupil(owner).name)
+        pair.owners[window] = who if wants else None
+        pair.asks = None
+        self._room.save()
+
+    def _is_away(self, pupil: str, now_s: float) -> bool:
+        presence = self._room.presence[pupil]
+        return not presence.pages and now_s - presence.left_s >= AWAY_S
+
+    @request("class/pair/join", stores=True)
+    def join(self, who: str) -> None:
+        """Come into the pair into which one was asked, and get the followers' window, or one that is free."""
+        pair = self.of(who)
+        if pair is None:
+            raise MotorcadeError("not-in-a-pair")
+        if who in pair.joined:
+            return
+        pair.joined.append(who)
+        held = [window for window in WINDOWS if pair.owners[window] is not None]
+        pair.owners["leader" if held == ["followers"] else "followers"] = who
+        self._room.save()
+
+    @request("class/pair/swap", stores=True)
+    def swap(self, who: str, wants: bool) -> None:
+        """Ask the other one to swap windows, or agree where the other one has asked; or take that back."""
+        pair = self.joined(who)
+        if not wants:
+            pair.asks = None
+        elif len(pair.joined) < len(WINDOWS):
+            raise MotorcadeError("not-in-a-pair")
+        elif pair.asks in (None, who):
+            pair.asks = who
+        else:
+            pair.owners = {"leader": pair.owners["followers"], "followers": pair.owners["leader"]}
+            pair.asks = None
+        self._room.save()
+
+    def leave(self, who: str) -> Pair | None:
+        """Leave the pair: windows are free again. The last one who leaves ends it; so does who was never joined."""
+        pair = self.of(who)
+        if pair is None:
+            return None
+        pair.members.remove(who)
+        pair.joined = [each for each in pair.joined if each != who]
+        pair.owners = {window: None if owner == who else owner for window, owner in pair.owners.items()}
+        pair.asks = None
+        if not pair.joined:
+            self._room.record.pairs.remove(pair)
+            self._room.record.removed.append(pair.library)
+            self._conducted.pop(pair.id, None)
+        self._room.save()
+        return pair
+
+    @request("class/pair/conduct")
+    def conduct(
+        self,
+        who: str,
+        playing: bool,
+        speed: Annotated[float, Meta(ge=0.25, le=16)],
+        seed: Annotated[int, Meta(ge=0, lt=1 << 32)],
+        t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)],
+    ) -> None:
+        """Play the worlds of both pages, or let them stand at a time. Raises MotorcadeError."""
+        pair = self.joined(who)
+        before = self._conducted.get(pair.id)
+        self._conducted[pair.id] = Conducted(before.number + 1 if before else 1, who, playing, speed, seed, t_ms)
+        self._room.changes += 1
+
+    def advance(self, now_s: float) -> None:
+        """Let time pass: who has no page for long is away."""
+        away = {each for pair in self._room.record.pairs for each in pair.joined if self._is_away(each, now_s)}
+        self._room.changes += away != self._away
+        self._away = away
+
+    def owned(self, who: str, window: Window) -> Pair:
+        """Return a pupil's pair. Raises MotorcadeError where the window isn't the pupil's."""
+        pair = self.joined(who)
+        owner = pair.owners[window]
+        if owner is None:
+            raise MotorcadeError("window-is-free")
+        if owner != who:
+            raise MotorcadeError("window-of-another", name=self._room.pupil(owner).name)
+        return pair
+
+    def note_stored(self, pair: Pair, window: Window, version: int) -> None:
+        """A window was stored."""
+        self.versions[pair.id, window] = version
+        self._room.changes += 1
