@@ -10,6 +10,7 @@ import { Session } from "../mat/session";
 import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
 import { useMission } from "../missions/store";
+import { startPairs, usePair } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -48,6 +49,7 @@ function SkipLinks() {
 
 const PupilBar = lazy(async () => ({ default: (await import("../pupil/PupilBar")).PupilBar }));
 const TeacherBar = lazy(async () => ({ default: (await import("../pupil/TeacherBar")).TeacherBar }));
+const PairBar = lazy(async () => ({ default: (await import("../pair/PairBar")).PairBar }));
 // Fetched at once: on a first visit nothing is seen before it.
 const stage = import("../mat/Stage");
 const Stage = lazy(async () => ({ default: (await stage).Stage }));
@@ -93,8 +95,10 @@ function Work() {
   const due = useEditorsDue(session);
   // The editors have been filled by then.
   useEffect(() => {
-    if (due) openEditors();
-  }, [due]);
+    if (!due) return;
+    openEditors();
+    startPairs(session);
+  }, [due, session]);
   return (
     <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
       <div className={css.blocks}>
@@ -159,6 +163,7 @@ export function App() {
   const alone = useStudio((studio) => studio.alone);
   const share = useSettings((settings) => settings.shares.blocks);
   const classroom = useStudio(({ capabilities }) => capabilities?.classroom);
+  const isPair = usePair(({ view }) => view !== null);
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
   }, [ready, gone]);
@@ -170,6 +175,11 @@ export function App() {
         <Header />
         <div className={css.banners}>
           <ServerBanner />
+          {ready && isPair && (
+            <Suspense>
+              <PairBar />
+            </Suspense>
+          )}
           {ready && classroom && (
             <Suspense>
               {classroom === "pupil" ? <PupilBar /> : <TeacherBar />}

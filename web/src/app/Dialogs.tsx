@@ -18,6 +18,7 @@ const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> 
   library: lazy(async () => ({ default: (await projectDialogs()).LibraryDialog })),
   examples: lazy(async () => ({ default: (await projectDialogs()).ExamplesDialog })),
   share: lazy(async () => ({ default: (await projectDialogs()).ShareDialog })),
+  pair: lazy(async () => ({ default: (await import("../pair/PairDialog")).PairDialog })),
   missions: lazy(async () => ({ default: (await import("../missions/MissionMap")).MissionMap })),
   help: lazy(async () => ({ default: (await import("./HelpDialog")).HelpDialog })),
 };

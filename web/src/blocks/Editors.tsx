@@ -5,6 +5,7 @@ import { Input, SearchField, ToggleButton, ToggleButtonGroup } from "react-aria-
 import { useTranslation } from "react-i18next";
 import { type EditorName, EDITORS } from "../api/types";
 import { notify } from "../state/dialogs";
+import { isForeign, usePair } from "../pair/store";
 import { endEdit, record, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -50,6 +51,14 @@ function noteUndo(editor: EditorName, group: string): void {
   record({ key, undo: () => workspaceOf(editor)?.undo(false), redo: () => workspaceOf(editor)?.undo(true) });
 }
 
+/** Above blocks that this page only shows: who makes them. */
+function Owner({ editor }: { editor: EditorName }) {
+  const { t } = useTranslation();
+  const foreign = usePair((pair) => isForeign(pair, editor));
+  const name = usePair(({ view }) => (view?.owners[editor] === view?.partner?.id ? view?.partner?.name : null));
+  return foreign && <p className={css.owner}>{name ? t("pair.readOnly", { name }) : t("pair.readOnlyFree")}</p>;
+}
+
 /** One of Blockly's workspaces, as large as its place on the page. */
 function Editor({ editor }: { editor: EditorName }) {
   const host = useRef<HTMLDivElement>(null);
@@ -84,6 +93,7 @@ function Editor({ editor }: { editor: EditorName }) {
 
   return (
     <div className={css.host} ref={host} id={`${editor}-blocks`}>
+      <Owner editor={editor} />
       <Mistake editor={editor} host={host} />
     </div>
   );

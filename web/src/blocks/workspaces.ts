@@ -34,10 +34,21 @@ export function offerBlocks(steps: readonly string[] | null, locked: boolean): v
   }
 }
 
-/** Blocks that are changed by their bits alone can't be dragged, and their menus stay closed. */
+/** The editors whose blocks somebody else makes, which this page only shows. */
+let foreign: ReadonlySet<EditorName> = new Set();
+
+/** Show the blocks of these editors without letting the user change them. */
+export function lockEditors(editors: ReadonlySet<EditorName>): void {
+  foreign = editors;
+  for (const workspace of live.values()) lock(workspace);
+}
+
+/** Blocks that are changed by their bits alone, or by somebody else, can't be dragged, and their menus stay closed. */
 function lock(workspace: Blockly.WorkspaceSvg): void {
-  workspace.setIsReadOnly(offer.locked);
-  (workspace.getToolbox() as Blockly.Toolbox | null)?.setVisible(!offer.locked);
+  const locked = offer.locked || foreign.has(editorOf(workspace)!);
+  if (workspace.isReadOnly() === locked) return;
+  workspace.setIsReadOnly(locked);
+  (workspace.getToolbox() as Blockly.Toolbox | null)?.setVisible(!locked);
 }
 
 /** An editor with nothing but its hat. Followers pass words on unless the user turns that off: else cars far away stand. */

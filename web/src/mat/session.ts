@@ -16,6 +16,7 @@ import {
   type WorldState,
 } from "../api/world";
 import type { Stopped } from "../generated/messages";
+import type { Playing } from "../pair/store";
 import { type Studio, useStudio } from "../state/studio";
 import { EventStore } from "../timeline/events";
 import { beginning, type Placed } from "./cars";
@@ -62,6 +63,13 @@ function hashOf(text: string): string {
   return `${text.length}:${hash >>> 0}`;
 }
 
+/** What changes how a world is played: a partner's page does the same. */
+const CONDUCTED: readonly Command["do"][] = ["play", "pause", "step", "reset", "seek"];
+/** While both play, their times may differ by so much; `step` takes so many ticks at most, so often. */
+const NEAR_MS = 300;
+const MOST_TICKS = 100;
+const MOST_STEPS = 40;
+
 export class Session {
   readonly name = sessionOfWindow();
   readonly events = new EventStore();
@@ -71,6 +79,8 @@ export class Session {
   /** Called with each picture, which is too often for React. */
   onPicture: ((picture: Picture) => void) | null = null;
   onHello: ((hello: Hello) => void) | null = null;
+  /** Called with the state of the world after this page's user has played, paused, stepped, begun again or sought. */
+  onCommand: ((state: WorldState) => void) | null = null;
 
   /** Resolved when the stage was drawn, and, where cars are to drive at once, shows that they do. */
   readonly drawn: Promise<void>;
@@ -82,6 +92,9 @@ export class Session {
   /** What the server has of the mat; null until it answers. */
   private sent: { beginning: string | null; mat: Mat | null; rangeMm: number | null } | null = null;
   private movedStarts = false;
+  /** The user's command awaits its state; how the partner's page plays, to be done once the world stands. */
+  private commanded = false;
+  private followed: Playing | null = null;
   /** Play was requested, and no state of the world shows it yet. */
   private playRequested = false;
   private waitUntil = 0;
@@ -157,6 +170,11 @@ export class Session {
   }
 
   send(command: Command): void {
+    this.commanded ||= CONDUCTED.includes(command.do);
+    this.pass(command);
+  }
+
+  private pass(command: Command): void {
     this.playRequested = command.do === "play" || (this.playRequested && command.do !== "pause");
     this.connection?.send(command);
   }
@@ -171,8 +189,10 @@ export class Session {
   }
 
   reset(): void {
-    if (this.movedStarts) this.begin(false);
-    else this.send({ do: "reset", seed: useMat.getState().seed });
+    if (this.movedStarts) {
+      this.commanded = true;
+      this.begin(false);
+    } else this.send({ do: "reset", seed: useMat.getState().seed });
   }
 
   /** Put a car elsewhere; `mat` where that is its new start. */
@@ -211,12 +231,33 @@ export class Session {
     const { mat, rangeMm, compiled, profile, mission } = useStudio.getState();
     const { seed } = useMat.getState();
     useMat.setState({ problem: null, goals: null });
-    this.send({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
+    this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
     this.sent = { beginning: this.hashOfBeginning(mat), mat, rangeMm };
     sessionStorage.setItem(BEGINNING_KEY, this.sent.beginning!);
     this.movedStarts = false;
     this.starts = null;
-    if (playing) this.play();
+    if (playing) this.pass({ do: "play", speed: useMat.getState().speed });
+  }
+
+  /** Play as the partner's page does: the same run at the same time. */
+  follow(playing: Playing): void {
+    this.followed = playing;
+    useMat.setState({ speed: playing.speed, seed: playing.seed });
+    this.pass({ do: "pause" });
+  }
+
+  /** The world stands at the time of `state`: bring it to where the partner's page is. */
+  private catchUp({ playing, speed, seed, t_ms }: Playing, state: WorldState): void {
+    let from = state.t_ms;
+    if (seed !== state.seed || t_ms < (playing ? from - NEAR_MS : 1)) {
+      this.pass({ do: "reset", seed });
+      from = 0;
+    }
+    let ticks = t_ms - from > (playing ? NEAR_MS : 0) ? Math.round((t_ms - from) / (useMat.getState().hello?.tick_ms ?? 1)) : 0;
+    if (ticks > MOST_TICKS * MOST_STEPS) ticks = 0;
+    for (; ticks > 0; ticks -= MOST_TICKS) this.pass({ do: "step", ticks: Math.min(ticks, MOST_TICKS) });
+    if (playing) this.pass({ do: "play", speed });
+    else if (t_ms < from) this.pass({ do: "seek", t_ms });
   }
 
   /** Show a stored moment; null for the present. Scrubbing asks for more than can be shown: only the newest is sent. */
@@ -248,6 +289,12 @@ export class Session {
     const tMs = state.shown_ms ?? state.t_ms;
     if (state.playing) this.playRequested = false;
     useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed }) });
+    if (this.commanded) this.onCommand?.(state);
+    this.commanded = false;
+    const { followed } = this;
+    if (!followed || state.playing) return;
+    this.followed = null;
+    this.catchUp(followed, state);
   }
 
   private receiveHello(hello: Hello): void {

@@ -7,6 +7,7 @@ import { askClass } from "../classroom/ask";
 import { Avatar } from "../classroom/Avatar";
 import type { Classmate, PupilView } from "../generated/classroom";
 import { saveToLibrary } from "../projects/actions";
+import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import buttons from "../ui/buttons.module.css";
@@ -32,27 +33,18 @@ function Hand({ raised }: { raised: boolean }) {
   );
 }
 
-/** Give the open project to a classmate, once it is saved under its name. */
-function Give({ onClose }: { onClose: () => void }) {
-  const { t } = useTranslation();
-  const name = useStudio((studio) => studio.name.trim());
+/** Choose one of the class. */
+function Classmates({ title, about, canChoose = true, onChoose, onClose }: { title: string; about: string; canChoose?: boolean; onChoose: (to: Classmate) => void; onClose: () => void }) {
   const [classmates, setClassmates] = useState<Classmate[]>([]);
   useEffect(() => void attemptInClass(async () => setClassmates(await askClass("classmates"))), []);
-  const give = (to: Classmate) =>
-    attemptInClass(async () => {
-      if (!(await saveToLibrary())) return;
-      await askClass("give", { to: to.id, name });
-      notify(t("pupil.given", { name, to: to.name }), "success");
-      onClose();
-    });
   return (
-    <Sheet title={t("pupil.giveTitle")} onClose={onClose}>
-      <p>{t(name ? "pupil.giveAbout" : "pupil.giveNeedsName")}</p>
+    <Sheet title={title} onClose={onClose}>
+      <p>{about}</p>
       <ul className={css.classmates}>
-        {name &&
+        {canChoose &&
           classmates.map((each) => (
             <li key={each.id}>
-              <Button className={buttons.button} onPress={() => void give(each)}>
+              <Button className={buttons.button} onPress={() => onChoose(each)}>
                 <Avatar name={each.avatar} />
                 {each.name}
               </Button>
@@ -61,6 +53,32 @@ function Give({ onClose }: { onClose: () => void }) {
       </ul>
     </Sheet>
   );
+}
+
+/** Give the open project to a classmate, once it is saved under its name. */
+function Give({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const name = useStudio((studio) => studio.name.trim());
+  const give = (to: Classmate) =>
+    attemptInClass(async () => {
+      if (!(await saveToLibrary())) return;
+      await askClass("give", { to: to.id, name });
+      notify(t("pupil.given", { name, to: to.name }), "success");
+      onClose();
+    });
+  const about = t(name ? "pupil.giveAbout" : "pupil.giveNeedsName");
+  return <Classmates title={t("pupil.giveTitle")} about={about} canChoose={name !== ""} onChoose={(to) => void give(to)} onClose={onClose} />;
+}
+
+/** Program the open project with a classmate. */
+function Together({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const begin = (to: Classmate) =>
+    attemptInClass(async () => {
+      await askClass("pair/begin", { to: to.id, name: useStudio.getState().name.trim() || t("pair.nameless"), project: openProject() });
+      onClose();
+    });
+  return <Classmates title={t("pair.title")} about={t("pair.about")} onChoose={(to) => void begin(to)} onClose={onClose} />;
 }
 
 /** The shared mat, while it takes programs. */
@@ -132,7 +150,7 @@ function Cover({ title, children }: { title: string; children?: React.ReactNode 
 export function PupilBar() {
   const { t } = useTranslation();
   const { view, goodbye } = usePupil();
-  const [shown, show] = useState<"give" | "number" | null>(null);
+  const [shown, show] = useState<"give" | "together" | "number" | null>(null);
   if (goodbye) {
     return (
       <Cover title={t(`pupil.goodbye.${goodbye}`)}>
@@ -164,8 +182,14 @@ export function PupilBar() {
       <Button className={small} onPress={() => show("give")}>
         {t("pupil.give")}
       </Button>
+      {!view.pair?.partner && (
+        <Button className={small} onPress={() => show("together")}>
+          {t("pair.begin")}
+        </Button>
+      )}
       {view.stopped && <b role="status">{t("pupil.stopped")}</b>}
       {shown === "give" && <Give onClose={() => show(null)} />}
+      {shown === "together" && <Together onClose={() => show(null)} />}
       {shown === "number" && (
         <Sheet title={me.name} onClose={() => show(null)}>
           <p>{t("pupil.number")}</p>

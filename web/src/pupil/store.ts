@@ -6,6 +6,8 @@ import { request, UnreachableError } from "../api/service";
 import { askClass, Stream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
+import { CLASSROOM } from "../pair/classroom";
+import { receivePair } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { findWork, type StoredWork } from "../projects/autosave";
 import { openProject, replaceBy, sameProject } from "../projects/project";
@@ -89,6 +91,7 @@ function receive(answer: ClassAnswer): void {
   if (answer.is === "pupil") {
     usePupil.setState({ view: answer });
     tellNews(answer.news);
+    receivePair(answer.pair, answer.me.id, CLASSROOM);
   } else if (answer.is === "goodbye") usePupil.setState({ goodbye: answer.why });
 }
 

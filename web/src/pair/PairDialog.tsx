@@ -1,0 +1,27 @@
+/** Share the open project between this tab and another one. */
+
+import { useState } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
+import { Sheet } from "../ui/controls";
+import { canShare, openSecondWindow } from "./tabs";
+
+export function PairDialog({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const [problem, setProblem] = useState<"pair.noLocks" | "pair.noStorage" | null>(canShare() ? null : "pair.noLocks");
+  const open = () => void openSecondWindow().then((done) => (done ? onClose() : setProblem("pair.noStorage")));
+  return (
+    <Sheet title={t("pair.title")} onClose={onClose}>
+      <p>{t("pair.about")}</p>
+      <p role={problem ? "alert" : undefined}>{t(problem ?? "pair.aboutTabs")}</p>
+      <footer className={controls.sheetFoot}>
+        <Button className={classes(buttons.button, buttons.primary)} isDisabled={problem !== null} onPress={open}>
+          {t("pair.openTab")}
+        </Button>
+      </footer>
+    </Sheet>
+  );
+}
