@@ -4,7 +4,7 @@ import i18next from "i18next";
 import { RefusedError, request, UnreachableError } from "../api/service";
 import { type EditorName, EDITORS, type Project } from "../api/types";
 import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
-import type { PairView } from "../generated/classroom";
+import type { PairProject, PairView } from "../generated/classroom";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/project";
@@ -19,7 +19,7 @@ const AGAIN_MS = 2000;
 const PARTS = { leader: ["leader", "mat", "rangeMm", "profile"], followers: ["followers"] } as const satisfies Record<EditorName, (keyof Studio)[]>;
 
 /** What each window holds, as far as this page knows. */
-let held: Record<EditorName, { project: Project; version: number }> | null = null;
+let held: Record<EditorName, PairProject> | null = null;
 /** The blocks that this page shows of each window, as its editor writes them; null until the editor has them. */
 const shown: Record<EditorName, string | null> = { leader: null, followers: null };
 const changed = new Set<EditorName>();
@@ -171,6 +171,10 @@ function notice(now: Studio, before: Studio): void {
   }
 }
 
+function hold(window: EditorName, stored: PairProject): void {
+  if (held) held[window] = stored;
+}
+
 /** Store what has changed in own windows; what can't be stored as the window is kept in the library. */
 export function write(): Promise<void> {
   clearTimeout(timer);
@@ -188,8 +192,7 @@ async function writeAll(): Promise<void> {
     changed.delete(window);
     if (!held || JSON.stringify(project) === JSON.stringify(held[window].project)) continue;
     try {
-      const version = await shared().write(window, project, held[window].version);
-      if (held) held[window] = { project, version };
+      hold(window, { project, version: await shared().write(window, project, held[window].version) });
     } catch (problem) {
       if (problem instanceof UnreachableError) changed.add(window);
       else if (problem instanceof RefusedError) await keepOwn(window);

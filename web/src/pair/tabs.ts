@@ -77,8 +77,9 @@ class Tabs implements Shared {
   private lock(name: string, options: LockOptions, onEnd: () => void = () => undefined): Promise<(() => void) | null> {
     return new Promise((resolve) => {
       const held = navigator.locks.request(`${KEY}${this.id}.${name}`, options, (lock) => {
-        if (lock === null) return resolve(null);
-        return new Promise<void>((release) => resolve(release));
+        if (lock) return new Promise<void>((release) => resolve(release));
+        resolve(null);
+        return undefined;
       });
       held.then(onEnd, () => {
         resolve(null);

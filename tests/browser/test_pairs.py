@@ -1,0 +1,160 @@
+"""One project, two windows: two pupils of a class, and two tabs of a browser."""
+
+from playwright.sync_api import Locator, Page, expect
+from scripts.studio_process import project_link
+
+from motorcade.locales import catalogue
+from support.class_visits import class_room
+from support.soak import SOAK
+from support.studio_page import StudioPage
+from support.studio_programs import FOLLOWED
+from support.waiting import wait_until
+
+TEXTS = catalogue("en")["page"]
+
+
+def say(key: str, **values: str) -> str:
+    section, name = key.split(".")
+    text = TEXTS[section][name]
+    for each, value in values.items():
+        text = text.replace(f"{{{{{each}}}}}", value)
+    return text
+
+
+def button(page: Page, key: str) -> Locator:
+    return page.get_by_role("button", name=say(key), exact=True)
+
+
+def bar(page: Page) -> Locator:
+    return page.get_by_role("region", name=say("pair.title"), exact=True)
+
+
+def seconds(page: Page, editor: str) -> Locator:
+    """The number in the last block of a program."""
+    blocks = page.get_by_role("region", name=say(f"editors.{editor}Blocks"), exact=True)
+    return blocks.locator(".blocklyBlockCanvas .blocklyBlock").last.locator(":scope > .blocklyNumberField")
+
+
+def show(page: Page, editor: str) -> None:
+    page.get_by_role("radio", name=say(f"editors.{editor}"), exact=True).click()
+
+
+def type_seconds(page: Page, editor: str, text: str) -> None:
+    show(page, editor)
+    seconds(page, editor).click()
+    page.keyboard.type(text)
+    page.keyboard.press("Enter")
+
+
+def expect_seconds(page: Page, editor: str, text: str) -> None:
+    show(page, editor)
+    expect(seconds(page, editor)).to_contain_text(text)
+
+
+def expect_windows(page: Page, leader: str, followers: str) -> None:
+    expect(bar(page)).to_contain_text(say("pair.leader", name=leader))
+    expect(bar(page)).to_contain_text(say("pair.followers", name=followers))
+
+
+def clock(page: Page) -> str:
+    return page.get_by_role("status", name=say("mat.time")).inner_text()
+
+
+def expect_same_time(one: Page, other: Page) -> None:
+    """Both worlds stand, at the same time."""
+    for page in (one, other):
+        expect(button(page, "mat.play")).to_be_visible()
+    wait_until(lambda: clock(one) == clock(other))
+
+
+if SOAK:
+
+    def test_two_pupils_program_one_project_through_a_power_cut(browser, page_built, tmp_path) -> None:
+        with class_room(browser, tmp_path / "class") as room:
+            mia, bo = room.pupil("Mia", project_link(room.base, FOLLOWED, "Ours")), room.pupil("Bo", language="en")
+            for visit in (room.teacher, mia, bo):
+                visit.forgive("ERR_CONNECTION", "WebSocket")
+            one, other = mia.page, bo.page
+            expect(one.get_by_role("textbox").first).to_have_value("Ours")
+            button(one, "pair.begin").click()
+            one.get_by_role("dialog").get_by_role("button", name="Bo", exact=True).click()
+            expect(bar(other)).to_contain_text(say("pair.asked", name="Mia", project="Ours"))
+            button(other, "pair.come").click()
+            expect_windows(one, "you", "Bo")
+            expect_windows(other, "Mia", "you")
+
+            # Each sees the other's blocks grow, and can't change them.
+            type_seconds(one, "leader", "3")
+            expect_seconds(other, "leader", "3")
+            type_seconds(other, "followers", "1")
+            expect_seconds(one, "followers", "1")
+            show(other, "leader")
+            expect(other.locator("#leader-blocks")).to_contain_text(say("pair.readOnly", name="Mia"))
+            seconds(other, "leader").click(force=True)
+            other.keyboard.type("9")
+            other.keyboard.press("Escape")
+            expect_seconds(other, "leader", "3")
+
+            # One live world: what one plays, the other plays too, and both stand at the same moment.
+            button(one, "mat.play").click()
+            expect(button(other, "mat.pause")).to_be_visible()
+            button(other, "mat.pause").click()
+            expect_same_time(one, other)
+
+            # What is edited while the server is gone arrives when it is back.
+            room.kill()
+            type_seconds(one, "leader", "2")
+            type_seconds(other, "followers", "3")
+            room.start_again()
+            expect_seconds(other, "leader", "2")
+            expect_seconds(one, "followers", "3")
+
+            button(one, "pair.swap").click()
+            button(other, "pair.agree").click()
+            expect_windows(one, "Bo", "you")
+            type_seconds(one, "followers", "2")
+            expect_seconds(other, "followers", "2")
+
+            button(other, "pair.leave").click()
+            expect(bar(other)).to_have_count(0)
+            expect_windows(one, "free", "you")
+            button(one, "pair.take").click()
+            type_seconds(one, "leader", "1")
+            # The one who has left goes on alone with a copy.
+            expect_seconds(other, "leader", "2")
+
+
+def test_two_tabs_have_a_window_each(open_page) -> None:
+    first = open_page(project=FOLLOWED)
+    one = first.page
+    first.project_menu("menu.pair")
+    with one.context.expect_page() as opened:
+        button(one, "pair.openTab").click()
+    other = opened.value
+    expect_windows(one, "you", say("pair.otherTab"))
+    expect_windows(other, say("pair.otherTab"), "you")
+
+    type_seconds(one, "leader", "3")
+    expect_seconds(other, "leader", "3")
+    type_seconds(other, "followers", "1")
+    expect_seconds(one, "followers", "1")
+
+    # A third tab, which wants the leader's window too.
+    pair = one.evaluate("sessionStorage['motorcade.pair']")
+    third = StudioPage(first.context, first.url, "en")
+    third.page.goto(f"{first.url}#pair={pair}")
+    third.wait_until_ready()
+    expect(third.notices).to_contain_text(say("pair.onlooker"))
+    expect_seconds(third.page, "leader", "3")
+    third.page.close()
+
+    # A tab that is closed gives its window back; its blocks are stored.
+    one.close()
+    expect_windows(other, "free", "you")
+    button(other, "pair.take").click()
+    type_seconds(other, "leader", "2")
+    other.reload()
+    expect_windows(other, "you", "you")
+    expect_seconds(other, "leader", "2")
+    expect_seconds(other, "followers", "1")
+    first.page = other
