@@ -11,7 +11,7 @@ import { markUnsaved, replaceBy } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
-import { isForeign, ownSession, type Shared, usePair } from "./store";
+import { isForeign, type Shared, usePair } from "./store";
 
 const WRITE_MS = 250;
 const AGAIN_MS = 2000;
@@ -72,11 +72,11 @@ async function begin(view: PairView): Promise<void> {
     stop = useStudio.subscribe(notice);
     document.addEventListener("visibilitychange", writeHidden);
     lock();
-    const session = ownSession();
-    if (session) session.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
+    const { world } = usePair.getState();
+    if (world) world.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
     showOwn();
     const { view: now } = usePair.getState();
-    if (now?.conducted) session?.follow(now.conducted);
+    if (now?.conducted) world?.follow(now.conducted);
     if (now) await follow(now, now);
   });
 }
@@ -99,8 +99,8 @@ function end(): void {
   changed.clear();
   clearTimeout(timer);
   document.removeEventListener("visibilitychange", writeHidden);
-  const session = ownSession();
-  if (session) session.onCommand = null;
+  const { world } = usePair.getState();
+  if (world) world.onCommand = null;
   lockEditors(new Set());
 }
 
@@ -115,7 +115,7 @@ async function follow(view: PairView, before: PairView): Promise<void> {
     await refresh(window);
   }
   const { conducted } = view;
-  if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) ownSession()?.follow(conducted);
+  if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) usePair.getState().world?.follow(conducted);
   if (view.partner_joined && !before.partner_joined && mine("leader")) {
     const { state, seed, speed } = useMat.getState();
     void tell({ playing: state?.playing ?? false, speed, seed, t_ms: state?.t_ms ?? 0 });

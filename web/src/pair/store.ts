@@ -1,9 +1,9 @@
-/** One project, two windows: who programs the leader and who the followers. What shares the windows is loaded only where somebody does. */
+/** One project, two windows: who programs the leader and who the followers. */
 
 import { create } from "zustand";
+import type { WorldState } from "../api/world";
 import type { EditorName, Project } from "../api/types";
 import type { Conducted, PairProject, PairView } from "../generated/classroom";
-import type { Session } from "../mat/session";
 
 /** How the worlds of both pages are played. */
 export type Playing = Omit<Conducted, "number" | "by">;
@@ -21,26 +21,29 @@ export interface Shared {
   conduct(playing: Playing): Promise<unknown>;
 }
 
+/** The world of a page, as far as a partner's page plays it. */
+export interface World {
+  /** Called with the state of the world after this page's user has changed how it is played. */
+  onCommand: ((state: WorldState) => void) | null;
+  follow(playing: Playing): void;
+}
+
 interface PairState {
+  /** The world of this page. */
+  world: World | null;
   view: PairView | null;
   /** What `PairView.owners` calls this page's user. */
   me: string;
   shared: Shared | null;
 }
 
-export const usePair = create<PairState>(() => ({ view: null, me: "", shared: null }));
+export const usePair = create<PairState>(() => ({ world: null, view: null, me: "", shared: null }));
 
 /** Whether a window is another's, or nobody's, so that this page only shows it. */
 export const isForeign = ({ view, me }: PairState, window: EditorName) => view?.joined === true && view.owners[window] !== me;
 
-const TAB_KEY = "motorcade.pair";
-const MARK = "#pair=";
-
-/** The pair of this tab, by its address or from before a reload; null for none. */
-export function pairOfTab(): string | null {
-  const id = location.hash.startsWith(MARK) ? location.hash.slice(MARK.length) : sessionStorage.getItem(TAB_KEY);
-  return id !== null && /^[0-9a-f]{32}$/.test(id) ? id : null;
-}
+export const TAB_KEY = "motorcade.pair";
+export const MARK = "#pair=";
 
 export function rememberPair(id: string | null): void {
   if (id === null) sessionStorage.removeItem(TAB_KEY);
@@ -48,23 +51,3 @@ export function rememberPair(id: string | null): void {
 }
 
 export const addressOf = (id: string) => location.pathname + MARK + id;
-
-let own: Session | null = null;
-
-/** The world of this page. */
-export const ownSession = () => own;
-
-/** The editors are there: go on with the pair of this tab, if it is in one. */
-export function startPairs(session: Session): void {
-  own = session;
-  const id = pairOfTab();
-  if (id === null) return;
-  const isNew = location.hash !== "";
-  if (isNew) history.replaceState(null, "", location.pathname + location.search);
-  void import("./tabs").then(({ comeIn }) => comeIn(id, isNew));
-}
-
-/** Take what the class's server tells of this pupil's pair. */
-export function receivePair(view: PairView | null, me: string, shared: Shared): void {
-  if (view || usePair.getState().view) void import("./follow").then(({ receive }) => receive(view, me, shared));
-}

@@ -7,7 +7,7 @@ import { askClass, Stream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
 import { CLASSROOM } from "../pair/classroom";
-import { receivePair } from "../pair/store";
+import { receivePair } from "../pair/start";
 import { attempt } from "../projects/actions";
 import { findWork, type StoredWork } from "../projects/autosave";
 import { openProject, replaceBy, sameProject } from "../projects/project";
