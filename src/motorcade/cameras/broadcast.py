@@ -156,9 +156,9 @@ class PiCamera:
 
 
 class OpenCvCamera:
-    """The USB camera of index ``number``, by OpenCV. Raises MotorcadeError where there is none."""
+    """The first USB camera, by OpenCV. Raises MotorcadeError where there is none."""
 
-    def __init__(self, number: int = 0) -> None:
+    def __init__(self) -> None:
         try:
             import cv2
         except ImportError:
@@ -166,9 +166,9 @@ class OpenCvCamera:
                 "camera-driver-missing", package="OpenCV", command="pip install opencv-python-headless"
             ) from None
         self._cv2: Any = cv2
-        self._camera = cv2.VideoCapture(number)
+        self._camera = cv2.VideoCapture(0)
         if not self._camera.isOpened():
-            raise MotorcadeError("no-camera", reason=f"OpenCV: {number}")
+            raise MotorcadeError("no-camera", reason="OpenCV: 0")
         for name, value in (("FRAME_WIDTH", WIDTH), ("FRAME_HEIGHT", HEIGHT), ("BUFFERSIZE", 1)):
             self._camera.set(getattr(cv2, f"CAP_PROP_{name}"), value)
 

@@ -115,9 +115,9 @@ def _dark_floor(about: Description) -> _DarkFloor | None:
 
 
 class Scene:
-    """Draws the pictures of the cameras of a run; ``width`` and ``height`` are in pixels."""
+    """Draws the pictures of the cameras of a run."""
 
-    def __init__(self, about: Description, width: int = WIDTH, height: int = HEIGHT):
+    def __init__(self, about: Description):
         self._about = about
         self._radius_m = about.diameter_m / 2
         self._leads = about.is_leader()
@@ -130,17 +130,16 @@ class Scene:
         self._walls = np.array(walls, float).reshape(-1, 5)
         self._discs = np.array(about.mat.discs, float).reshape(-1, 3)
         self._dark = _dark_floor(about)
-        self._focus = width / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
-        self._horizon = height * 0.42
-        self._width, self._height = width, height
+        self._focus = WIDTH / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
+        self._horizon = HEIGHT * 0.42
         # For each column: how far left its ray is, one metre ahead. For each row: how far ahead it meets the floor.
-        self._slopes = (width / 2 - 0.5 - np.arange(width)) / self._focus
-        rows = np.arange(height) + 0.5 - self._horizon
+        self._slopes = (WIDTH / 2 - 0.5 - np.arange(WIDTH)) / self._focus
+        rows = np.arange(HEIGHT) + 0.5 - self._horizon
         self._floor_rows = np.flatnonzero(rows > 0.5)
         self._floor_m = self._focus * _CAMERA_M / rows[self._floor_rows]
-        sky = np.clip((np.arange(height) + 0.5) / self._horizon, 0, 1)[:, None]
+        sky = np.clip((np.arange(HEIGHT) + 0.5) / self._horizon, 0, 1)[:, None]
         above = np.array(_SKY) * (1 - sky) + np.array(_HAZE) * sky
-        self._background = np.repeat(above.astype(np.float32)[:, None, :], width, axis=1)
+        self._background = np.repeat(above.astype(np.float32)[:, None, :], WIDTH, axis=1)
 
     def draw(self, now: Moment, car: int) -> NDArray[np.uint8]:
         """Draw the picture of a car's camera at a moment: (height, width, 3), red, green and blue."""
@@ -175,18 +174,18 @@ class Scene:
 
     def _draw_walls(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> Floats:
         """Draw the nearest wall or obstacle of each column; return its distance ahead."""
-        depths = np.full(self._width, np.inf)
-        colours = np.zeros((self._width, 3), np.float32)
+        depths = np.full(WIDTH, np.inf)
+        colours = np.zeros((WIDTH, 3), np.float32)
         for far, light, colour in (*self._seen_walls(x, y, cos, sin), *self._seen_discs(x, y, cos, sin)):
             nearer = far < depths
             depths[nearer] = far[nearer]
             colours[nearer] = (np.array(colour, np.float32) * light[:, None])[nearer]
         solid = np.flatnonzero(np.isfinite(depths))
         if len(solid):
-            rows = np.arange(self._height)[:, None] + 0.5 - self._horizon
+            rows = np.arange(HEIGHT)[:, None] + 0.5 - self._horizon
             scale = self._focus / depths[solid]
             stands = (rows >= (_CAMERA_M - _WALL_M) * scale) & (rows <= _CAMERA_M * scale)
-            shown = np.broadcast_to(_hazy(colours[solid], depths[solid]), (self._height, len(solid), 3))
+            shown = np.broadcast_to(_hazy(colours[solid], depths[solid]), (HEIGHT, len(solid), 3))
             picture[:, solid] = np.where(stands[..., None], shown, picture[:, solid])
         return depths
 
@@ -199,7 +198,7 @@ class Scene:
                 part = (ahead_0 * self._slopes - aside_0) / (aside - ahead * self._slopes)
                 far = ahead_0 + part * ahead
             hits = (part >= 0) & (part <= 1) & (far > _NEAR_M)
-            light = np.full(self._width, 0.75 + 0.25 * abs(ahead) / math.hypot(ahead, aside))
+            light = np.full(WIDTH, 0.75 + 0.25 * abs(ahead) / math.hypot(ahead, aside))
             seen.append(_Seen(np.where(hits, far, np.inf), light, _OBSTACLE if solid else _WALL))
         return seen
 
@@ -257,11 +256,11 @@ class Scene:
 
     def _draw_billboard(self, picture: Colours, depths: Floats, billboard: _Billboard) -> None:
         scale = self._focus / billboard.ahead
-        middle = self._width / 2 - billboard.aside * scale
+        middle = WIDTH / 2 - billboard.aside * scale
         left, right = (round(middle + sign * billboard.half_m * scale) for sign in (-1, 1))
         top = max(round(self._horizon + (_CAMERA_M - billboard.high_m) * scale), 0)
-        bottom = min(round(self._horizon + (_CAMERA_M - billboard.low_m) * scale), self._height)
-        columns = np.arange(max(left, 0), min(max(right, left + 1), self._width))
+        bottom = min(round(self._horizon + (_CAMERA_M - billboard.low_m) * scale), HEIGHT)
+        columns = np.arange(max(left, 0), min(max(right, left + 1), WIDTH))
         columns = columns[depths[columns] > billboard.ahead]
         if not len(columns) or bottom <= top:
             return

@@ -12,6 +12,8 @@ from motorcade.server.remote.fleet import Action, Fleet, PageControl
 from motorcade.server.remote.messages import ListedCar
 
 _AGAIN_S = 0.1
+# An answer waits so long for cars that can't be reached; they are stopped when they can be again.
+_PATIENCE_S = 1.0
 
 
 class PupilFleet(Fleet):
@@ -80,13 +82,11 @@ class EmergencyStop:
     Args:
         cars: the real cars.
         page: the name of who stops them.
-        patience_s: an answer waits so long for cars that can't be reached; they are stopped when they can be again.
     """
 
-    def __init__(self, cars: Fleet, page: str, patience_s: float = 1.0) -> None:
+    def __init__(self, cars: Fleet, page: str) -> None:
         self._cars = cars
         self._page = page
-        self._patience_s = patience_s
         self._pending: set[asyncio.Task[None]] = set()
 
     async def stop(self) -> list[str]:
@@ -126,7 +126,7 @@ class EmergencyStop:
         for task in tasks.values():
             self._pending.add(task)
             task.add_done_callback(self._end)
-        await asyncio.wait(tasks.values(), timeout=self._patience_s)
+        await asyncio.wait(tasks.values(), timeout=_PATIENCE_S)
         return [car for car, task in tasks.items() if not task.done() or task.cancelled() or task.exception()]
 
     def _end(self, task: "asyncio.Task[None]") -> None:

@@ -120,19 +120,15 @@ def _name_of(dtype: "np.dtype[Any]") -> str:
 
 
 class NativeKernels(LinearMemory, HeapArrays):
-    """The kernels of a library. Raises OSError where it can't be loaded.
-
-    Args:
-        path: of the library; default: the one for this computer.
-    """
+    """The kernels of this computer's library. Raises OSError where it can't be loaded."""
 
     name: Name = "native"
     threaded = True
 
-    def __init__(self, path: Path | None = None) -> None:
+    def __init__(self) -> None:
         # Arrays may be anywhere.
         super().__init__(module_arguments(), 1 << 63)
-        self._kernels = _kernels(path or library_path())
+        self._kernels = _kernels(library_path())
 
     def run(self, threads: int, *arguments: Any) -> None:
         """Call the kernel ``run`` with several threads; ``arguments`` as those of the kernel after its shares."""

@@ -287,9 +287,9 @@ class Simulation:
         self.backend.call("sort_events", rows, order, in_order)
         return in_order
 
-    def memory_of(self, car: int, rows: Sequence[int], world: int = 0) -> list[int]:
-        """Return numbers of the memory of a car's brain (`motorcade.car.brain`), by their rows."""
-        index = self._index(car, world)
+    def memory_of(self, car: int, rows: Sequence[int]) -> list[int]:
+        """Return numbers of the memory of a car's brain (`motorcade.car.brain`) in world 0, by their rows."""
+        index = self._index(car, 0)
         fields = (self.state.memory[row, index : index + 1] for row in rows)
         return [int.from_bytes(self.backend.read(field), "little") for field in fields]
 

@@ -98,10 +98,10 @@ def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
     return [Route(_REMOTE, remote), Mount("/", GZipMiddleware(files, minimum_size=1024, compresslevel=6))]
 
 
-def check_page(folder: Path = PAGE) -> None:
+def check_page() -> None:
     """Raise MotorcadeError where Motorcade was installed without its pages."""
-    if not (folder / "index.html").is_file():
-        raise MotorcadeError("page-missing", folder=folder)
+    if not (PAGE / "index.html").is_file():
+        raise MotorcadeError("page-missing", folder=PAGE)
 
 
 def page_not_built() -> HTMLResponse:
