@@ -38,6 +38,7 @@ class Code(NamedTuple):
 
 def all_calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
+    from motorcade.engine import agents
     from motorcade.engine.interpreted import InterpretedKernels
     from motorcade.engine.judging import Answers, Questions
     from motorcade.engine.kernels import KERNELS, PHASES
@@ -67,6 +68,8 @@ def all_calls() -> Calls:
     }
     asked, found = (kind(**{name: zeros[name] for name in kind._fields}) for kind in (Questions, Answers))
     calls["judge"] = KERNELS["judge"], (0, world.state, world.arrays().rules, asked, found)
+    world.begin_words(agents.KEEP.to_bytes(4, "little") * world.cars)
+    world.read_senses()
     pictures = Pictures(world)
     pictures.take_events()
     pictures.moment(is_stored=True)

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Pose
+from motorcade.engine import agents
 from motorcade.engine.backend import NAMES, Name
 from motorcade.engine.backends import DIGESTS, library_problem, open_backend, proof
 from motorcade.engine.interpreted import InterpretedKernels
@@ -32,17 +33,19 @@ def everything(world: World) -> dict[str, object]:
     """All arrays of a world, in the order of the cars' numbers, what it shows, and its events."""
     shown = {name: np.asarray(value).tolist() for name, value in world.snapshot()._asdict().items() if name != "counts"}
     held = {name: value.tolist() for name, value in contents(world).items()}
-    return {**shown, **held, "events": world.take_events().tolist()}
+    sensed = np.asarray(world.read_senses()).tolist()
+    return {**shown, **held, "events": world.take_events().tolist(), "sensed": sensed}
 
 
 @FEW
 @given(cases(tick_ms=20), cases(tick_ms=20), st.data())
 def test_every_backend_gives_the_same_bits(case: Case, other: Case, data: st.DataObject) -> None:
-    """Worlds in which cars drive, are driven, moved and given back, walls are replaced, and all begins again."""
+    """Worlds in which cars drive, are driven, moved and given back, get words, walls change, and all begins again."""
     worlds = [World(case.mat, case.images, case.profile, seeds=case.seed, events=True, kernels=name) for name in NAMES]
     cars = st.integers(0, worlds[0].cars - 1)
     for number in range(6):
         moved, driven, angle = data.draw(cars), data.draw(cars), data.draw(st.integers(0, 180))
+        words = data.draw(given_words(worlds[0].cars))
         pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
         for world in worlds:
             if number == 2:
@@ -55,10 +58,37 @@ def test_every_backend_gives_the_same_bits(case: Case, other: Case, data: st.Dat
                 world.give_back(driven)
             if number == 3:
                 world.say("stop")
+            if world.tick:
+                world.begin_words(words)
             world.run(SLICE_MS)
         native, webassembly, interpreted = (everything(world) for world in worlds)
         assert webassembly == native, number
         assert interpreted == native, number
+
+
+def given_words(cars: int) -> st.SearchStrategy[bytes]:
+    """Words for the cars of a world, or none for some of them."""
+    word = st.just(agents.KEEP) | st.integers(0, (1 << 21) - 1).map(lambda bits: bits << 11)
+    return st.lists(word, min_size=cars, max_size=cars).map(lambda words: np.array(words, "<u4").tobytes())
+
+
+@FEW
+@given(cases(tick_ms=20), st.data())
+def test_cars_that_get_words_do_the_same_where_every_car_looks_around_then(case: Case, data: st.DataObject) -> None:
+    worlds = [World(case.mat, case.images, case.profile, seeds=case.seed, events=True) for _ in range(2)]
+    for world in worlds:
+        world.step()
+    for _ in range(4):
+        words = data.draw(given_words(worlds[0].cars))
+        for number, world in enumerate(worlds):
+            world.begin_words(words)
+            if number:
+                world.set_environment(case.mat)
+            world.run(SLICE_MS)
+        one, other = (everything(world) for world in worlds)
+        for scheduled in ("due", "clear"):
+            one.pop(scheduled, None), other.pop(scheduled, None)
+        assert one == other
 
 
 @pytest.mark.parametrize("threads", [2, 3, 8])

@@ -15,21 +15,10 @@ from typing import NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.senses import NOTHING
-from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing, walls
+from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing, walls
 from motorcade.engine.decorators import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
-from motorcade.engine.state import (
-    DRIVEN,
-    MOST_PARTS,
-    NOBODY,
-    Arrays,
-    Cars,
-    ForBrain,
-    Ints,
-    Now,
-    Rules,
-    Words,
-)
+from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, Cars, ForBrain, Ints, Now, Rules, Words
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
@@ -386,6 +375,8 @@ KERNELS: Mapping[str, Callable[..., None]] = {
     each.__name__: each
     for each in (
         *(run, run_large, wake, give_back, read_obstacle, judge),
+        agents.begin_words,
+        agents.read_senses,
         showing.read_moment,
         showing.pack_picture,
         showing.sort_events,

@@ -13,7 +13,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine import bicycle, events, floor, layout
+from motorcade.engine import agents, bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
@@ -239,6 +239,29 @@ class Simulation:
         answer = memory.zeros("answer", (1,), "int64")
         self.backend.call("read_obstacle", self._index(car, 0), look_mm, self.arrays(), answer)
         return int.from_bytes(memory.read(answer), "little")
+
+    def begin_words(self, words: bytes) -> None:
+        """Let followers begin words in the next tick, after the first one, as if each had just heard its own.
+
+        Args:
+            words: four bytes a car, little-endian, in the order of worlds and car numbers: a control word without
+                parity, or `motorcade.engine.agents.KEEP`.
+        """
+        memory = self.backend
+        given = memory.zeros("words", (self.worlds * self.cars,), "uint32")
+        memory.write(given, words)
+        memory.call("begin_words", self._tick, self.worlds, given, self.arrays())
+
+    def read_senses(self) -> BackendArray:
+        """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
+
+        The columns are those of `motorcade.engine.agents`. Sensors are on whatever a car's word asks for.
+        """
+        memory = self.backend
+        sensed = memory.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
+        look_mm = self.profile.body.ultrasonic_range_mm
+        memory.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
+        return sensed
 
     def step(self) -> None:
         """Simulate one tick."""

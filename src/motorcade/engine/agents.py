@@ -1,0 +1,67 @@
+"""The kernels for cars that a program of the user steers: give each a word between two ticks, and read its senses."""
+
+from motorcade.car import brain, frames
+from motorcade.car.senses import NOTHING
+from motorcade.engine import bodies, clearance, floor
+from motorcade.engine.state import DRIVEN, Arrays, Ints, Words
+from motorcade.words.ticks import TICKS_MASK, elapsed_ms
+
+# No control word: a car that gets it keeps its own.
+KEEP = 1
+# Columns of what `read_senses` writes of a car.
+OBSTACLE_MM = 0
+PERSON = 1
+DARK_FLOOR = 2
+WORD = 3  # that it executes or holds
+STARTED_MS = 4  # when it began
+X_UM = 5
+Y_UM = 6
+HEADING = 7  # binary angle
+SENSED = 8
+
+
+def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
+    """Let followers begin bare words before a tick, as if each had just heard its own by infrared.
+
+    ``words`` is in the order of worlds and car numbers. A car whose word is KEEP, and a leader, goes on
+    with what it does.
+    """
+    cars, rules = arrays.cars, arrays.rules
+    now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
+    for i in range(cars.x.shape[0]):
+        word = int(words[i // per_world * per_world + int(cars.number[i])])
+        if word == KEEP or cars.program[i] > 0:
+            continue
+        s = cars.memory[:, i]
+        if s[brain.RUNNING] and elapsed_ms(now, s[brain.STARTED_MS]) > 0:
+            brain.draw_headings(s, elapsed_ms(now, s[brain.STARTED_MS]) - 1, rules.levels)
+        if s[brain.TAG] or s[brain.HOLDS] == 0:
+            s[brain.TAG], s[brain.RELAY] = 0, frames.BUSY
+        s[brain.HOLDS] = 1
+        brain.begin_word(s, word, now)
+        wheels = brain.wheels(s, NOTHING, now, rules.levels)
+        if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
+            bodies.set_way(i, wheels, cars, rules)
+            cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
+        # Where the wheels depend on sensors, its turn in this tick sets them.
+        cars.due[i] = now
+
+
+def read_senses(tick: int, worlds: int, look_mm: int, arrays: Arrays, sensed: Ints) -> None:
+    """Write what every car senses before a tick, and what it holds, in the order of worlds and car numbers.
+
+    Its sensors are on whatever its word asks for; the ultrasonic sensor looks ``look_mm`` ahead.
+    """
+    cars, people = arrays.cars, arrays.people
+    now, per_world = tick * arrays.rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
+    for i in range(cars.x.shape[0]):
+        world = i // per_world
+        row = sensed[world * per_world + int(cars.number[i])]
+        row[OBSTACLE_MM] = bodies.obstacle_ahead_mm(i, world, look_mm, arrays)
+        row[PERSON], row[DARK_FLOOR] = 0, 0
+        if people.now_x.shape[1]:
+            row[PERSON], _ = bodies.person_near(i, world, now, cars, people, arrays.rules)
+        if arrays.floor.shape[0]:
+            row[DARK_FLOOR], _, _ = floor.look_down(i, cars, arrays.floor, arrays.rules)
+        row[WORD], row[STARTED_MS] = cars.memory[brain.WORD, i], cars.memory[brain.STARTED_MS, i]
+        row[X_UM], row[Y_UM], row[HEADING] = cars.x[i], cars.y[i], cars.heading[i]
