@@ -42,7 +42,7 @@ ARROWS = {
     "export": ("firmware",),
     "fleet": ("config", "drive", "sockets", "timing", "upload", "words"),
     "firmware": ("boards", "config", "upload"),
-    "lab": ("config", "experiments", "missions", "program", "runs"),
+    "lab": ("__version__", "config", "engine", "experiments", "mats", "missions", "program", "runs", "words"),
     "locales": (),
     "mats": ("config",),
     "missions": ("car", "config", "engine", "mats", "program", "words"),

@@ -30,6 +30,7 @@ from motorcade.cli.options import (
 )
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
+from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -138,13 +139,14 @@ def _sweep(
     x: str = "",
     y: str = "",
     colour: str = "",
+    capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise MotorcadeError("picture-needs-options")
     with ended_by_sentences(output):
-        plan = _plan(spec)
+        plan = _plan(spec, capsule is not None)
         if picture:
             from motorcade.experiments.picture import check_picture
 
@@ -156,18 +158,50 @@ def _sweep(
 
             with drawing_texts():
                 draw_sweep(plan.sweep, output, picture, x, y, colour)
+        if capsule:
+            from motorcade.lab.capsule import write_capsule
+
+            write_capsule(capsule, spec.read_bytes(), plan, output)
     if wants_json(as_json):
         result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
-        print_json(result | ({"picture": str(picture)} if picture else {}))
+        files = {"picture": picture, "capsule": capsule}
+        print_json(result | {name: str(file) for name, file in files.items() if file})
         return
     key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
     lines = [translated(key, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
     if picture:
         lines.append(translated("sweep-is-drawn", picture=picture))
+    if capsule:
+        lines.append(translated("capsule-is-written", capsule=capsule))
+        if not plan.sweep.citation.get("authors"):
+            lines.append(translated("capsule-without-authors", spec=spec))
     print_lines(lines)
 
 
-def _plan(spec: Path) -> "Plan":
+@app.command("verify")
+def _verify(
+    capsule: Annotated[Path, typer.Argument(metavar="CAPSULE.zip", exists=True, dir_okay=False, readable=True)],
+    sample: Annotated[int | None, typer.Option(min=1)] = None,
+    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    with ended_by_sentences(capsule, "verify"):
+        from motorcade.cli.console import progress_bar
+        from motorcade.experiments.run import on_this_computer
+        from motorcade.lab.capsule import verify
+
+        runs, difference = verify(capsule, sample, on_this_computer(jobs), progress_bar)
+    if difference is None:
+        print_result({"runs": runs, "equal": True}, translated("capsule-is-equal", runs=runs), wants_json(as_json))
+        return
+    details = difference._asdict()
+    result = {"runs": runs, "equal": False, **details, "point": difference.point.sentence(current_language())}
+    print_result(result, translated("capsule-differs", runs=runs, **details), wants_json(as_json))
+    raise typer.Exit(PROGRAM_ERROR)
+
+
+def _plan(spec: Path, with_digests: bool) -> "Plan":
     from motorcade import __version__
     from motorcade.cli.console import progress_bar
     from motorcade.experiments.plan import Plan
@@ -180,7 +214,7 @@ def _plan(spec: Path) -> "Plan":
     programs = [_program(spec, index, wanted) for index in range(len(wanted.programs))]
     mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
     with progress_bar("checked", wanted.cells) as advance:
-        return Plan(wanted, programs, mats, __version__, advance)
+        return Plan(wanted, programs, mats, __version__, advance, with_digests=with_digests)
 
 
 def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:

@@ -8,8 +8,10 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine.layout import rules_of
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.experiments.digests import CAR_BYTES, MOST_BYTES, MOST_CHECKPOINTS
 from motorcade.experiments.parameters import NEVER, Value, mat_with, profile_with
 from motorcade.experiments.spec import EMPTY_TABLE, Sweep
 from motorcade.mats import Mat, check_mat, formation, open_table
@@ -50,13 +53,17 @@ class Batch:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """All that a worker needs: batches, of which the first begins with run ``first_run``."""
+    """All that a worker needs: batches, of which the first begins with run ``first_run``.
+
+    ``checkpoints`` is how often in a run the cars' digests are taken; 0: never.
+    """
 
     code: str
     parameters: tuple[str, ...]
     duration_ms: int
     first_run: int
     batches: tuple[Batch, ...]
+    checkpoints: int = 0
 
 
 class Plan:
@@ -68,6 +75,7 @@ class Plan:
         mats: each of its mats; None for the empty table.
         version: of Motorcade.
         progress: called with the number of points that were checked, of `Sweep.cells`.
+        with_digests: whether the table has digests of the runs: `motorcade.experiments.digests`.
 
     Raises:
         MotorcadeError: a point is not valid; the error tells which and why.
@@ -80,28 +88,47 @@ class Plan:
         mats: Sequence[Mat | None],
         version: str,
         progress: Callable[[int], None] = lambda done: None,
+        *,
+        with_digests: bool = False,
     ) -> None:
         self.sweep = sweep
-        self._programs = programs
-        self._mats = mats
+        self.programs = programs
+        self.mats = mats
         self._version = version
         self.runs = sweep.runs
-        self._bounds = self._divide(progress)
-        self.tasks = len(self._bounds) - 1
+        bounds, cars = self._divide(progress)
+        self._ranges = list(pairwise(bounds))
+        most = MOST_BYTES // (cars * CAR_BYTES)
+        self.checkpoints = min(max(most, 1), MOST_CHECKPOINTS) if with_digests else 0
+
+    @property
+    def tasks(self) -> int:
+        """The number of tasks."""
+        return len(self._ranges)
+
+    def of_runs(self, runs: Sequence[int]) -> "Plan":
+        """Return a plan whose tasks are single runs of this one."""
+        some = copy(self)
+        some._ranges = [(run, run + 1) for run in runs]
+        some.runs = len(runs)
+        return some
 
     def task(self, index: int) -> Task:
         """Task ``index``, 0 to ``tasks`` - 1."""
-        first, last = self._bounds[index], self._bounds[index + 1]
+        first, last = self._ranges[index]
         batches = tuple(self._batches(first, last))
-        return Task(code_hash(), self.sweep.points.parameters, self.sweep.duration_ms, first, batches)
+        sweep = self.sweep
+        return Task(code_hash(), sweep.points.parameters, sweep.duration_ms, first, batches, self.checkpoints)
 
     def task_runs(self, index: int) -> int:
         """The number of runs in task ``index``."""
-        return self._bounds[index + 1] - self._bounds[index]
+        first, last = self._ranges[index]
+        return last - first
 
     def task_name(self, index: int) -> str:
         """A unique name of task ``index``: a hash of all that its runs depend on, and of the numbers of its runs."""
-        what = f"{self.fingerprint}/{self._bounds[index]}/{self._bounds[index + 1]}"
+        first, last = self._ranges[index]
+        what = f"{self.fingerprint}/{first}/{last}"
         return hashlib.sha256(what.encode()).hexdigest()[:32]
 
     @cached_property
@@ -118,8 +145,9 @@ class Plan:
             "seconds": str(sweep.duration_ms / 1000),
             "seeds": _hash(sweep.seeds),
             "parameters": _hash(sweep.points),
-            **{f"program {name}": _hash(what) for name, what in zip(sweep.programs, self._programs, strict=True)},
-            **{f"mat {name}": _hash(what) for name, what in zip(sweep.mats, self._mats, strict=True)},
+            **({"digests": str(self.checkpoints)} if self.checkpoints else {}),
+            **{f"program {name}": _hash(what) for name, what in zip(sweep.programs, self.programs, strict=True)},
+            **{f"mat {name}": _hash(what) for name, what in zip(sweep.mats, self.mats, strict=True)},
         }
 
     def _batches(self, first: int, last: int) -> Iterator[Batch]:
@@ -133,9 +161,9 @@ class Plan:
                 self.sweep.mats[mat],
                 values,
                 some,
-                self._programs[program][0],
+                self.programs[program][0],
                 self._mat(program, mat, values),
-                profile_with(self._programs[program][1], values),
+                profile_with(self.programs[program][1], values),
             )
 
     def _cell(self, cell: int) -> tuple[int, int, dict[str, Value]]:
@@ -145,27 +173,28 @@ class Plan:
         return program, mat, self.sweep.points.at(point)
 
     def _mat(self, program: int, mat: int, values: Mapping[str, Value]) -> Mat:
-        found = self._mats[mat]
+        found = self.mats[mat]
         if found is None:
             # The range of the project's own profile, not of a varied one: else the places would vary too.
-            reach_m = self._programs[program][1].infrared.range_mm / 1000
+            reach_m = self.programs[program][1].infrared.range_mm / 1000
             found = _empty_table(_followers(values), reach_m)
         return mat_with(found, values)
 
-    def _divide(self, progress: Callable[[int], None]) -> list[int]:
-        """The first run of each task, and the end of the last one, after a check of every point."""
-        steps = np.empty(self.sweep.cells, dtype=np.int64)
+    def _divide(self, progress: Callable[[int], None]) -> tuple[list[int], int]:
+        """The first run of each task, and the end of the last one, after a check of every point; all runs' cars."""
+        steps, cars = np.empty(self.sweep.cells, dtype=np.int64), 0
         checked: set[tuple[object, ...]] = set()
         for cell in range(len(steps)):
-            steps[cell] = self._steps(cell, checked)
+            steps[cell], some = self._steps(cell, checked)
+            cars += some * len(self.sweep.seeds)
             if cell % 1000 == 0:
                 progress(cell)
         done = np.cumsum(np.repeat(steps, len(self.sweep.seeds)))
         task: NDArray[np.int64] = np.maximum(done - 1, 0) // TASK_CAR_STEPS
-        return [0, *(np.flatnonzero(np.diff(task)) + 1).tolist(), self.runs]
+        return [0, *(np.flatnonzero(np.diff(task)) + 1).tolist(), self.runs], cars
 
-    def _steps(self, cell: int, checked: set[tuple[object, ...]]) -> int:
-        """Check ``cell`` and estimate the car steps of one of its runs. Raises MotorcadeError."""
+    def _steps(self, cell: int, checked: set[tuple[object, ...]]) -> tuple[int, int]:
+        """Check ``cell``, and estimate the car steps and count the cars of one of its runs. Raises MotorcadeError."""
         program, mat, values = self._cell(cell)
         cars, tick_ms = self._size(mat, values)
         ticks, beyond = divmod(self.sweep.duration_ms, tick_ms)
@@ -173,12 +202,12 @@ class Plan:
             seconds = self.sweep.duration_ms / 1000
             raise MotorcadeError("seconds-not-in-ticks", point=self.place(cell), seconds=seconds, tick_ms=tick_ms)
         try:
-            profile = profile_with(self._programs[program][1], values)
+            profile = profile_with(self.programs[program][1], values)
             self._check(program, mat, values, profile, checked)
         except MotorcadeError as problem:
             raise MotorcadeError("sweep-point-fails", point=self.place(cell), reason=problem) from None
         steps = cars * (ticks + int(self.sweep.duration_ms * TICKS_PER_MS) + START_TICKS)
-        return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds)
+        return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds), cars
 
     def _check(
         self, program: int, mat: int, values: Mapping[str, Value], profile: Profile, checked: set[tuple[object, ...]]
@@ -202,9 +231,14 @@ class Plan:
 
     def _size(self, mat: int, values: Mapping[str, Value]) -> tuple[int, int]:
         """The number of cars, and the tick in ms."""
-        found = self._mats[mat]
+        found = self.mats[mat]
         cars = 1 + _followers(values) if found is None else len(found.starts)
         return cars, int(values.get("tick_ms") or (found.tick_ms if found else 1))
+
+    def tick_ms(self, cell: int) -> int:
+        """The tick of the runs ``cell`` * seeds and following."""
+        _, mat, values = self._cell(cell)
+        return self._size(mat, values)[1]
 
     def place(self, cell: int) -> Phrase:
         """Name the program, the mat and the parameters of a cell."""

@@ -20,7 +20,7 @@ from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.synchronize import Event
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, BinaryIO, Protocol
 
 import msgspec
 import pyarrow as pa
@@ -152,7 +152,7 @@ class Store:
 
     def merge(self, progress: Callable[[int], None] = lambda done: None) -> None:
         """Make the table of all parts; ``progress`` is called with the number of parts that are in it."""
-        schema = table_schema(self._plan.sweep.points.parameters)
+        schema = table_schema(self._plan.sweep.points.parameters, self._plan.checkpoints > 0)
         schema = schema.with_metadata({_CONTENTS: json.dumps(self._plan.contents).encode()})
         unfinished = self.folder / "table"
         with pq.ParquetWriter(unfinished, schema, compression="zstd", write_page_checksum=True) as writer:
@@ -183,7 +183,7 @@ class Store:
             raise MotorcadeError("table-of-another-sweep", file=name, changed=changed[0], advice=advice)
 
 
-def read_rows(path: Path, columns: list[str] | None = None) -> pa.Table:
+def read_rows(path: Path | BinaryIO, columns: list[str] | None = None) -> pa.Table:
     """Read a sweep's table or part, or some of its columns. Raises MotorcadeError where it is damaged, and OSError."""
     try:
         return pq.read_table(path, columns=columns, page_checksum_verification=True)

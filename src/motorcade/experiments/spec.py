@@ -1,8 +1,8 @@
 """Read a sweep's specification, a TOML file."""
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +51,7 @@ class Sweep:
         duration_ms: simulated time of each run.
         seeds: each parameter point runs once with each.
         points: the parameter points.
+        citation: title, authors, license, abstract and keywords of the experiment, as far as the file has them.
     """
 
     programs: tuple[str, ...]
@@ -59,6 +60,7 @@ class Sweep:
     duration_ms: int
     seeds: Sequence[int]
     points: Grid | Sample
+    citation: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -99,6 +101,7 @@ def parse_sweep(text: str, file: str) -> Sweep:
         duration_ms=duration_ms,
         seeds=_seeds(values["seeds"], file),
         points=_points(values, file),
+        citation=values.get("citation", {}),
     )
     _check_cars(sweep, file)
     if sweep.runs > MOST_RUNS:
@@ -119,14 +122,23 @@ def _schema(document: dict[str, Any]) -> Schema:
         seeds = table(first=whole(0, MOST_SEED, default=0), count=whole(1, MOST_SEED + 1))
     grid = {name: list_of(part, 1, uniqueItems=True) for name, part in parameter_schemas().items()}
     ranges = {name: _range(part) for name, part in parameter_schemas().items() if has_range(name)}
+    text = line(_LONGEST_NAME)
+    citation = {
+        "title": text,
+        "authors": list_of(text, 1),
+        "license": text,
+        "abstract": text,
+        "keywords": list_of(text),
+    }
     return table(
-        ("grid", "sample"),
+        ("grid", "sample", "citation"),
         format=choice(FORMAT),
         programs=names,
         mats={**names, "default": [EMPTY_TABLE]},
         profile=line(_LONGEST_NAME, default="classroom"),
         seconds=allowed_as("sweep-seconds", number(0.001, MOST_SECONDS), most=MOST_SECONDS),
         seeds={**seeds, "default": 1},
+        citation=table(tuple(citation), **citation),
         grid=table(tuple(grid), **grid),
         sample=table(tuple(ranges), count=whole(1, MOST_SEED), seed=whole(0, MOST_SEED, default=0), **ranges),
     )

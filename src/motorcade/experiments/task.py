@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motorcade.car import brain, frames, next_wakeup
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.parameters import Value, kind_of
+from motorcade.experiments.parameters import kind_of
 from motorcade.experiments.plan import Batch, Task, code_hash, describe
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import word_of
@@ -42,8 +42,12 @@ MEASURES = (*COUNTS, *FIGURES)
 _LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "lost_check", "deaf")
 
 
-def table_schema(parameters: Sequence[str]) -> pa.Schema:
-    """The table's columns: the run, its program, mat and seed, its parameters, its measures."""
+# The column of the digests of all cars at a run's checkpoints, where they are wanted: `motorcade.experiments.digests`.
+DIGESTS = "digests"
+
+
+def table_schema(parameters: Sequence[str], with_digests: bool = False) -> pa.Schema:
+    """The table's columns: the run, its program, mat and seed, its parameters, its measures, maybe DIGESTS."""
     return pa.schema(
         [
             ("run", pa.int64()),
@@ -53,6 +57,7 @@ def table_schema(parameters: Sequence[str]) -> pa.Schema:
             *((name, _TYPES[kind_of(name)]) for name in parameters),
             *((name, pa.int64()) for name in COUNTS),
             *((name, pa.float64()) for name in FIGURES),
+            *([(DIGESTS, pa.binary())] if with_digests else []),
         ]
     )
 
@@ -65,10 +70,10 @@ def run_task(task: Task) -> bytes:
     """
     if task.code != code_hash():
         raise MotorcadeError("worker-has-other-code")
-    schema = table_schema(task.parameters)
+    schema = table_schema(task.parameters, task.checkpoints > 0)
     tables, first_run = [], task.first_run
     for batch in task.batches:
-        columns = {"run": range(first_run, first_run + len(batch.seeds)), **_rows(batch, task.duration_ms)}
+        columns = {"run": range(first_run, first_run + len(batch.seeds)), **_rows(batch, task)}
         tables.append(pa.Table.from_pydict({name: list(columns[name]) for name in schema.names}, schema))
         first_run += len(batch.seeds)
     sink = pa.BufferOutputStream()
@@ -76,13 +81,14 @@ def run_task(task: Task) -> bytes:
     return bytes(sink.getvalue())
 
 
-def _rows(batch: Batch, duration_ms: int) -> dict[str, Sequence[Value | str]]:
+def _rows(batch: Batch, task: Task) -> dict[str, Sequence[Any]]:
     from motorcade.engine.world import World
 
     count = len(batch.seeds)
     try:
         world = World(batch.mat, [batch.image], batch.profile, seeds=list(batch.seeds), threads=1)
-        measured = run_and_measure(world, batch.image, duration_ms)
+        digests = _run(world, task)
+        measured = _measures(world, batch.image, task.duration_ms)
     except (MotorcadeError, ValueError, ArithmeticError, MemoryError) as problem:
         reason = problem if str(problem) else Phrase("too-little-memory")
         point = describe(batch.program, batch.mat_name, batch.values)
@@ -94,12 +100,26 @@ def _rows(batch: Batch, duration_ms: int) -> dict[str, Sequence[Value | str]]:
         "seed": batch.seeds,
         **given,
         **measured,
+        **digests,
     }
 
 
-def run_and_measure(world: "World", image: bytes, duration_ms: int) -> dict[str, list[int] | list[float | None]]:
-    """Run every world for ``duration_ms``; return each measure's values, one for each world, None where undefined."""
-    world.run(duration_ms)
+def _run(world: "World", task: Task) -> dict[str, Sequence[Any]]:
+    """Run every world to its end; return the column DIGESTS where it is wanted."""
+    if not task.checkpoints:
+        world.run(task.duration_ms)
+        return {}
+    from motorcade.experiments.digests import car_digests, checkpoint_ticks
+
+    found = []
+    for tick in checkpoint_ticks(task.duration_ms // world.tick_ms, task.checkpoints):
+        world.run((tick - world.tick) * world.tick_ms)
+        found.append(car_digests(world).astype("<u8"))
+    return {DIGESTS: [each.tobytes() for each in np.stack(found, axis=1)]}
+
+
+def _measures(world: "World", image: bytes, duration_ms: int) -> dict[str, list[int] | list[float | None]]:
+    """Return each measure's values, one for each world, None where undefined."""
     counts = world.counts()
     columns: dict[str, list[int] | list[float | None]] = {name: counts[name].tolist() for name in COUNTS}
     lost = np.sum([counts[name] for name in _LOST], axis=0)

@@ -1,0 +1,200 @@
+"""Capsules: a sweep as one file, with all that it takes to run it again and to see that every bit is the same.
+
+A capsule is a ZIP file. Its comment is the SHA-256 of all bytes before it, so no byte can change unnoticed. Programs
+are stored as images and mats with the place of each car, so that neither the compiler's nor the mats' rules matter.
+"""
+
+import hashlib
+import io
+import json
+import math
+import platform
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from motorcade import __version__
+from motorcade.config.files import replace_file
+from motorcade.config.profile import profile_from_dict
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.experiments.digests import checkpoint_ticks
+from motorcade.experiments.plan import Plan, code_hash
+from motorcade.experiments.run import ProgressBar, Workers, read_rows
+from motorcade.experiments.spec import parse_sweep
+from motorcade.experiments.task import DIGESTS
+from motorcade.mats.document import document_of, mat_of
+from motorcade.mats.model import Starts
+
+FORMAT = "motorcade-capsule/1"
+_ABOUT, _SPEC, _TABLE, _CITATION = "capsule.json", "sweep.toml", "table.parquet", "CITATION.cff"
+_SEAL_BYTES = 64
+# What a capsule's citation says of Motorcade: fields of the repository's CITATION.cff.
+_MOTORCADE = {
+    "type": "software",
+    "title": "Motorcade: program and drive small cars with 32-bit words",
+    "authors": [{"name": "The Motorcade maintainers"}],
+    "license": "MIT",
+}
+
+
+class Difference(NamedTuple):
+    """The first run of a capsule that came out otherwise, and where.
+
+    Attributes:
+        run: its number, of the program, mat and parameters ``point`` and with ``seed``.
+        tick: the first checkpoint at which a car differs; ``same``: the one before, 0 for the beginning.
+        car: the first car that differs there.
+    """
+
+    run: int
+    point: Phrase
+    seed: int
+    tick: int
+    same: int
+    car: int
+
+
+def write_capsule(path: Path, spec: bytes, plan: Plan, table: Path) -> None:
+    """Write the capsule of a finished sweep with digests.
+
+    Args:
+        spec: the bytes of its specification.
+
+    Raises:
+        OSError: a file can't be read or written.
+    """
+    versions = {name: version(name) for name in ("numpy", "pyarrow")}
+    versions |= {"motorcade": __version__, "code": code_hash(), "python": platform.python_version()}
+    versions |= {"system": platform.system(), "machine": platform.machine()}
+    about = {"format": FORMAT, "versions": versions, "runs": plan.runs, "checkpoints": plan.checkpoints}
+    members = {_ABOUT: _json(about | {"contents": plan.contents}), _SPEC: spec}
+    members[_CITATION] = _citation(plan.sweep.citation, __version__)
+    for number, (image, profile) in enumerate(plan.programs):
+        document = asdict(profile)
+        members[f"programs/{number}.image"] = image
+        members[f"programs/{number}.profile.json"] = _json({"name": document.pop("name"), "profile": document})
+    for number, mat in enumerate(plan.mats):
+        if mat is not None:
+            members[f"mats/{number}.json"] = _json(document_of(mat) | {"car": _cars(mat.starts)})
+    members[_TABLE] = table.read_bytes()
+    written = io.BytesIO()
+    with zipfile.ZipFile(written, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(zipfile.ZipInfo(name), data)
+        archive.comment = bytes(_SEAL_BYTES)
+    replace_file(path, _sealed(written.getvalue()))
+
+
+def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -> tuple[int, Difference | None]:
+    """Run a capsule again, all runs or ``sample`` of them, which are spread evenly over all.
+
+    Returns:
+        How many runs were made again, and the first that differs; None: all are equal to the last bit.
+
+    Raises:
+        MotorcadeError: the file is no capsule or has changed, it can't be read or run any more.
+        OSError: the file can't be read.
+    """
+    with _opened(path) as archive:
+        about = json.loads(archive.read(_ABOUT))
+        if about["format"] != FORMAT:
+            raise MotorcadeError("capsule-of-another-format", file=path, format=about["format"], ours=FORMAT)
+        try:
+            plan = _plan(archive, path.name, about)
+        except MotorcadeError as problem:
+            made = about["versions"]["motorcade"]
+            raise MotorcadeError("capsule-formats-changed", file=path, version=made, reason=problem) from None
+        expected = read_rows(io.BytesIO(archive.read(_TABLE)), [DIGESTS])[DIGESTS]
+    if sample is not None and sample < plan.runs:
+        plan = plan.of_runs([plan.runs * number // sample for number in range(sample)])
+    first: dict[str, Any] | None = None
+    done = 0
+    with bar("runs", plan.runs) as advance, closing(workers(plan, range(plan.tasks))) as results:
+        for _, rows in results:
+            for row in read_rows(io.BytesIO(rows)).to_pylist():
+                differs = row[DIGESTS] != expected[row["run"]].as_py()
+                if differs and (first is None or row["run"] < first["run"]):
+                    first = row
+                done += 1
+            advance(done)
+    return done, None if first is None else _difference(plan, first, expected[first["run"]].as_py())
+
+
+def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> Difference:
+    found, stored = (np.frombuffer(each, "<u8") for each in (row[DIGESTS], expected))
+    cell = row["run"] // len(plan.sweep.seeds)
+    ticks = checkpoint_ticks(plan.sweep.duration_ms // plan.tick_ms(cell), plan.checkpoints)
+    differs = (found != stored).reshape(len(ticks), -1)
+    at = int(np.argmax(differs.any(axis=1)))
+    same = ticks[at - 1] if at else 0
+    return Difference(row["run"], plan.place(cell), row["seed"], ticks[at], same, int(np.argmax(differs[at])))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
+    """Open a capsule and check its seal."""
+    try:
+        data = path.read_bytes()
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if len(archive.comment) != _SEAL_BYTES or _ABOUT not in archive.namelist():
+                raise MotorcadeError("not-a-capsule", file=path)
+            if _sealed(data) != data:
+                part = archive.testzip()
+                raise MotorcadeError("capsule-changed", file=path, part=part or Phrase("capsule-directory"))
+            yield archive
+    except (zipfile.BadZipFile, KeyError, ValueError, NotImplementedError):
+        raise MotorcadeError("not-a-capsule", file=path) from None
+
+
+def _sealed(data: bytes) -> bytes:
+    """The bytes of a capsule with the right seal."""
+    return data[:-_SEAL_BYTES] + hashlib.sha256(data[:-_SEAL_BYTES]).hexdigest().encode()
+
+
+def _plan(archive: zipfile.ZipFile, name: str, about: dict[str, Any]) -> Plan:
+    """Make the plan of a capsule. Raises MotorcadeError: a format has changed."""
+    sweep = parse_sweep(archive.read(_SPEC).decode("utf-8-sig"), f"{name}/{_SPEC}")
+    programs, mats, there = [], [], set(archive.namelist())
+    for number in range(len(sweep.programs)):
+        document = json.loads(archive.read(f"programs/{number}.profile.json"))
+        profile = profile_from_dict(document["profile"], document["name"])
+        programs.append((archive.read(f"programs/{number}.image"), profile))
+    for number in range(len(sweep.mats)):
+        file = f"mats/{number}.json"
+        mats.append(mat_of(json.loads(archive.read(file)), f"{name}/{file}") if file in there else None)
+    plan = Plan(sweep, programs, mats, about["versions"]["motorcade"], with_digests=True)
+    plan.checkpoints = about["checkpoints"]
+    return plan
+
+
+def _cars(starts: Starts) -> list[dict[str, Any]]:
+    """The cars as a mat's file has them, each in its place."""
+    columns = zip(starts.x_m, starts.y_m, starts.heading, starts.leads, strict=True)
+    return [
+        {"at_m": [x, y], "heading_deg": math.degrees(heading), "role": "leader" if leads else "follower"}
+        for x, y, heading, leads in columns
+    ]
+
+
+def _citation(given: Mapping[str, Any], made_by: str) -> bytes:
+    """A citation file (CFF 1.2.0) for the capsule as a data set; each value is JSON, which is YAML, too."""
+    fields = {
+        "cff-version": "1.2.0",
+        "message": "If you use this data set, please cite it as below.",
+        "type": "dataset",
+        "title": "A sweep of simulated cars",
+        **given,
+        "authors": [{"name": name} for name in given.get("authors", ["anonymous"])],
+        "references": [{**_MOTORCADE, "version": made_by}],
+    }
+    return "".join(f"{name}: {json.dumps(value, ensure_ascii=False)}\n" for name, value in fields.items()).encode()
+
+
+def _json(document: Any) -> bytes:
+    return json.dumps(document, indent=1, ensure_ascii=False).encode()
