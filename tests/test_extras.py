@@ -49,6 +49,7 @@ def run(programs, words, folder):
         (("motorcade", "site", "-o", "site"), ("studio",)),
         (("motorcade", "install-firmware", "--dry-run", "--chip", "rp2040"), ("firmware",)),
         (("python", "-c", "from motorcade import World"), ("world",)),
+        (("python", "-c", "from motorcade.lab import parallel_env"), ("lab",)),
         (("python", "-c", SHOW), ("world", "runs")),
     ],
     ids=lambda value: " ".join(value)[:40],

@@ -1,0 +1,271 @@
+"""Worlds that are stepped side by side: cars begin words, the engine runs, and what the cars sense and hear is read.
+
+`motorcade.lab.environments` makes environments for PettingZoo and Gymnasium of them; this module needs neither.
+"""
+
+import math
+import secrets
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorcade.engine import agents
+from motorcade.engine.geometry import FULL_TURN
+from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
+from motorcade.mats import Mat
+from motorcade.mats.model import Starts, flags
+from motorcade.missions.check import grade_of
+from motorcade.missions.document import Mission, built_in_mission
+from motorcade.missions.watch import EVERY_MS, MissionWatch
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Program
+from motorcade.words.formats import CONTROL
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Task = Mission | Mat | str
+Actions = Sequence[str] | Literal["words", "wheels"]
+
+# The fields of a control word that an action can set.
+FIELDS = {field.name: field for field in CONTROL.fields if not field.reserved and field.name != "parity"}
+# What fields hold that an action doesn't set: the car listens, and drives until its next action.
+_OTHERS = {"accept_ir": 1, "motor_enable": 1, "motor_duration": 3}
+# Direction and speed for each number of the actions "wheels".
+_WHEELS = ((0, 0), *((direction, speed) for direction in range(3) for speed in (1, 2, 3)))
+# The columns of an observation, with the least and the largest value of each.
+_SENSED = dict.fromkeys(("person", "dark_left", "dark_right", "heard"), (0.0, 1.0)) | {"obstacle_m": (0.0, math.inf)}
+_HEARD = {f"heard_{name}": (0.0, float(field.maximum)) for name, field in FIELDS.items()}
+_POSE = {"x_m": (-math.inf, math.inf), "y_m": (-math.inf, math.inf), "heading": (0.0, math.tau)}
+_MAT_S = 60.0
+_NO_PROGRAM = bytes(4)
+_SEEDS = 1 << 32
+
+
+class Readings(NamedTuple):
+    """What all cars sense and hear at a moment; arrays of shape (worlds, cars).
+
+    Attributes:
+        now_ms: the simulated time.
+        obstacle_m: what the ultrasonic sensor measures; its range where it finds nothing.
+        person: whether the PIR sensor finds a person.
+        dark_left, dark_right: whether the floor sensors are over dark.
+        heard: whether the car has begun a word by infrared since its last action.
+        word: the control word that it executes or holds.
+        x_m, y_m, heading: its pose; the heading is 0 to 2π, counter-clockwise from the x axis.
+    """
+
+    now_ms: int
+    obstacle_m: Floats
+    person: Flags
+    dark_left: Flags
+    dark_right: Flags
+    heard: Flags
+    word: NDArray[np.uint32]
+    x_m: Floats
+    y_m: Floats
+    heading: Floats
+
+
+# The rewards for a step, from the readings before and after it: an array of shape (worlds, cars), or one that fits it.
+Reward = Callable[[Readings, Readings], Floats]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How cars become agents: all that run no program of their own.
+
+    Attributes:
+        program: what the leaders run; None: leaders are agents, too.
+        actions: what an agent sets: "words" (all fields of a control word), names of some of these fields, or "wheels"
+            (0 stands still; 1 to 3 forward, 4 to 6 left, 7 to 9 right, each at three speeds).
+        reward: of a step; None: by how much the mission's grade grows.
+        pose: whether agents observe their place and heading.
+        step_ms: how long an action lasts: a whole number of ticks.
+        seconds: how long an episode lasts; None: as long as the mission, or 60 s on a mat.
+    """
+
+    program: Program | None = None
+    actions: Actions = "words"
+    reward: Reward | None = None
+    pose: bool = False
+    step_ms: int = 100
+    seconds: float | None = None
+
+
+class SteppedWorlds:
+    """Some worlds of one mission, the id of one that comes with Motorcade, or of a mat.
+
+    Attributes:
+        world: the engine's.
+        agents: the numbers of the cars that take actions.
+        choices: how many values each number of an action has.
+        is_by_fields: whether these are fields of words; else there is one number for the wheels.
+        columns: the least and the largest value of each column of an observation, by name. What a car heard is 0
+            where it heard nothing.
+
+    Raises:
+        MotorcadeError: an argument isn't allowed, or the world can't be simulated.
+    """
+
+    def __init__(self, task: Task, worlds: int, options: Options) -> None:
+        program, reward, step_ms = options.program, options.reward, options.step_ms
+        mission = built_in_mission(task) if isinstance(task, str) else task
+        self._mission = mission if isinstance(mission, Mission) else None
+        mat, profile = (mission.mat, mission.profile) if isinstance(mission, Mission) else (mission, None)
+        self._image = compile_program(program, profile).image if program else _NO_PROGRAM
+        if program is None:
+            starts = mat.starts
+            nobody = flags([False] * len(starts))
+            mat = replace(mat, starts=Starts(starts.x_m, starts.y_m, starts.heading, nobody, starts.groups))
+        if step_ms < mat.tick_ms or step_ms % mat.tick_ms:
+            raise MotorcadeError("step-not-in-ticks", step_ms=step_ms, tick_ms=mat.tick_ms)
+        self.agents = np.flatnonzero(~np.asarray(mat.starts.leads))
+        if worlds < 1 or not len(self.agents):
+            raise MotorcadeError("environment-without-agents", worlds=worlds, agents=len(self.agents))
+        self._set_actions(options.actions)
+        self._has_pose = options.pose
+        self.columns = _SENSED | _HEARD | (_POSE if self._has_pose else {})
+        self._reward = reward
+        watches = self._mission if reward is None else None
+        self.world = World(mat, [self._image], profile, seeds=range(worlds), events=watches is not None)
+        self._watched = watches
+        self._next_seed = secrets.randbelow(_SEEDS)
+        self._step_ms = step_ms
+        length_s = options.seconds or (self._mission.duration_ms / 1000 if self._mission else _MAT_S)
+        self._end_ms = math.ceil(length_s * 1000 / step_ms) * step_ms
+        self._range_m = self.world.profile.body.ultrasonic_range_mm / 1000
+
+    def _set_actions(self, actions: Actions) -> None:
+        """Prepare to make words of actions: ``_shifts`` places the numbers of an action in ``_base``."""
+        self.is_by_fields = actions != "wheels"
+        if actions == "wheels":
+            words = [CONTROL.encode(**_OTHERS, motor_direction=way, motor_speed=speed) for way, speed in _WHEELS]
+            self.choices, self._shifts, self._base = [len(words)], None, np.array(words, np.uint32)
+            return
+        names = list(FIELDS) if actions == "words" else list(actions)
+        for name in names:
+            if name not in FIELDS:
+                allowed = ", ".join(("words", "wheels", *FIELDS))
+                raise MotorcadeError("option-not-allowed", option="actions", value=f"'{name}'", allowed=allowed)
+        fields = [FIELDS[name] for name in names]
+        self.choices = [field.maximum + 1 for field in fields]
+        self._shifts = np.array([field.low for field in fields], np.uint32)
+        others = {name: value for name, value in _OTHERS.items() if name not in names}
+        self._base = np.array(CONTROL.encode(**others), np.uint32)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the episode is over."""
+        return self.world.now_ms >= self._end_ms
+
+    def reset(self, seed: int | None) -> None:
+        """Begin an episode: world w has the seed ``seed`` + w; None: each has another one than before.
+
+        The first tick is simulated, because cars are switched on in it.
+        """
+        world, first = self.world, self._next_seed if seed is None else seed
+        self._next_seed = first + world.worlds
+        world.reset([(first + number) % _SEEDS for number in range(world.worlds)])
+        # The word that each car had at the beginning of the step, and when it began that word.
+        self._given = np.zeros((world.worlds, world.cars), np.uint32)
+        self._begun_ms = np.zeros((world.worlds, world.cars), np.int64)
+        self._watches = [MissionWatch(self._watched, self._image) for _ in world.seeds] if self._watched else []
+        self._see()
+        world.step()
+        self._graded = self._grades()
+        self._readings = self._read()
+
+    def step(self, actions: Any, acts: Flags | None = None) -> Floats:
+        """Let each agent begin the word of its action, and run the worlds for a step.
+
+        Args:
+            actions: numbers of shape (worlds, agents, choices).
+            acts: of shape (worlds, agents), which agents act; None: all. The others keep their words.
+
+        Returns:
+            The reward of each agent, of shape (worlds, agents).
+
+        Raises:
+            MotorcadeError: an action isn't allowed.
+        """
+        world, before = self.world, self._readings
+        words = self._words_of(actions)
+        given = np.full((world.worlds, world.cars), agents.KEEP, np.uint32)
+        given[:, self.agents] = words if acts is None else np.where(acts, words, agents.KEEP)
+        world.begin_words(given.astype("<u4").tobytes())
+        self._given = np.where(given == agents.KEEP, self._given, given)
+        self._begun_ms = np.where(given == agents.KEEP, self._begun_ms, world.now_ms)
+        self._run_until((world.now_ms // self._step_ms + 1) * self._step_ms)
+        self._readings = self._read()
+        return self._rewards(before)
+
+    def observations(self) -> NDArray[np.float32]:
+        """What the agents observe now, of shape (worlds, agents, columns)."""
+        now = self._readings
+        sensed = [getattr(now, name) for name in _SENSED]
+        heard = [(now.word >> field.low & field.raw_mask) * now.heard for field in FIELDS.values()]
+        pose = [getattr(now, name) for name in _POSE] if self._has_pose else []
+        seen: NDArray[np.float32] = np.stack([*sensed, *heard, *pose], axis=2)[:, self.agents].astype(np.float32)
+        return seen
+
+    def _words_of(self, actions: Any) -> NDArray[np.uint32]:
+        shape = self.world.worlds, len(self.agents), len(self.choices)
+        numbers = np.asarray(actions)
+        if numbers.shape != shape or (numbers < 0).any() or (numbers >= self.choices).any():
+            raise MotorcadeError("action-not-allowed", shape=shape, choices=self.choices)
+        if self._shifts is None:
+            words = self._base[numbers[..., 0]]
+        else:
+            words = self._base | np.bitwise_or.reduce(numbers.astype(np.uint32) << self._shifts, axis=2)
+        return np.asarray(words, np.uint32)
+
+    def _run_until(self, end_ms: int) -> None:
+        world = self.world
+        while world.now_ms < end_ms:
+            next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms) if self._watches else end_ms
+            world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
+            self._see()
+
+    def _see(self) -> None:
+        """Show the goals' watches this moment."""
+        for number, watch in enumerate(self._watches):
+            rows = self.world.take_rows(number).tolist() if self.world.now_ms else ()
+            watch.see(self.world.snapshot(number).in_single_precision(), rows)
+
+    def _grades(self) -> Floats:
+        """Each world's grade in the mission, 0 to 1."""
+        mission = self._watched
+        return np.array([grade_of(mission, watch.grades()) for watch in self._watches] if mission else [])
+
+    def _rewards(self, before: Readings) -> Floats:
+        found: Any = 0.0
+        if self._reward is not None:
+            found = self._reward(before, self._readings)
+        elif self._watches:
+            earlier, self._graded = self._graded, self._grades()
+            found = (self._graded - earlier)[:, None]
+        return np.broadcast_to(np.asarray(found, float), (self.world.worlds, self.world.cars))[:, self.agents]
+
+    def _read(self) -> Readings:
+        world = self.world
+        rows = world.read_senses().reshape(world.worlds, world.cars, agents.SENSED)
+        column = {number: rows[..., number] for number in range(agents.SENSED)}
+        words = column[agents.WORD].astype(np.uint32)
+        heard = (words != self._given) | (column[agents.STARTED_MS] != self._begun_ms)
+        self._given, self._begun_ms = words, column[agents.STARTED_MS]
+        return Readings(
+            world.now_ms,
+            np.minimum(column[agents.OBSTACLE_MM] / 1000, self._range_m),
+            column[agents.PERSON] > 0,
+            column[agents.DARK_FLOOR] & 1 > 0,
+            column[agents.DARK_FLOOR] & 2 > 0,
+            heard & ~np.asarray(world.mat.starts.leads),
+            words,
+            column[agents.X_UM] / 1e6,
+            column[agents.Y_UM] / 1e6,
+            column[agents.HEADING] * (math.tau / FULL_TURN),
+        )
