@@ -25,6 +25,7 @@ SERVER_ALONE = {
 QUICK = (
     "test_a_mission_is_played_by_keyboard_until_it_has_all_stars",
     "test_a_serial_port_of_the_browser_works_both_ways",
+    "test_a_lucky_program_is_found_out_and_its_failure_is_played",
 )
 
 
