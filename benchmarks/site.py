@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
+from certainty import difference_rows, luck_rows
 from edits import edit_rows
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 from rich.console import Console
@@ -27,6 +28,7 @@ from scripts.studio_process import build_page, project_link
 from support.site_server import serving
 
 VISITS, TIMED_S, FOLLOWERS = 5, 5.0, 1_000
+LUCK_GOAL_S = 12
 MB_GOAL, DRIVE_GOAL_S, SECOND_VISIT_GOAL_S, WORDS_GOAL_MS, PICTURES_GOAL, RATE_GOAL = 12, 1, 3, 100, 25, 0.95
 # The blocks can be dragged.
 EDITOR = """() => document.querySelector(".blocklyDraggable") !== null && performance.now()"""
@@ -127,6 +129,22 @@ def picture_rows(browser: Browser, url: str) -> Rows:
     yield f"{name}: simulated seconds in a real one", f"{rate:.2f}", f"≥ {RATE_GOAL}", result(rate, RATE_GOAL)
 
 
+def certainty_rows(browser: Browser, url: str) -> Rows:
+    context = visitor(browser)
+    page = context.new_page()
+    page.goto(url)
+    seconds(page, INTERACTIVE)
+    seconds(page, PYTHON)
+    yield from luck_rows(page, LUCK_GOAL_S, lambda: int(page.evaluate("shown")))
+    page.close()
+    page = context.new_page()
+    page.goto(project_link(url, crowd(FOLLOWERS)))
+    seconds(page, INTERACTIVE)
+    seconds(page, PYTHON)
+    yield from difference_rows(page)
+    context.close()
+
+
 def _minutes(text: str) -> float:
     """The seconds of a time such as 1:02.5."""
     minutes, rest = text.split(":")
@@ -146,7 +164,7 @@ def main() -> None:
         with serving(Path(folder) / "site") as server:
             for rows in (
                 size_rows(files),
-                *(each(browser, server.url) for each in (start_rows, words_rows, picture_rows)),
+                *(each(browser, server.url) for each in (start_rows, words_rows, picture_rows, certainty_rows)),
             ):
                 for row in rows:
                     table.add_row(*row)

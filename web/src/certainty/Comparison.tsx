@@ -2,7 +2,6 @@
 
 import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react";
 import { Button, Slider, SliderThumb, SliderTrack } from "react-aria-components";
-import i18next from "i18next";
 import { useTranslation } from "react-i18next";
 import type { Picture } from "../api/world";
 import { boxOf, drawWorld, inksOf } from "../classroom/drawing";
@@ -20,7 +19,7 @@ import { clock } from "../timeline/events";
 import { watchSize } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { Sheet } from "../ui/controls";
-import { storyOf } from "../words/story";
+import { differenceText, told } from "./difference";
 import { playFrom, type TrialStream, useTrials } from "./trials";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
@@ -36,28 +35,6 @@ interface ComparisonProps {
 
 /** Pictures that are asked for one after another, as the runs are played. */
 const PICTURE_MS = 50;
-
-/** Where the two runs part, as a sentence. */
-export function differenceText(difference: Difference, names: readonly [string, string]): string {
-  const { kind, t_ms, car, missed, words, cause } = difference;
-  const seconds = (t_ms / 1000).toFixed(1);
-  const [one, other] = names;
-  if (kind === "none") return i18next.t("compare.same");
-  if (kind === "place") return i18next.t("compare.place", { car, seconds });
-  const because = cause ? i18next.t("compare.because", { cause: inLanguage(cause) }) : "";
-  if (missed === null) {
-    const [first, second] = words.map(told);
-    return i18next.t("compare.other", { car, seconds, one, other, first, second, because });
-  }
-  return i18next.t("compare.missed", { car, seconds, run: names[missed], word: told(words[1 - missed] ?? null), because });
-}
-
-function told(hex: string | null): string {
-  const { profileFigures } = useStudio.getState();
-  if (hex === null || !profileFigures) return "";
-  const leads = (useStudio.getState().compiled?.words ?? []).some(({ hex: each, part }) => part === "leader" && each === hex);
-  return storyOf({ hex, part: leads ? "leader" : "followers", block: null }, profileFigures);
-}
 
 export function Comparison({ session, stream, names, onClose }: ComparisonProps) {
   const { t } = useTranslation();
@@ -115,7 +92,7 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
                 <SliderThumb className={fields.thumb} />
               </SliderTrack>
             </Slider>
-            <output>{clock(tMs)}</output>
+            <span>{clock(tMs)}</span>
             {runs && (
               <Button
                 className={classes(buttons.button, buttons.small)}

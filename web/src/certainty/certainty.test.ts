@@ -1,0 +1,161 @@
+/** On what a run stops, what is tried behind the page, and how a difference is told. */
+
+import { beforeEach, describe, expect, it, vi } from "vitest";
+import { connectTo, type StreamListeners } from "../api/service";
+import type { Difference, MissionZone, TrialMessage } from "../generated/messages";
+import { startLanguages } from "../i18n";
+import { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { useDraft } from "../missions/draft";
+import { useStudio } from "../state/studio";
+import { differenceText } from "./difference";
+import { addStop, canStopAt, nameOf, removeStop, tapZone, useStops, watchStops, zoneStop } from "./stops";
+import { TrialStream, useTrials } from "./trials";
+
+startLanguages();
+
+const WORDS = [
+  { hex: "02020000", part: "header", block: null },
+  { hex: "f4800000", part: "leader", block: "a" },
+  { hex: "ec800000", part: "followers", block: "b" },
+  { hex: "ec800000", part: "followers", block: "b" },
+] as const;
+const compiled = (image: string) => ({ image, words: [...WORDS], diagnostics: [], left_out: [] }) as never;
+const zone = (name: string, corners_m: number[][], centre_m: number[] | null = null): MissionZone => ({
+  name,
+  title: { en: name, zh: name },
+  corners_m,
+  centre_m,
+  radius_m: centre_m && 0.5,
+});
+
+beforeEach(() => {
+  useStops.setState(useStops.getInitialState());
+  useTrials.setState(useTrials.getInitialState());
+  useMat.setState(useMat.getInitialState());
+  useStudio.setState({ compiled: compiled("AAAA"), mission: { id: "pass-it-on" }, capabilities: null });
+});
+
+describe("stops", () => {
+  it("are sent to each new world, a block by the words that it makes now", () => {
+    const session = new Session();
+    const send = vi.spyOn(session, "send").mockImplementation(() => undefined);
+    const end = watchStops(session);
+    addStop({ condition: { kind: "block" }, block: { editor: "followers", id: "b", text: "light" } });
+    expect(send).not.toHaveBeenCalled();
+    useMat.setState({ hello: { is: "hello", session: "", resumed: false, cars: 2 } });
+    expect(send).toHaveBeenLastCalledWith({ do: "stop-when", conditions: [{ kind: "block", words: [2, 3] }] });
+    addStop({ condition: { kind: "touch", car: 1 } });
+    addStop({ condition: { kind: "touch", car: 1 } });
+    expect(useStops.getState().stops.map(nameOf)).toHaveLength(2);
+    removeStop(0);
+    expect(send).toHaveBeenLastCalledWith({ do: "stop-when", conditions: [{ kind: "touch", car: 1 }] });
+    end();
+  });
+
+  it("are for blocks that make words", () => {
+    expect(canStopAt("a")).toBe("leader");
+    expect(canStopAt("b")).toBe("followers");
+    expect(canStopAt("hat")).toBeNull();
+  });
+
+  it("find the topmost zone under a point", () => {
+    const square = zone("square", [[0, 0], [2, 0], [2, 2], [0, 2]]);
+    const disc = zone("disc", [], [2, 1]);
+    const tapped = (x: number, y: number) => {
+      tapZone([x, y], [square, disc]);
+      return useStops.getState().zone?.name;
+    };
+    expect([tapped(1, 1), tapped(1.8, 1), tapped(2.4, 1), tapped(3, 1), tapped(1, -0.1)]).toEqual(["square", "disc", "disc", undefined, undefined]);
+    tapZone(null, [square, disc]);
+    expect(useStops.getState().zone).toBeNull();
+    expect(zoneStop(disc).condition).toEqual({ kind: "zone", name: "disc", disc: [2, 1, 0.5] });
+    expect(zoneStop(square).condition.corners_m).toHaveLength(4);
+  });
+});
+
+describe("trials", () => {
+  const sent: TrialMessage[] = [];
+  let listeners: StreamListeners;
+  let closed = 0;
+
+  beforeEach(() => {
+    sent.length = closed = 0;
+    connectTo({
+      ask: () => Promise.reject(new Error("nothing is asked")),
+      openStream: (_, __, page) => {
+        listeners = page;
+        return { send: (data) => Boolean(sent.push(JSON.parse(data as string) as TrialMessage)), close: () => void closed++ };
+      },
+    });
+  });
+
+  const playing = (is: boolean) => useMat.setState({ state: { playing: is } as never });
+  const begin = () => {
+    const stream = new TrialStream(new Session());
+    const end = stream.watch();
+    playing(true);
+    listeners.onOpen();
+    listeners.onMessage(JSON.stringify({ is: "luck", works: 18, tried: 20, of: 200, failed: [5, 9] }));
+    return { stream, end };
+  };
+
+  it("begin when the cars drive, and end with the program", () => {
+    const { end } = begin();
+    expect(sent).toEqual([{ do: "try", mission: { id: "pass-it-on" }, image: "AAAA", runs: 200 }]);
+    expect(useTrials.getState().luck?.works).toBe(18);
+    playing(false);
+    useStudio.setState({ compiled: compiled("BBBB") });
+    expect(useTrials.getState().luck).toBeNull();
+    expect(closed).toBe(1);
+    // What ran before the edit can be compared with.
+    expect(useTrials.getState().before?.image).toBe("AAAA");
+    end();
+  });
+
+  it("wait for a button in a class, and begin nothing without a goal", () => {
+    const stream = new TrialStream(new Session());
+    useStudio.setState({ capabilities: { classroom: "pupil" } as never });
+    const end = stream.watch();
+    playing(true);
+    useStudio.setState({ mission: null });
+    useDraft.setState({ draft: null });
+    stream.begin();
+    expect(sent).toEqual([]);
+    end();
+  });
+
+  it("show both runs where they part", () => {
+    const { stream, end } = begin();
+    stream.compare({ mat: {} as never, seed: 0 }, { mat: {} as never, seed: 1 }, 5000);
+    listeners.onMessage(JSON.stringify({ is: "difference", kind: "word", t_ms: 1240, words: [null, "ec800000"], begun: [[], []] }));
+    expect(sent.slice(1).map((each) => each.do)).toEqual(["compare", "show"]);
+    expect(sent.at(-1)).toEqual({ do: "show", t_ms: 1240 });
+    expect(useTrials.getState().shownMs).toBe(1240);
+    stream.endComparison();
+    expect(useTrials.getState().runs).toBeNull();
+    end();
+  });
+});
+
+it("a difference is told with its car, time and cause", () => {
+  const difference = (changes: Partial<Difference>): Difference => ({
+    is: "difference",
+    kind: "word",
+    t_ms: 4234,
+    car: 7,
+    missed: 1,
+    words: ["ec800000", null],
+    cause: { en: "car 3 sent at the same time as car 5", zh: "" },
+    exact_ms: 60,
+    exact_car: 2,
+    begun: [[], []],
+    until_ms: 60_000,
+    ...changes,
+  });
+  const text = (changes: Partial<Difference>) => differenceText(difference(changes), ["This run", "Luck 5"]);
+  expect(text({})).toMatch(/^Car 7 missed '.*' at 4\.2 s \(Luck 5\), because car 3 sent at the same time as car 5\.$/);
+  expect(text({ missed: null, words: ["ec800000", "f4800000"], cause: null })).toMatch(/^Car 7 begins something else at 4\.2 s\. This run: '.*'\. Luck 5: '.*'\.$/);
+  expect(text({ kind: "place" })).toBe("All words are the same. From 4.2 s on car 7 stands elsewhere.");
+  expect(text({ kind: "none" })).toBe("No car does anything else in these two runs.");
+});
