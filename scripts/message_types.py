@@ -53,7 +53,7 @@ _PLAIN = {
     types.AnyType: "unknown",
 }
 _UNIONS = {
-    **dict.fromkeys(("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer"), world_messages),
+    **dict.fromkeys(("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer", "CarsAnswer"), world_messages),
     **dict.fromkeys(("TrialMessage", "TrialAnswer"), trial_messages),
 }
 
@@ -154,6 +154,7 @@ def _service_types() -> tuple[_Writer, str]:
     table = _table(writer, "Requests", what, {name: request[:2] for name, request in REQUESTS.items()})
     writer.type_of(types.type_info(messages.ErrorAnswer))
     writer.type_of(types.type_info(world_messages.UploadOrder))
+    writer.type_of(types.type_info(world_messages.CarsOrder))
     return writer, table
 
 

@@ -50,8 +50,8 @@ ARROWS = {
     "program": ("config", "words"),
     "runs": ("config", "engine", "mats", "words"),
     "server": (
-        *("boards", "cameras", "config", "drive", "engine", "mats"),
-        *("runs", "service", "sockets", "timing", "upload"),
+        *("boards", "cameras", "config", "drive", "engine", "fleet", "mats"),
+        *("runs", "service", "sockets", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.
     "service": ("car", "config", "engine", "mats", "missions", "program", "upload", "words"),

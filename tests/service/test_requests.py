@@ -45,6 +45,7 @@ CAPABILITIES = {
     "real_cars": False,
     "most_cars": 100,
     "classroom": "",
+    "cars": "",
 }
 
 

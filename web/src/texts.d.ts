@@ -2,7 +2,7 @@
 
 declare module "virtual:texts/studio" {
   type Page = (typeof import("../../src/motorcade/locales/en.json"))["page"];
-  export type Texts = Omit<Page, "remote" | "class" | "errors">;
+  export type Texts = Omit<Page, "remote" | "class" | "cars" | "errors">;
   const languages: Record<string, { name: string; texts: Texts }>;
   export default languages;
 }
@@ -18,6 +18,12 @@ declare module "virtual:pyodide" {
   export const folder: string;
   /** The name of msgspec's wheel in it. */
   export const wheel: string;
+}
+
+declare module "virtual:texts/cars" {
+  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["cars"];
+  const languages: Record<string, { name: string; texts: Texts }>;
+  export default languages;
 }
 
 declare module "virtual:texts/class" {

@@ -35,7 +35,9 @@ from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.remote.fleet import Fleet
 from motorcade.server.remote.remote_cars import RemoteCars
 from motorcade.server.request_filter import RequestFilter
+from motorcade.server.studio.app import TEACHERS_CARS
 from motorcade.server.studio.app import routes as studio_routes
+from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.messages import Nothing, decode, sentences
 from motorcade.sockets import network_of
@@ -57,6 +59,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
     worlds = PageWorlds(settings, settings.sessions, running)
     handlers = Handlers(running, worlds, EmergencyStop(cars, TEACHER) if cars else None)
     walls = Walls(running, worlds)
+    room_cars = CarList(settings, settings.places, settings.keys, running.is_teacher)
 
     def cars_of(visitor: str) -> Fleet:
         assert cars
@@ -82,6 +85,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
             WebSocketRoute(f"{_TEACHER}wall", walls.serve),
             WebSocketRoute(f"{_TEACHER}watch", walls.watch),
             WebSocketRoute(f"{_TEACHER}mat", walls.serve_mat),
+            WebSocketRoute(TEACHERS_CARS, room_cars.serve),
             Route(f"{_TEACHER}work.zip", partial(_work, running)),
             *(
                 Route(f"{_API}{path}/{{name:path}}", partial(_answer, running, handlers), methods=["POST"])

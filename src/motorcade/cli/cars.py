@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from motorcade.fleet.cars import Cars
     from motorcade.fleet.contact import CarStatus, Verdict
     from motorcade.fleet.finding import Finder
+    from motorcade.fleet.places import Place
 
 # A list in the folder where a command runs is read without being named.
 _USUAL_LIST = Path("cars.toml")
@@ -139,6 +140,14 @@ def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: 
         raise typer.Exit(failed[0].exit_code)
 
 
+def listed(file: Path | None) -> "list[Place]":
+    """Return the places in a list of cars, or in the usual one where none is named. Raises MotorcadeError."""
+    from motorcade.fleet.places import read_list
+
+    file = file or (_USUAL_LIST if _USUAL_LIST.is_file() else None)
+    return read_list(file) if file else []
+
+
 @asynccontextmanager
 async def _looking(
     search: Search, names: Sequence[str] = (), baud: int = 115200, retrying: Callable[..., None] | None = None
@@ -148,11 +157,10 @@ async def _looking(
     from motorcade.fleet.cars import MOST_CARS, Cars
     from motorcade.fleet.contact import ContactOptions
     from motorcade.fleet.finding import Finder, finding
-    from motorcade.fleet.places import place_of, read_list
+    from motorcade.fleet.places import place_of
     from motorcade.sockets import allow_files
 
-    file = search.file or (_USUAL_LIST if _USUAL_LIST.is_file() else None)
-    places = read_list(file) if file else []
+    places = listed(search.file)
     places += [place_of(name) for name in names if set(name) & set(":/") or name.upper().startswith("COM")]
     tls = client_context(search.keys) if search.keys else None
     allow_files(MOST_CARS)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from motorcade.cli.cars import CarList, listed
 from motorcade.cli.language import translated
 from motorcade.cli.options import Json, TcpPortNumber, print_lines, print_result, wants_json
 from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser, print_problem
@@ -26,6 +27,7 @@ def _class(
     car: Annotated[list[str] | None, typer.Option(metavar="NAME=HOST[:PORT]")] = None,
     keys: KeysFile = None,
     camera: Cameras = None,
+    car_list: CarList = None,
     log: LogFile = None,
     no_browser: Annotated[bool, typer.Option("--no-browser")] = False,
     as_json: Json = False,
@@ -42,6 +44,8 @@ def _class(
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
     from motorcade.drive.tls.keys import https_context
+    from motorcade.fleet.announcing import announced
+    from motorcade.fleet.places import CLASS
     from motorcade.sockets import is_loopback
 
     named = named_cars(car or (), camera or (), keys)
@@ -63,6 +67,7 @@ def _class(
             first_key=first_key,
             network=Network(hosts, bound, scheme, announces=reaches_others),
             authority=own_keys.authority if own_keys else None,
+            places=tuple(listed(car_list)),
             **named,
         )
         teacher = url_of(own, bound, page="/teacher", scheme=scheme) + (f"#{first_key}" if first_key else "")
@@ -94,4 +99,5 @@ def _class(
             if not no_browser:
                 open_browser(teacher)
 
-        serve_alone(app, settings, listener, ready, https_context(own_keys.server) if own_keys else None)
+        with announced(CLASS, record.title, listener.getsockname()[:2], print_problem):
+            serve_alone(app, settings, listener, ready, https_context(own_keys.server) if own_keys else None)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motorcade.cli.cars import CarList, listed
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import Json, Output, TcpPortNumber, print_note, print_result, quoted
 from motorcade.errors import MotorcadeError
@@ -260,6 +261,7 @@ def _studio(
     car: Annotated[list[str] | None, typer.Option(metavar="NAME=HOST[:PORT]")] = None,
     keys: KeysFile = None,
     camera: Cameras = None,
+    car_list: CarList = None,
     page_keys: PageKeys = None,
     insecure_lan: InsecureLan = False,
     log: LogFile = None,
@@ -272,6 +274,8 @@ def _studio(
         from motorcade.server.running import serve_alone
         from motorcade.server.studio.app import Settings, make_app
     from motorcade.drive.activity_log import logging_to
+    from motorcade.fleet.announcing import announced
+    from motorcade.fleet.places import STUDIO
 
     check_page()
     _check_options(page_keys, insecure_lan)
@@ -281,7 +285,8 @@ def _studio(
     with _listen(host, port, token) as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, tls=tls, token=token)
-        settings = Settings(library=folder, record=written.record if written else None, **where, **named)
+        places = tuple(listed(car_list))
+        settings = Settings(library=folder, record=written.record if written else None, places=places, **where, **named)
 
         def ready() -> None:
             sentence = translated("studio-is-ready", url=url, folder=folder)
@@ -289,7 +294,8 @@ def _studio(
             if not no_browser:
                 open_browser(url)
 
-        serve_alone(make_app(settings), settings, listener, ready, tls)
+        with announced(STUDIO, "", listener.getsockname()[:2], print_problem):
+            serve_alone(make_app(settings), settings, listener, ready, tls)
 
 
 def own_token(folder: Path) -> str:

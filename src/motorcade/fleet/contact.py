@@ -174,33 +174,32 @@ class Contact:
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
         """Upload ``image``, again where the connection breaks; ``progress`` gets the number of bytes sent so far."""
         holds, error = AWAY, MotorcadeError("car-away", car=self.name)
-        self._loading += 1
-        try:
-            for number in range(_TRIES):
-                # A car that is known to be away keeps nobody waiting.
-                if number or not self.is_known.is_set():
-                    with suppress(TimeoutError):
-                        async with asyncio.timeout(_BACK_S):
-                            await self._answers.wait()
-                link = self._link
-                if link is None or not self._answers.is_set():
-                    break
+        for number in range(_TRIES):
+            # A car that is known to be away keeps nobody waiting.
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_BACK_S):
+                    await (self._answers if number else self.is_known).wait()
+            link = self._link
+            if link is None or not self._answers.is_set():
+                break
+            self._loading += 1
+            try:
                 transfer = await link.upload(image, lambda sent: progress(self, sent), self._options.retrying)
-                holds = transfer.holds
-                if transfer.outcome is None:
-                    error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
-                    self._answers.clear()
-                    continue
-                found = upload_error(self.name, transfer.outcome, holds)
-                if found is None:
-                    return Verdict(self.name, self.place.address, NEW, None)
-                error = found
-                if not is_busy(transfer.outcome):
-                    break
-                await asyncio.sleep(BEAT_S)
-            return Verdict(self.name, self.place.address, holds, error)
-        finally:
-            self._loading -= 1
+            finally:
+                self._loading -= 1
+            holds = transfer.holds
+            if transfer.outcome is None:
+                error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
+                self._answers.clear()
+                continue
+            found = upload_error(self.name, transfer.outcome, holds)
+            if found is None:
+                return Verdict(self.name, self.place.address, NEW, None)
+            error = found
+            if not is_busy(transfer.outcome):
+                break
+            await asyncio.sleep(BEAT_S)
+        return Verdict(self.name, self.place.address, holds, error)
 
     async def _beat(self, link: Link) -> None:
         """Send heartbeats until the connection ends or the car misses three. Raises MotorcadeError then."""

@@ -48,6 +48,7 @@ class Capabilities(Struct):
         driving: the cars of a world can be driven on the page /drive.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
+        cars: where the page gets the list of cars (/api/cars); "" where the shell finds none.
         classroom: the page is a pupil's or the teacher's in a class; "" where there is none.
     """
 
@@ -57,6 +58,7 @@ class Capabilities(Struct):
     real_cars: bool
     most_cars: int
     classroom: Literal["", "pupil", "teacher"] = ""
+    cars: str = ""
 
 
 class ErrorAnswer(Struct, omit_defaults=True):

@@ -317,3 +317,53 @@ class Failed(_Outcome, tag="failed"):
 
 Outcome = Verified | NotVerified | ImageRead | Failed
 UploadAnswer = Progress | Outcome
+
+
+# The list of cars.
+
+
+class CarsOrder(Struct, forbid_unknown_fields=True):
+    """Blink or load the cars at some ports and addresses, or stop all cars, or let all go."""
+
+    do: Literal["blink", "load", "stop", "go"]
+    where: list[str] = []
+    image: bytes | None = None
+
+
+class CarRow(Struct):
+    """What is known of a car, as `motorcade.fleet.contact.CarStatus` has it.
+
+    Attributes:
+        sent: bytes of an upload that were sent so far; None where none is under way.
+        holds: what the car holds since the last upload, empty where there was none; ``error``: why it isn't the new
+            program.
+    """
+
+    name: str
+    where: str
+    kind: str
+    number: int | None
+    role: str
+    board: str
+    version: str
+    state: str
+    words: int | None
+    crc32: str | None
+    battery_mv: int | None
+    away: bool
+    silent_s: int | None
+    problem: Sentence | None
+    sent: int | None
+    holds: str
+    error: Sentence | None
+
+
+class CarsShown(_WorldAnswer, tag="cars"):
+    """All cars that are found; ``others``: classes and studios; ``problem``: why the network isn't searched."""
+
+    cars: list[CarRow]
+    others: list[str]
+    problem: Sentence | None
+
+
+CarsAnswer = CarsShown | Refused

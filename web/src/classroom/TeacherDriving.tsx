@@ -5,13 +5,15 @@ import type { ClassProgress, ClassView } from "../generated/classroom";
 import { askTeacher } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
-import { useSentences, useTexts } from "./texts";
+import { CarList } from "../cars/CarList";
+import { useLanguage, useSentences, useTexts } from "./texts";
 
 const NOBODY = "";
 
 export function CarsPart({ view }: { view: ClassView }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
+  const language = useLanguage((state) => state.language);
   const [missed, setMissed] = useState<readonly string[]>([]);
   const stop = () => attempt(async () => setMissed(await askTeacher("stop-all")));
   return (
@@ -42,6 +44,9 @@ export function CarsPart({ view }: { view: ClassView }) {
         </label>
       ))}
       {view.shared.length === 1 && <p className={css.quiet}>{t("noRealCars")}</p>}
+      <h2>{t("programmedCars")}</h2>
+      <p className={css.quiet}>{t("programmedCarsAbout")}</p>
+      <CarList path="/api/teacher/cars" language={language} />
     </section>
   );
 }

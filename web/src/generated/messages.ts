@@ -30,6 +30,7 @@ export interface Capabilities {
   real_cars: boolean;
   most_cars: number;
   classroom: "" | "pupil" | "teacher";
+  cars: string;
 }
 
 /** A profile, and the durations that its steps can have. */
@@ -478,6 +479,13 @@ export interface UploadOrder {
   profile?: string;
 }
 
+/** Blink or load the cars at some ports and addresses, or stop all cars, or let all go. */
+export interface CarsOrder {
+  do: "blink" | "go" | "load" | "stop";
+  where?: string[];
+  image?: string | null;
+}
+
 /** Build a world; without an image no car has a program. */
 export interface SetWorld {
   do: "set";
@@ -710,6 +718,35 @@ export interface RetryNotice {
   sentence: Sentence;
 }
 
+/** All cars that are found; ``others``: classes and studios; ``problem``: why the network isn't searched. */
+export interface CarsShown {
+  is: "cars";
+  cars: CarRow[];
+  others: string[];
+  problem: Sentence | null;
+}
+
+/** What is known of a car, as `motorcade.fleet.contact.CarStatus` has it. */
+export interface CarRow {
+  name: string;
+  where: string;
+  kind: string;
+  number: number | null;
+  role: string;
+  board: string;
+  version: string;
+  state: string;
+  words: number | null;
+  crc32: string | null;
+  battery_mv: number | null;
+  away: boolean;
+  silent_s: number | null;
+  problem: Sentence | null;
+  sent: number | null;
+  holds: string;
+  error: Sentence | null;
+}
+
 /** Run a mission on other seeds than its own, with this image; what was tried before ends. */
 export interface Try {
   do: "try";
@@ -790,6 +827,8 @@ export type WorldAnswer = Hello | State | CarDetails | Goals | Stopped | Refused
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 
 export type UploadAnswer = Progress | Verified | NotVerified | ImageRead | Failed;
+
+export type CarsAnswer = CarsShown | Refused;
 
 export type TrialMessage = Try | Explain | Compare | Show;
 

@@ -3,6 +3,7 @@ import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from 
 import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { Port } from "../api/types";
+import { CarList } from "../cars/CarList";
 import { Check, Sheet } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -74,8 +75,35 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
   );
 }
 
-/** Send the image to a car or read a car's image back, and show the outcome. */
+/** Send the image to a car or several, or read a car's image back, and show the outcome. */
 export function UploadDialog({ onClose }: { onClose: () => void }) {
+  const { t, i18n } = useTranslation();
+  const path = useStudio((studio) => studio.capabilities?.cars ?? "");
+  const image = useStudio((studio) => studio.compiled?.image ?? null);
+  const [several, setSeveral] = useState(false);
+  return (
+    <Sheet title={t("upload.title")} onClose={onClose} wide={several}>
+      {path && (
+        <RadioGroup value={several ? "several" : "one"} onChange={(chosen) => setSeveral(chosen === "several")} aria-label={t("upload.title")} className={css.kinds}>
+          <Kind value="one">{t("upload.oneCar")}</Kind>
+          <Kind value="several">{t("upload.manyCars")}</Kind>
+        </RadioGroup>
+      )}
+      {several ? <CarList path={path} language={i18n.language} image={image} /> : <OneCar onClose={onClose} />}
+      {!path && <p className={controls.quiet}>{t("upload.noCars")}</p>}
+    </Sheet>
+  );
+}
+
+function Kind({ value, children }: { value: string; children: string }) {
+  return (
+    <RadioField value={value}>
+      <RadioButton className={css.kind}>{children}</RadioButton>
+    </RadioField>
+  );
+}
+
+function OneCar({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const image = useStudio((studio) => studio.compiled?.image ?? null);
   const hasSerial = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
@@ -117,7 +145,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
 
   const busy = progress !== null;
   return (
-    <Sheet title={t("upload.title")} onClose={onClose}>
+    <>
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
       {!hasSerial && !hasWebSerial() && <p className={controls.quiet}>{t(isSecureContext ? "upload.noSerial" : "upload.noSerialByHttp")}</p>}
       {hasSerial && (
@@ -157,7 +185,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
           {t("upload.send")}
         </Button>
       </footer>
-    </Sheet>
+    </>
   );
 }
 

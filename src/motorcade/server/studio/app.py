@@ -16,12 +16,14 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 
 from motorcade.errors import MotorcadeError
+from motorcade.fleet.places import Place
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet
 from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import trials, uploads
+from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
 from motorcade.server.studio.workers import Workers
@@ -30,6 +32,8 @@ from motorcade.service.history import table_text
 from motorcade.service.messages import Capabilities
 
 _EXPORT = "projects/export"
+# The list of cars: in a class for the teacher alone.
+CARS, TEACHERS_CARS = "/api/cars", "/api/teacher/cars"
 _T = TypeVar("_T")
 
 
@@ -42,6 +46,7 @@ class Settings(ServerSettings):
         page: the folder of the built page.
         sessions: the most worlds at once, and the most cars in one of them.
         cars, keys, trust: real cars, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
+        places: of cars that the list of cars shows besides those that are found.
     """
 
     library: Path
@@ -50,14 +55,20 @@ class Settings(ServerSettings):
     cars: tuple[RemoteCar, ...] = ()
     keys: ssl.SSLContext | None = None
     trust: ssl.SSLContext | None = None
+    places: tuple[Place, ...] = ()
 
 
 def make_app(settings: Settings) -> ASGIApp:
     """Return the whole server, as an ASGI application."""
     visitors = Visitors(settings.library, capabilities(settings))
     worlds = PageWorlds(settings, settings.sessions, visitors)
+    cars = CarList(settings, settings.places, settings.keys)
     app = Starlette(
-        routes=[*routes(settings, visitors, worlds), *page_routes(settings.page)],
+        routes=[
+            *routes(settings, visitors, worlds),
+            WebSocketRoute(CARS, cars.serve),
+            *page_routes(settings.page),
+        ],
         exception_handlers=exception_handlers(),
     )
     return RequestFilter(app, settings)
@@ -100,6 +111,7 @@ def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] 
         real_cars=bool(settings.cars),
         most_cars=settings.sessions.most_cars,
         classroom=classroom,
+        cars={"": CARS, "teacher": TEACHERS_CARS, "pupil": ""}[classroom],
     )
 
 

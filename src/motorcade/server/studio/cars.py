@@ -1,0 +1,152 @@
+"""The list of cars on pages: the cars that this computer finds, live; a page blinks, loads, stops and starts them."""
+
+import asyncio
+import ssl
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+
+from starlette.websockets import WebSocket
+
+from motorcade.errors import MotorcadeError
+from motorcade.fleet.cars import Cars
+from motorcade.fleet.contact import CarStatus, Contact, ContactOptions, Verdict
+from motorcade.fleet.finding import Finder, finding
+from motorcade.fleet.places import Place
+from motorcade.server.page_socket import PageSocket
+from motorcade.server.request_filter import ServerSettings
+from motorcade.service.messages import sentences
+from motorcade.service.world_messages import CarRow, CarsOrder, CarsShown
+from motorcade.words.image import ImageError, parse_image_bytes
+
+_EVERY_S = 0.25
+
+
+class CarList:
+    """The cars of a server; they are looked for while a page shows them, so that ports are free otherwise.
+
+    Args:
+        settings: the limits for messages of pages.
+        places: of cars, besides those that are found.
+        keys: a driver's keys, for cars that require them.
+        may_stay: whether a page may still see and order cars.
+    """
+
+    def __init__(
+        self,
+        settings: ServerSettings,
+        places: Sequence[Place],
+        keys: ssl.SSLContext | None,
+        may_stay: Callable[[WebSocket], bool] = lambda socket: True,
+    ) -> None:
+        self._settings = settings
+        self._places = places
+        self._keys = keys
+        self._may_stay = may_stay
+        self._pages = 0
+        self._lock = asyncio.Lock()
+        self._resources = AsyncExitStack()
+        self._cars = Cars()
+        self._finder = Finder(self._cars)
+        self._sent: dict[str, int] = {}
+        self._verdicts: dict[str, Verdict] = {}
+        self._loads: set[asyncio.Task[None]] = set()
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Show the cars to a page, and do what it orders, until it leaves."""
+        await socket.accept()
+        page = PageSocket(socket, self._settings, (CarsShown,))
+
+        async def show() -> None:
+            shown: CarsShown | None = None
+            while self._may_stay(socket):
+                now = self._shown()
+                if now != shown:
+                    page.put(now)
+                shown = now
+                await asyncio.sleep(_EVERY_S)
+
+        async def obey(order: CarsOrder) -> None:
+            try:
+                await self._obey(order)
+            except MotorcadeError as problem:
+                page.refuse(problem)
+
+        async with self._looking():
+            await page.serve(CarsOrder, obey, [show])
+
+    async def _obey(self, order: CarsOrder) -> None:
+        if order.do == "stop":
+            self._cars.stop()
+        elif order.do == "go":
+            self._cars.go()
+        elif order.do == "blink":
+            await self._cars.blink(order.where)
+        elif order.image is not None:
+            try:
+                parse_image_bytes(order.image)
+            except ImageError as problem:
+                raise MotorcadeError("not-a-program", place="", reason=problem) from None
+            self._cars.named(order.where)
+            task = asyncio.create_task(self._load(order.image, order.where))
+            self._loads.add(task)
+            task.add_done_callback(self._loads.discard)
+
+    async def _load(self, image: bytes, where: list[str]) -> None:
+        for each in where:
+            self._sent[each] = 0
+            self._verdicts.pop(each, None)
+
+        def advance(contact: Contact, sent: int) -> None:
+            self._sent[contact.place.address] = sent
+
+        try:
+            for verdict in await self._cars.load(image, where, advance):
+                self._verdicts[verdict.where] = verdict
+        finally:
+            for each in where:
+                self._sent.pop(each, None)
+
+    @asynccontextmanager
+    async def _looking(self) -> AsyncIterator[None]:
+        """Look for cars while any page shows them."""
+        async with self._lock:
+            if self._pages == 0:
+                self._cars = Cars(self._places, ContactOptions(tls=self._keys))
+                self._finder = Finder(self._cars)
+                await self._resources.enter_async_context(self._cars)
+                await self._resources.enter_async_context(finding(self._finder))
+            self._pages += 1
+        try:
+            yield
+        finally:
+            self._pages -= 1
+            async with self._lock:
+                if self._pages == 0:
+                    # A page that is loaded anew finds its uploads at their end.
+                    await asyncio.gather(*self._loads, return_exceptions=True)
+                if self._pages == 0:
+                    await self._resources.aclose()
+
+    def _shown(self) -> CarsShown:
+        problem = self._finder.problem
+        return CarsShown(
+            [self._row(each) for each in self._cars.statuses()],
+            [f"{each.name} ({each.address})" for each in self._finder.others.values()],
+            sentences(problem) if problem else None,
+        )
+
+    def _row(self, status: CarStatus) -> CarRow:
+        verdict = self._verdicts.get(status.where)
+        error = verdict.error if verdict else None
+        fields = status._asdict()
+        silent_s = fields.pop("silent_s")
+        problem = fields.pop("problem")
+        return CarRow(
+            **fields,
+            # The seconds of a car that answers would make each picture of the list a new one.
+            silent_s=round(silent_s) if status.away and silent_s is not None else None,
+            problem=sentences(problem) if problem else None,
+            sent=self._sent.get(status.where),
+            holds=verdict.holds if verdict else "",
+            error=sentences(error) if error else None,
+        )

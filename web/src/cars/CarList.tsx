@@ -1,0 +1,149 @@
+/** The cars that the server finds, live: which answers, what it holds; blink one, load those that are ticked, stop all. */
+
+import { useEffect, useRef, useState } from "react";
+import { LastingStream, openSocket } from "../api/connection";
+import type { CarRow, CarsAnswer, CarsOrder, CarsShown, Sentence } from "../generated/messages";
+import { Icon } from "../ui/icons";
+import css from "./cars.module.css";
+import { type Key, texts } from "./texts";
+
+interface CarListProps {
+  /** Of the server's WebSocket, such as /api/cars. */
+  path: string;
+  language: string;
+  /** The image to load; null where the page has none, undefined where it loads nothing. */
+  image?: string | null;
+}
+
+/** The cars, as the server sends them; `null` before the first. `order` sends an order. */
+function useCars(path: string) {
+  const [shown, setShown] = useState<CarsShown | null>(null);
+  const [problem, setProblem] = useState<Sentence | null>(null);
+  const [open, setOpen] = useState(true);
+  const stream = useRef<LastingStream | null>(null);
+  useEffect(() => {
+    const made = new LastingStream((listeners) => openSocket(path, listeners), {
+      onOpen: () => setOpen(true),
+      onClose: () => setOpen(false),
+      onMessage: (data) => {
+        const answer = JSON.parse(data as string) as CarsAnswer;
+        if (answer.is === "cars") setShown(answer);
+        else setProblem(answer.sentence);
+      },
+    });
+    stream.current = made;
+    made.reopen();
+    return () => made.close();
+  }, [path]);
+  const order = (what: CarsOrder) => {
+    setProblem(null);
+    stream.current?.send(what);
+  };
+  return { shown, problem, open, order };
+}
+
+/** What a car's upload came to, in words; null where there was none. */
+function verdictKey(car: CarRow): Key | null {
+  if (car.sent !== null) return "loading";
+  switch (car.holds) {
+    case "":
+      return null;
+    case "new":
+    case "old":
+    case "away":
+      return car.holds;
+    default:
+      return "unknown";
+  }
+}
+
+export function CarList({ path, language, image }: CarListProps) {
+  useEffect(() => texts.useLanguage.setState({ language }), [language]);
+  const t = texts.useTexts();
+  const { shown, problem, open, order } = useCars(path);
+  const [ticked, setTicked] = useState<ReadonlySet<string>>(new Set());
+  const sentence = (text: Sentence) => text[language] ?? text.en;
+  const cars = shown?.cars ?? [];
+  const chosen = cars.filter(({ where, kind }) => ticked.has(where) && kind === "car").map(({ where }) => where);
+  const tick = (where: string) => setTicked((last) => new Set(last.has(where) ? [...last].filter((each) => each !== where) : [...last, where]));
+  const all = cars.filter(({ kind, away }) => kind === "car" && !away).map(({ where }) => where);
+  return (
+    <section className={css.cars} aria-label={t("title")}>
+      <div className={css.tools}>
+        <button type="button" className={css.stop} onClick={() => order({ do: "stop" })}>
+          {t("stopAll")}
+        </button>
+        <button type="button" onClick={() => order({ do: "go" })}>
+          {t("go")}
+        </button>
+        {image !== undefined && (
+          <button type="button" className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image })}>
+            {t("load", { count: chosen.length })}
+          </button>
+        )}
+      </div>
+      {image === null && <p className={css.quiet}>{t("noImage")}</p>}
+      {!open && <p role="status">{t("lost")}</p>}
+      {problem && <p role="alert" className={css.problem}>{sentence(problem)}</p>}
+      {shown?.problem && <p className={css.quiet}>{sentence(shown.problem)}</p>}
+      {shown && cars.length === 0 && <p>{t("none")}</p>}
+      {image !== undefined && all.length > 1 && (
+        <label className={css.all}>
+          <input type="checkbox" checked={all.every((where) => ticked.has(where))} onChange={(event) => setTicked(new Set(event.target.checked ? all : []))} />
+          {t("tickAll", { count: all.length })}
+        </label>
+      )}
+      <ul>
+        {cars.map((car) => (
+          <Row key={car.where} car={car} canLoad={image !== undefined} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} sentence={sentence} />
+        ))}
+      </ul>
+      {shown && shown.others.length > 0 && <p className={css.quiet}>{t("others", { list: shown.others.join(", ") })}</p>}
+    </section>
+  );
+}
+
+interface RowProps {
+  car: CarRow;
+  canLoad: boolean;
+  ticked: boolean;
+  onTick: () => void;
+  onBlink: () => void;
+  sentence: (text: Sentence) => string;
+}
+
+function Row({ car, canLoad, ticked, onTick, onBlink, sentence }: RowProps) {
+  const t = texts.useTexts();
+  const isCar = car.kind === "car";
+  const about = [
+    !car.away ? t("here") : car.silent_s === null ? t("silent") : t("away", { seconds: car.silent_s }),
+    car.role === "leader" || car.role === "follower" ? t(car.role) : "",
+    car.state === "stopped" ? t("stopped") : "",
+    car.words === null ? "" : t("program", { words: car.words, crc32: car.crc32 ?? "" }),
+    car.battery_mv === null ? "" : `${(car.battery_mv / 1000).toFixed(1)} V`,
+    car.board,
+    car.where,
+  ].filter(Boolean);
+  const key = verdictKey(car);
+  return (
+    <li data-away={car.away}>
+      {canLoad && <input type="checkbox" aria-label={t("tick", { name: car.name })} checked={ticked} disabled={!isCar} onChange={onTick} />}
+      <span className={css.dot} data-away={car.away} aria-hidden />
+      <span className={css.about}>
+        <b>{car.name}</b>
+        <small>{about.join(" · ")}</small>
+        {key && (
+          <small role="status" data-holds={car.holds}>
+            {key === "new" && <Icon name="done" />} {t(key)} {car.error && car.holds !== "away" ? sentence(car.error) : ""}
+          </small>
+        )}
+        {car.problem && !key && <small className={css.problem}>{sentence(car.problem)}</small>}
+      </span>
+      {isCar && (
+        <button type="button" disabled={car.away} aria-label={t("blinkNamed", { name: car.name })} onClick={onBlink}>
+          {t("blink")}
+        </button>
+      )}
+    </li>
+  );
+}
