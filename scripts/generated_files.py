@@ -13,6 +13,7 @@ from scripts.commands_page import commands_page
 from scripts.driving_types import driving_types
 from scripts.exports import exported_files, markdown
 from scripts.goal_kinds import goal_kinds
+from scripts.notes_page import notes_page
 from scripts.message_types import class_types, message_types, remote_types
 from scripts.step_files import step_types, with_step_names, with_steps_table
 from scripts.wiring_pages import wiring_files
@@ -45,6 +46,8 @@ GENERATED = {
     "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
     "docs/api.md": lambda: with_step_names(_text("docs/api.md")),
     "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),
+    "docs/notes.md": lambda: notes_page("en"),
+    "docs/notes.zh.md": lambda: notes_page("zh"),
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
     "docs/words.md": lambda: markdown("en"),

@@ -33,6 +33,31 @@ def run_to_the_end(studio, progress):
     expect(studio.page.get_by_role("status").filter(has_text=progress)).to_be_visible()
 
 
+def test_a_teacher_reads_and_prints_the_notes_of_a_mission(open_page):
+    """By keyboard from the map, and by a link of a class's page; on paper nothing else is there."""
+    studio = open_page(language="zh", size=PHONE)
+    page = studio.page
+    open_map(studio)
+    page.get_by_role("button", name=studio.say("missions.notes.title")).press("Enter")
+    first, second = (built_in_mission(name) for name in ("forward-and-stop", "a-secret"))
+    notes = page.get_by_role("dialog")
+    expect(notes).to_contain_text(first.notes.say.sentence("zh"))
+    notes.locator("[aria-haspopup=listbox]").press("Enter")
+    page.get_by_role("option", name=second.name.sentence("zh")).press("Enter")
+    expect(notes).to_contain_text(second.notes.mistakes[0][0].sentence("zh"))
+    assert serious_barriers(page) == []
+    page.emulate_media(media="print")
+    expect(page.locator("#stage")).to_be_hidden()
+    expect(notes.get_by_role("button")).to_have_count(0)
+    expect(notes.locator("svg").last).to_be_visible()
+    page.emulate_media(media="screen")
+    page.keyboard.press("Escape")
+    page.evaluate("location.hash = '#notes=forward-and-stop'")
+    expect(notes).to_contain_text(first.notes.aim.sentence("zh"))
+    notes.get_by_role("button", name=studio.say("missions.notes.play")).press("Enter")
+    expect(page.get_by_role("list", name=studio.say("missions.goals"))).to_be_visible()
+
+
 def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     """Two tries bring a hint; flipping the right bits brings the stars, which the map keeps after a reload."""
     studio = open_page(language="zh")

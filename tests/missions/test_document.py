@@ -98,6 +98,11 @@ CRIPPLED = {
         "seeds = [1, 2, 3, 4, 5]\nmat.crowd = [{cars = 4000, corner_m = [5, 5], size_m = [50, 50]}]\n[[mat.car]]",
         "4001 cars × 5 s × 5 seeds take too long",
     ),
+    "notes name a hint that is not there": (
+        "[[goal]]",
+        '[notes]\nminutes = 9\naim = "a"\nsay = "b"\nfurther = "c"\nmistakes = [{ text = "d", hint = 2 }]\n[[goal]]',
+        "notes.mistakes[0].hint is 2",
+    ),
     "no TOML": ("format = ", "format ", "is not TOML"),
 }
 

@@ -27,7 +27,9 @@ def test_the_solution_earns_all_stars_and_the_near_miss_none(name):
 @pytest.mark.parametrize("name", MISSIONS)
 def test_a_mission_is_told_whole_in_every_language(name):
     mission = MISSIONS[name]
-    texts = [mission.name, mission.story, mission.learned, *mission.hints]
+    notes = mission.notes
+    texts = [mission.name, mission.story, mission.learned, *mission.hints, notes.aim, notes.say, notes.further]
+    texts += [text for text, _ in notes.mistakes]
     assert mission.hints
     for wording in texts:
         assert len({wording.sentence(language) for language in languages()}) == len(languages())

@@ -39,3 +39,11 @@ def test_every_mission_has_three_right_programs_and_five_wrong_ones():
 def test_what_does_the_task_earns_its_star_and_what_does_not_earns_none(name):
     assert judged(MISSIONS[name], PROGRAMS[name]["right"]) == PROGRAMS[name]["right"]
     assert judged(MISSIONS[name], PROGRAMS[name]["wrong"]) == []
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+def test_the_mistakes_in_the_notes_are_the_near_miss_and_wrong_programs(name):
+    """Both are known to earn no star: what the notes tell of does go wrong."""
+    noted = PROGRAMS[name]["noted"]
+    assert 0 <= min(noted) <= max(noted) < len(PROGRAMS[name]["wrong"])
+    assert len(MISSIONS[name].notes.mistakes) == 1 + len(set(noted))

@@ -63,6 +63,9 @@ def test_a_mission_has_what_the_page_needs(ask, name):
     ) or opened["mat"]["crowd"]
     # Its document is a mission of one's own, and its file too.
     own = ask("mission", {"document": opened["document"]})
+    notes = ask("missions/notes", {"document": opened["document"]})
+    assert all(mistake["hint"] in (None, *opened["hints"]) for mistake in notes["mistakes"])
+    assert {**notes, "id": name} == ask("missions/notes", {"id": name})
     assert {**own, "id": name} == opened
     text = ask("missions/save-text", {"document": opened["document"]})
     assert ask("missions/open", text)["document"] == opened["document"]

@@ -92,6 +92,21 @@ class Goal:
     text: Wording | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Notes:
+    """What a teacher reads: how many minutes a class needs, what pupils learn, what to say first, and how to go on.
+
+    Attributes:
+        mistakes: usual ones, each with the number of the hint that helps, from 1; None where none does.
+    """
+
+    minutes: int
+    aim: Wording
+    say: Wording
+    mistakes: tuple[tuple[Wording, int | None], ...]
+    further: Wording
+
+
 @dataclass(frozen=True)
 class Mission:
     """A mission; see docs/missions.md for what its keys mean.
@@ -115,6 +130,7 @@ class Mission:
     start: Program | None
     solution: Program | None
     near_miss: Program | None
+    notes: Notes | None
 
     @property
     def duration_ms(self) -> int:
@@ -252,6 +268,7 @@ class _Reading:
             zones=zones,
             goals=goals,
             **programs,
+            notes=self._notes(checked.get("notes"), len(checked["hints"])),
         )
 
     def _load(self, document: Any) -> dict[str, Any]:
@@ -294,6 +311,19 @@ class _Reading:
             return Zone(zone["name"], title, tuple((float(x), float(y)) for x, y in zone["corners_m"]))
         x, y = zone["centre_m"]
         return Zone(zone["name"], title, disc=(float(x), float(y), float(zone["radius_m"])))
+
+    def _notes(self, notes: dict[str, Any] | None, hints: int) -> Notes | None:
+        if notes is None:
+            return None
+        texts = {key: self._wording(notes[key], ("notes", key)) for key in ("aim", "say", "further")}
+        mistakes = []
+        for number, mistake in enumerate(notes["mistakes"]):
+            place = ("notes", "mistakes", number)
+            if (hint := mistake.get("hint")) is not None and hint > hints:
+                allowed = Phrase("whole-range", minimum=1, maximum=hints) if hints else Phrase("nothing")
+                raise self._fault("not-allowed", (*place, "hint"), str(hint), allowed)
+            mistakes.append((self._wording(mistake["text"], (*place, "text")), hint))
+        return Notes(notes["minutes"], mistakes=tuple(mistakes), **texts)
 
     def _goal(self, goal: dict[str, Any], number: int, mat: Mat, zones: list[str]) -> Goal:
         place = ("goal", number)

@@ -28,6 +28,7 @@ MOST_SEEDS = 10
 _MOST_ZONES = 50
 _MOST_GOALS = 30
 _LONGEST_TEXT = 400
+_MOST_HINTS = 5
 # The page's editor calls them so.
 _ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
 
@@ -169,11 +170,11 @@ def mission_schema() -> Schema:
         "description": "A task with goals that a run is checked against. Lengths are metres, angles are degrees "
         "counter-clockwise from the x axis.",
         **table(
-            ("story", "learned", "steps", "start", "solution", "near_miss"),
+            ("story", "learned", "steps", "start", "solution", "near_miss", "notes"),
             format=choice(FORMAT, title="the format of this file"),
             name=_text("the mission's name"),
             story=_text("what the pupil reads first, in two sentences"),
-            hints=list_of(_text("a hint"), 0, 5, title="shown one after another, after two tries", default=[]),
+            hints=list_of(_text("a hint"), 0, _MOST_HINTS, title="shown one after another, after two tries", default=[]),
             learned=_text("what the pupil has learned, in one sentence"),
             path=choice(*PATHS, title="the path that it belongs to", default=PATHS[0]),
             order=whole(1, 1000, title="its place on the path", default=1000),
@@ -196,6 +197,7 @@ def mission_schema() -> Schema:
             start=program,
             solution=program,
             near_miss=program,
+            notes=_notes(),
         ),
         "$defs": program_schema()["$defs"],
     }
@@ -212,6 +214,21 @@ def _text(title: str) -> Schema:
         "additionalProperties": False,
         "x-allowed": ["mission-text", {"most": _LONGEST_TEXT, "languages": ", ".join(languages())}],
     }
+
+
+def _notes() -> Schema:
+    mistake = table(
+        ("hint",),
+        text=_text("what goes wrong, and why"),
+        hint=whole(1, _MOST_HINTS, title="the number of the hint that helps, from 1"),
+    )
+    return table(
+        minutes=whole(1, 240, title="how long a class needs"),
+        aim=_text("what pupils can do afterwards"),
+        say=_text("what to say first"),
+        mistakes=list_of(mistake, 0, 5, title="the usual mistakes", default=[]),
+        further=_text("a way to go on"),
+    ) | {"title": "what a teacher reads"}
 
 
 def _mat() -> Schema:

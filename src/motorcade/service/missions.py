@@ -97,6 +97,40 @@ class Mission(Struct):
     document: MissionDocument
 
 
+class NotedMistake(Struct):
+    """A usual mistake, and the hint that helps."""
+
+    text: Sentence
+    hint: Sentence | None
+
+
+class MissionNotes(Struct):
+    """A mission for a teacher; what a mission without notes says nothing of is None.
+
+    Attributes:
+        steps: the kinds of steps whose blocks are offered.
+        further: a way to go on.
+    """
+
+    id: str
+    name: Sentence
+    story: Sentence
+    hints: list[Sentence]
+    learned: Sentence
+    path: str
+    order: int
+    level: str
+    steps: list[str]
+    mat: MatDocument
+    zones: list[MissionZone]
+    goals: list[MissionGoal]
+    minutes: int | None
+    aim: Sentence | None
+    say: Sentence | None
+    mistakes: list[NotedMistake]
+    further: Sentence | None
+
+
 class MissionAttempt(Struct):
     """The blocks that a mission is to be checked with."""
 
@@ -185,6 +219,34 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
         followers=followers,
         earned=stars.get(mission.id, []),
         document=document,
+    )
+
+
+def mission_notes(choice: MissionChoice) -> MissionNotes:
+    """Return what a teacher reads of a mission. Raises MotorcadeError."""
+    mission = chosen_mission(choice)
+    document, notes = mission.document, mission.notes
+    return MissionNotes(
+        id=mission.id,
+        name=mission.name.texts,
+        story=mission.story.texts,
+        hints=[hint.texts for hint in mission.hints],
+        learned=mission.learned.texts,
+        path=document["path"],
+        order=document["order"],
+        level=document["level"],
+        steps=mission.palette,
+        mat=mission.mat_document,
+        zones=mission_zones(mission),
+        goals=mission_goals(mission),
+        minutes=notes.minutes if notes else None,
+        aim=notes.aim.texts if notes else None,
+        say=notes.say.texts if notes else None,
+        mistakes=[
+            NotedMistake(text.texts, None if hint is None else mission.hints[hint - 1].texts)
+            for text, hint in (notes.mistakes if notes else ())
+        ],
+        further=notes.further.texts if notes else None,
     )
 
 

@@ -151,6 +151,9 @@ REQUESTS: dict[str, Request] = {
     "example": Request(messages.ExampleName, messages.Project, lambda wanted, context: example(wanted.id)),
     "missions": Request(Nothing, list[missions.MissionEntry], _list_missions),
     "mission": Request(messages.MissionChoice, missions.Mission, _open_mission),
+    "missions/notes": Request(
+        messages.MissionChoice, missions.MissionNotes, lambda choice, context: missions.mission_notes(choice)
+    ),
     "missions/open": Request(messages.Text, missions.Mission, lambda file, context: missions.open_mission_text(file)),
     "missions/save-text": Request(
         messages.MissionChoice, messages.Text, lambda choice, context: missions.mission_text(choice)

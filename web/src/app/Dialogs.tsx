@@ -20,6 +20,7 @@ const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> 
   share: lazy(async () => ({ default: (await projectDialogs()).ShareDialog })),
   pair: lazy(async () => ({ default: (await import("../pair/PairDialog")).PairDialog })),
   missions: lazy(async () => ({ default: (await import("../missions/MissionMap")).MissionMap })),
+  notes: lazy(async () => ({ default: (await import("../missions/NotesDialog")).NotesDialog })),
   help: lazy(async () => ({ default: (await import("./HelpDialog")).HelpDialog })),
 };
 

@@ -118,7 +118,10 @@ export function HandOutPart({ view }: { view: ClassView }) {
         <ul className={css.choices}>
           {progress?.missions.map(({ id, name }) => (
             <li key={id}>
-              <Action onPress={() => void send({ mission: { id } }, inLanguage(name))}>{inLanguage(name)}</Action>
+              <Action onPress={() => void send({ mission: { id } }, inLanguage(name))}>{inLanguage(name)}</Action>{" "}
+              <a href={`/#notes=${id}`} target="studio" aria-label={t("notesOf", { name: inLanguage(name) })}>
+                {t("notes")}
+              </a>
             </li>
           ))}
         </ul>

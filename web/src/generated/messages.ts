@@ -340,6 +340,33 @@ export interface MissionGoal {
   text: Sentence;
 }
 
+/** A mission for a teacher; what a mission without notes says nothing of is None. */
+export interface MissionNotes {
+  id: string;
+  name: Sentence;
+  story: Sentence;
+  hints: Sentence[];
+  learned: Sentence;
+  path: string;
+  order: number;
+  level: string;
+  steps: string[];
+  mat: MatDocument;
+  zones: MissionZone[];
+  goals: MissionGoal[];
+  minutes: number | null;
+  aim: Sentence | null;
+  say: Sentence | null;
+  mistakes: NotedMistake[];
+  further: Sentence | null;
+}
+
+/** A usual mistake, and the hint that helps. */
+export interface NotedMistake {
+  text: Sentence;
+  hint: Sentence | null;
+}
+
 /** The blocks that a mission is to be checked with. */
 export interface MissionAttempt {
   mission: MissionChoice;
@@ -850,6 +877,7 @@ export interface Requests {
   "example": { message: ExampleName; answer: Project };
   "missions": { message: Nothing; answer: MissionEntry[] };
   "mission": { message: MissionChoice; answer: Mission };
+  "missions/notes": { message: MissionChoice; answer: MissionNotes };
   "missions/open": { message: Text; answer: Mission };
   "missions/save-text": { message: MissionChoice; answer: Text };
   "missions/check": { message: MissionAttempt; answer: MissionResult };

@@ -6,7 +6,7 @@ import type { LibraryEntry, MissionEntry } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
-import { confirm } from "../state/dialogs";
+import { confirm, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { watchSize } from "../ui/areas";
 import { IconButton, Sheet } from "../ui/controls";
@@ -61,6 +61,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const [missions, setMissions] = useState<MissionEntry[] | null>(null);
   useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
+  const isPupil = useStudio(({ capabilities }) => capabilities?.classroom === "pupil");
   const isStarting = useStudio(({ service }) => service === "starting");
   const earned = missions?.reduce((sum, each) => sum + each.earned.length, 0) ?? 0;
   const most = missions?.reduce((sum, each) => sum + each.stars.length, 0) ?? 0;
@@ -81,6 +82,11 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
         ))}
       <OwnMissions start={(open) => void start(open)} />
       <footer className={controls.sheetFoot}>
+        {!isPupil && (
+          <Button className={buttons.button} onPress={() => openNotes(null)}>
+            {t("missions.notes.title")}
+          </Button>
+        )}
         <Button className={buttons.button} onPress={() => void start(openMissionFile)}>
           {t("missions.openFile")}
         </Button>

@@ -5,7 +5,7 @@ import { RefusedError, UnreachableError, request } from "../api/service";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
-import { notify, openDialog } from "../state/dialogs";
+import { notify, openDialog, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { wordsCsv } from "../words/bits";
 import { BLANK, markSaved, markUnsaved, openProject, replaceBy, saveNamed } from "./project";
@@ -68,10 +68,18 @@ export async function shareLink(): Promise<string> {
   return origin + pathname + (await fragmentOf(useStudio.getState().name, text));
 }
 
-/** Open the project in the page's own address, and remove it from the address. */
+/** Links of a class's pages show the notes of a mission. */
+const NOTES = "#notes=";
+
+/** Open the project, or the notes, in the page's own address, and remove them from the address. */
 export function openSharedLink(): Promise<void> {
   const { hash, pathname, search } = location;
   if (!hash) return Promise.resolve();
+  if (hash.startsWith(NOTES)) {
+    history.replaceState(null, "", pathname + search);
+    openNotes(decodeURIComponent(hash.slice(NOTES.length)));
+    return Promise.resolve();
+  }
   return attempt(async () => {
     const shared = await projectIn(hash).catch(() => notify(i18next.t("share.damaged"), "error"));
     if (!shared) return;

@@ -3,7 +3,7 @@
 import { create } from "zustand";
 import { type Studio, useStudio } from "./studio";
 
-export type DialogName = "upload" | "library" | "examples" | "share" | "pair" | "missions" | "help";
+export type DialogName = "upload" | "library" | "examples" | "share" | "pair" | "missions" | "notes" | "help";
 export type Tone = "info" | "success" | "warning" | "error";
 
 export interface Notice {
@@ -28,14 +28,21 @@ export type Choice = "yes" | "other" | "no";
 
 interface Dialogs {
   open: DialogName | null;
+  /** The mission whose notes are shown; null for the first one's. */
+  notesOf: string | null;
   question: Question | null;
   notices: Notice[];
 }
 
-export const useDialogs = create<Dialogs>(() => ({ open: null, question: null, notices: [] }));
+export const useDialogs = create<Dialogs>(() => ({ open: null, notesOf: null, question: null, notices: [] }));
 
 export function openDialog(open: DialogName | null): void {
   useDialogs.setState({ open });
+}
+
+/** Show the notes of a mission, by its id. */
+export function openNotes(notesOf: string | null): void {
+  useDialogs.setState({ open: "notes", notesOf });
 }
 
 /** Ask the user; true if they agree. */

@@ -1,0 +1,116 @@
+/** A mission for a teacher, on one page to be read or printed. */
+
+import { useEffect, useState, type ReactNode } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { request } from "../api/service";
+import type { MissionEntry, MissionNotes } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import { Choice } from "../mat/fields";
+import { Picture } from "../mat/Picture";
+import { attempt } from "../projects/actions";
+import { openNotes, useDialogs } from "../state/dialogs";
+import { classes } from "../ui/classes";
+import { Sheet } from "../ui/controls";
+import { playMission } from "./store";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./missions.module.css";
+
+function Part({ title, children }: { title: string; children: ReactNode }) {
+  return (
+    <section>
+      <h3>{title}</h3>
+      {children}
+    </section>
+  );
+}
+
+function Notes({ notes }: { notes: MissionNotes }) {
+  const { t } = useTranslation();
+  const { minutes, aim, say, further } = notes;
+  const place = t("missions.notes.place", { path: t(`missions.paths.${notes.path as "swarm"}`), number: notes.order, level: t(`level.${notes.level as "start"}`) });
+  return (
+    <article className={css.notes}>
+      <div className={css.notesPicture}>
+        <Picture mat={notes.mat} zones={notes.zones} />
+      </div>
+      <p className={controls.quiet}>
+        {place}
+        {minutes !== null && ` · ${t("missions.notes.minutes", { count: minutes })}`}
+      </p>
+      {aim && <Part title={t("missions.notes.aim")}>{inLanguage(aim)}</Part>}
+      <Part title={t("missions.notes.task")}>{inLanguage(notes.story)}</Part>
+      {say && <Part title={t("missions.notes.say")}>{inLanguage(say)}</Part>}
+      <Part title={t("missions.goals")}>
+        <ol>
+          {notes.goals.map(({ star, text }, k) => (
+            <li key={k}>
+              {inLanguage(text)} <span className={css.star}>{"★".repeat(star)}</span>
+            </li>
+          ))}
+        </ol>
+      </Part>
+      {notes.mistakes.length > 0 && (
+        <Part title={t("missions.notes.mistakes")}>
+          <ul>
+            {notes.mistakes.map(({ text, hint }, k) => (
+              <li key={k}>
+                {inLanguage(text)}
+                {hint && <em> {t("missions.notes.helps", { hint: inLanguage(hint) })}</em>}
+              </li>
+            ))}
+          </ul>
+        </Part>
+      )}
+      <Part title={t("missions.notes.learned")}>{inLanguage(notes.learned)}</Part>
+      {further && <Part title={t("missions.notes.further")}>{inLanguage(further)}</Part>}
+    </article>
+  );
+}
+
+/** The notes of one mission; another one is chosen above them. */
+export function NotesDialog({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const wanted = useDialogs((state) => state.notesOf);
+  const [missions, setMissions] = useState<readonly MissionEntry[]>([]);
+  const [notes, setNotes] = useState<MissionNotes | null>(null);
+  const id = wanted ?? missions[0]?.id;
+  useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
+  useEffect(() => {
+    if (id) void attempt(async () => setNotes(await request("missions/notes", { id })));
+  }, [id]);
+  // The style sheet prints this sheet in place of the page.
+  useEffect(() => {
+    document.documentElement.dataset.print = "sheet";
+    return () => {
+      delete document.documentElement.dataset.print;
+    };
+  }, []);
+  return (
+    <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} onClose={onClose} wide>
+      {id && missions.length > 0 && (
+        <div className={controls.unprinted}>
+          <Choice
+            label={t("missions.notes.which")}
+            value={id}
+            all={missions.map((each) => each.id)}
+            name={(each) => inLanguage(missions.find((mission) => mission.id === each)!.name)}
+            onChange={openNotes}
+          />
+        </div>
+      )}
+      {notes && <Notes notes={notes} />}
+      {notes && (
+        <footer className={controls.sheetFoot}>
+          <Button className={buttons.button} onPress={() => void playMission({ id: notes.id }).then((opened) => opened && onClose())}>
+            {t("missions.notes.play")}
+          </Button>
+          <Button className={classes(buttons.button, buttons.primary)} onPress={() => window.print()}>
+            {t("missions.notes.print")}
+          </Button>
+        </footer>
+      )}
+    </Sheet>
+  );
+}
