@@ -13,8 +13,8 @@ from scripts.commands_page import commands_page
 from scripts.driving_types import driving_types
 from scripts.exports import exported_files, markdown
 from scripts.goal_kinds import goal_kinds
-from scripts.notes_page import notes_page
 from scripts.message_types import class_types, message_types, remote_types
+from scripts.notes_page import notes_page
 from scripts.step_files import step_types, with_step_names, with_steps_table
 from scripts.wiring_pages import wiring_files
 from scripts.world_types import world_types

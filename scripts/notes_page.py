@@ -1,16 +1,17 @@
 """Make the documentation's page of all missions' notes for teachers, from the missions."""
 
 from motorcade.locales import page_text
-from motorcade.missions.document import Mission, missions
+from motorcade.missions.document import missions
+from motorcade.missions.model import Mission, Notes
 from motorcade.missions.schema import PATHS
 from motorcade.missions.watch import goal_phrase
 
 _INTRODUCTIONS = {
-    "en": "# Notes for teachers\n\nOne page for each mission: the aim, what to say first, usual mistakes and the hint that "
-    "helps, a way to go on, and how many minutes a class needs. The studio shows and prints each with its picture: "
+    "en": "# Notes for teachers\n\nOne page for each mission: the aim, what to say first, usual mistakes and the hint "
+    "that helps, a way to go on, and how many minutes a class needs. The studio prints each with its picture: "
     "Missions, then 'Notes for teachers'; a class's page links to them beside each mission that can be handed out.\n",
-    "zh": "# 教师笔记\n\n每个任务一页：目标、先说什么、常见错误和对应的提示、接着做什么、需要多少分钟。工作室会显示每一页，并连同图片打印："
-    "“任务”→“教师笔记”；班级页面上，每个可以分发的任务旁边都有链接。\n",
+    "zh": "# 教师笔记\n\n每个任务一页：目标、先说什么、常见错误和对应的提示、接着做什么、需要多少分钟。"
+    "工作室会把每一页连同图片打印出来：“任务”→“教师笔记”；班级页面上，每个可以分发的任务旁边都有链接。\n",
 }
 
 
@@ -18,14 +19,13 @@ def notes_page(language: str) -> str:
     """Return the page in Markdown, in ``language`` (en or zh)."""
     parts = [_INTRODUCTIONS[language]]
     for path in PATHS:
-        parts.append(f"## {page_text(('missions', 'paths', path), language)}\n")
-        parts += [_notes(each, language) for each in missions() if each.document["path"] == path]
+        if noted := [(each, each.notes) for each in missions() if each.document["path"] == path and each.notes]:
+            parts.append(f"## {page_text(('missions', 'paths', path), language)}\n")
+            parts += [_notes(*each, language) for each in noted]
     return "\n".join(parts)
 
 
-def _notes(mission: Mission, language: str) -> str:
-    notes = mission.notes
-    assert notes, mission.id
+def _notes(mission: Mission, notes: Notes, language: str) -> str:
 
     def title(key: str) -> str:
         return page_text(("missions", "notes", key), language)

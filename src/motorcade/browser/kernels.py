@@ -15,7 +15,7 @@ from motorcade.engine.linear_memory import Described, LinearMemory, parse_argume
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
 from motorcade.mats import Mat
-from motorcade.missions.document import Mission
+from motorcade.missions.model import Mission
 from motorcade.missions.odds import OpenWorlds
 from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import SetWorld

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from motorcade.missions.check import Result
-    from motorcade.missions.document import Mission
+    from motorcade.missions.model import Mission
 
 # In place of a file: the programs that a mission holds itself.
 _OWN = ("solution", "near-miss")

@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 from motorcade.errors import MotorcadeError
-from motorcade.missions.document import Mission
+from motorcade.missions.model import Mission
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.step import Step, own_fields

@@ -22,8 +22,8 @@ from motorcade.experiments.plan import code_hash
 from motorcade.experiments.run import ProgressBar, Workers, no_bar
 from motorcade.lab.archive import ArchiveFile, BestPrograms, Candidate
 from motorcade.lab.programs import ProgramSource, count_blocks
-from motorcade.missions.document import Mission
 from motorcade.missions.grading import Graded, grade_runs
+from motorcade.missions.model import Mission
 from motorcade.missions.schema import GOALS
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program

@@ -19,7 +19,8 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.mats.model import Starts, flags
 from motorcade.missions.check import grade_of
-from motorcade.missions.document import Mission, built_in_mission
+from motorcade.missions.document import built_in_mission
+from motorcade.missions.model import Mission
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program

@@ -9,8 +9,8 @@ from motorcade.engine.events import COLUMNS
 from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
-from motorcade.missions.document import Goal, Mission
 from motorcade.missions.goals import MOST_UNMET, GoalState, needed_of
+from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.schema import WORKS
 from motorcade.missions.watch import EVERY_MS, MissionWatch

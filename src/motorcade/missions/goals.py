@@ -15,7 +15,7 @@ from motorcade.engine import judging
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.locales import languages, page_text
-from motorcade.missions.document import Goal, Mission, Wording, Zone
+from motorcade.missions.model import Goal, Mission, Wording, Zone
 
 # A car that is so far off counts half in the grade of a goal.
 _HALF_M, _HALF_DEG = 0.5, 45.0

@@ -10,7 +10,7 @@ from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat
 from motorcade.missions.check import grade_of
-from motorcade.missions.document import Mission
+from motorcade.missions.model import Mission
 from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 

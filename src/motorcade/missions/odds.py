@@ -13,8 +13,8 @@ from motorcade.engine import judging, layout
 from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event
 from motorcade.engine.simulation import Simulation
-from motorcade.missions.document import Goal, Mission
 from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
+from motorcade.missions.model import Goal, Mission
 from motorcade.missions.schema import GOALS, WORKS
 from motorcade.missions.scores import Score
 from motorcade.missions.watch import EVERY_MS, watch_of

@@ -7,7 +7,6 @@ from motorcade.car.brain import STILL
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
-from motorcade.missions.document import Goal, Mission, Wording, Zone
 from motorcade.missions.goals import (
     GoalState,
     GoalWatch,
@@ -16,6 +15,7 @@ from motorcade.missions.goals import (
     done_phrase,
     lost_phrase,
 )
+from motorcade.missions.model import Goal, Mission, Wording, Zone
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01

@@ -174,7 +174,9 @@ def mission_schema() -> Schema:
             format=choice(FORMAT, title="the format of this file"),
             name=_text("the mission's name"),
             story=_text("what the pupil reads first, in two sentences"),
-            hints=list_of(_text("a hint"), 0, _MOST_HINTS, title="shown one after another, after two tries", default=[]),
+            hints=list_of(
+                _text("a hint"), 0, _MOST_HINTS, title="shown one after another, after two tries", default=[]
+            ),
             learned=_text("what the pupil has learned, in one sentence"),
             path=choice(*PATHS, title="the path that it belongs to", default=PATHS[0]),
             order=whole(1, 1000, title="its place on the path", default=1000),

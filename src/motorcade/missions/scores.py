@@ -13,8 +13,8 @@ from typing import Any
 
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
-from motorcade.missions.document import Goal, Mission, Wording, Zone
 from motorcade.missions.goals import GoalState, GoalWatch, distance_to_zone_m
+from motorcade.missions.model import Goal, Mission, Wording, Zone
 
 # Of a control step, and of a mission's moments.
 STEP_MS = 100

@@ -6,8 +6,8 @@ from typing import Any
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions import goals, safety_goals, scores, word_goals
-from motorcade.missions.document import Goal, Mission, Wording
 from motorcade.missions.goals import GoalState, GoalWatch
+from motorcade.missions.model import Goal, Mission, Wording
 from motorcade.words.image import Image, parse_image_bytes
 
 # A run is watched every so many ms, beginning at 0.

@@ -9,8 +9,8 @@ from motorcade.config.profile import Profile
 from motorcade.engine.events import START
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
-from motorcade.missions.document import Goal, Mission
 from motorcade.missions.goals import GoalState, GoalWatch, Progress, car_phrase, needed_of
+from motorcade.missions.model import Goal, Mission
 from motorcade.program.compiler import length_ms
 from motorcade.words.image import Image
 from motorcade.words.infrared import TAGS

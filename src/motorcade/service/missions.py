@@ -10,6 +10,7 @@ from motorcade.engine.events import START
 from motorcade.engine.moment import to_moment, unpack_events
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
+from motorcade.missions import model
 from motorcade.missions.check import STEPS, GoalResult, check_program, simulate
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.goals import GoalState
@@ -170,7 +171,7 @@ class MissionResult(Struct):
     steps: Sentence | None
 
 
-def chosen_mission(choice: MissionChoice) -> documents.Mission:
+def chosen_mission(choice: MissionChoice) -> model.Mission:
     """Return the mission of a choice. Raises MotorcadeError where there is none, or its document isn't valid."""
     return mission_of(choice.document, OWN) if choice.document is not None else built_in_mission(choice.id)
 
@@ -288,20 +289,20 @@ def _checked(goal: GoalResult) -> CheckedGoal:
     return CheckedGoal(goal.kind, goal.star, goal.met, goal.seed, goal.t_ms, sentences(goal.why), list(goal.cars))
 
 
-def _stars_in(mission: documents.Mission) -> list[int]:
+def _stars_in(mission: model.Mission) -> list[int]:
     return sorted({goal.star for goal in mission.goals})
 
 
-def _has_followers(mission: documents.Mission) -> bool:
+def _has_followers(mission: model.Mission) -> bool:
     return len(mission.mat.starts.leaders) < len(mission.mat.starts)
 
 
-def mission_goals(mission: documents.Mission) -> list[MissionGoal]:
+def mission_goals(mission: model.Mission) -> list[MissionGoal]:
     """The goals of a mission, as pages tell them."""
     return [MissionGoal(goal.kind, goal.star, sentences(goal_phrase(goal, mission))) for goal in mission.goals]
 
 
-def mission_zones(mission: documents.Mission) -> list[MissionZone]:
+def mission_zones(mission: model.Mission) -> list[MissionZone]:
     """The zones of a mission, as pages draw them."""
     return [
         MissionZone(zone.name, zone.title.texts, [[x, y] for x, y in zone.corners], None, None)
@@ -319,7 +320,7 @@ class Referee:
         image: the bytes that the leaders run.
     """
 
-    def __init__(self, mission: documents.Mission, image: bytes) -> None:
+    def __init__(self, mission: model.Mission, image: bytes) -> None:
         self.mission = mission
         self._image = image
         self.restart()

@@ -18,7 +18,7 @@ from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
-from motorcade.missions.document import Mission
+from motorcade.missions.model import Mission
 from motorcade.service.messages import MatDocument, MissionChoice, sentences
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.programs import profile_named

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 
 from motorcade.missions.check import open_worlds_here, watched
-from motorcade.missions.document import Mission
+from motorcade.missions.model import Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.watch import MissionWatch
 from motorcade.service.difference import Comparison
