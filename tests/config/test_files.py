@@ -19,7 +19,7 @@ def test_a_file_is_replaced_whole_and_nothing_else_is_left(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("step", ["fsync", "fdopen"])
+@pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_disk_that_fails_keeps_the_old_file(tmp_path, monkeypatch, step):
     path = tmp_path / "car.image"
     replace_file(path, b"old")

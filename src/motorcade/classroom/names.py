@@ -67,8 +67,11 @@ def typed_code(text: str) -> str:
 
 def new_number(random_below: RandomBelow, taken: Iterable[str] = ()) -> str:
     """Return a new personal number, if possible one that nobody else has."""
-    free = sorted({f"{each:0{_NUMBER_LENGTH}}" for each in range(10**_NUMBER_LENGTH)} - set(taken))
-    return free[random_below(len(free))]
+    used = sorted({int(each) for each in taken})
+    number = random_below(10**_NUMBER_LENGTH - len(used))
+    for each in used:
+        number += each <= number
+    return f"{number:0{_NUMBER_LENGTH}}"
 
 
 def typed_number(text: str) -> str:

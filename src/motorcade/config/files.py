@@ -5,12 +5,12 @@ import json
 import os
 import re
 import sys
-import tempfile
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
+from secrets import token_hex
 from typing import Any, Literal
 
 from motorcade.errors import MotorcadeError, Phrase
@@ -184,25 +184,22 @@ def _holds(value: Any, place: tuple[str | int, ...]) -> bool:
 def replace_file(path: Path, data: bytes) -> None:
     """Write ``data`` to ``path``; a crash at any moment leaves the old file or the new one, once this is done the new.
 
-    Raises OSError where it can't be written; the old file is kept then.
+    Raises OSError where it can't be written; the old file is kept then. Only where the disk fails at the very end,
+    while it stores the file's name, the new file may be there.
     """
     if path.exists() and not path.is_file():
         # A device such as /dev/stdout is written to, not replaced.
         path.write_bytes(data)
         return
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}")
+    temporary = path.with_name(f".{path.name}.{token_hex(4)}")
     try:
-        with os.fdopen(handle, "wb") as file:
+        with temporary.open("xb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        # mkstemp keeps its file private; the new file is as readable as any that the user makes.
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(name).chmod(0o666 & ~mask)
-        Path(name).replace(path)
+        temporary.replace(path)
     except OSError:
-        Path(name).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
     _keep_names(path.parent)
 
@@ -223,16 +220,25 @@ def disk_reason(problem: OSError) -> Phrase | str:
     return Phrase(known) if known else problem.strerror or type(problem).__name__
 
 
+# What a system answers that can write a folder to the disk, and fails; others can't do it and answer something else.
+_FAILURES = (errno.EIO, errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+
+
 def _keep_names(folder: Path) -> None:
-    """Write the folder itself to the disk: until then a power failure may bring the old file back."""
+    """Write the folder itself to the disk: until then a power failure may bring the old file back. Raises OSError."""
     if sys.platform == "win32":
         return
-    with suppress(OSError):
+    try:
         handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+    except OSError:
+        return
+    try:
+        os.fsync(handle)
+    except OSError as problem:
+        if problem.errno in _FAILURES:
+            raise
+    finally:
+        os.close(handle)
 
 
 @contextmanager

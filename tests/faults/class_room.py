@@ -1,0 +1,266 @@
+"""A class in the simulated room: its server and folder, a teacher, four pupils, a stranger, and all faults."""
+
+import asyncio
+import hashlib
+import tempfile
+from collections.abc import Callable
+from errno import EIO, ENOENT
+from pathlib import Path
+from random import Random
+from types import SimpleNamespace
+from typing import Any
+
+import uvicorn
+from tests.faults.disk import Disk, DiskPath
+from tests.faults.loop import SimulatedLoop
+from tests.faults.network import Network, Socket
+from tests.faults.pupils import PASSWORD, PupilMember, Stranger, TeacherMember
+from tests.faults.system import Replaced, in_threads, on_disk, replaced
+from tests.faults.world import Lock, Process, World, world
+
+from motorcade.classroom import folder as class_folder
+from motorcade.classroom import running as class_running
+from motorcade.classroom.app import make_class_app
+from motorcade.classroom.folder import RECORD, ClassFolder
+from motorcade.classroom.network import Network as ClassNetwork
+from motorcade.classroom.record import from_bytes, new_record, to_bytes
+from motorcade.classroom.running import ClassServerSettings
+from motorcade.errors import MotorcadeError
+from motorcade.server.running import serving
+from motorcade.server.studio import workers
+from motorcade.service.requests import respond
+
+_PORT = 7710
+_FAULTS_S = 4.0
+# As docs/security.md has them: of an address, four times as many for a moment; and in all.
+_MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS = 32 * 4 + 4, 512 + 4
+_MOST_WAITING_BYTES, _LOOK_S = 1 << 20, 0.25
+_PAGE = Path(tempfile.gettempdir())
+# A password whose check takes no time: its cost is stored with it.
+_SALT = b"salt of the test"
+_STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
+
+
+class Class:
+    """One run."""
+
+    def __init__(self, room: World) -> None:
+        self.world = room
+        self.random = random = Random(f"{room.seed} plan")
+        self.disk = Disk(room)
+        self.folder = self.disk.path("/class")
+        self.network = Network(room)
+        self.network.watch = self._connected
+        self.server: Process | None = None
+        self.loop: SimulatedLoop | None = None
+        self.code = ""
+        self.is_healed = self.is_over = False
+        self.has_checked: set[int] = set()
+        self.kill_at: tuple[int, bool] | None = None
+        self.fail_at: set[int] = set()
+        self.slow_s = 0.0
+        self._calm_s = 0.0
+        self.teacher = TeacherMember(self)
+        self.pupils = [PupilMember(self, number) for number in range(4)]
+        self.strangers = [Stranger(self, f"stranger {number}") for number in range(2) if random.random() < 0.15]
+        for member in (self.teacher, *self.pupils, *self.strangers):
+            self.network.link(member.name, random.choice((0.002, 0.01)), random.choice((0.0, 0.01)))
+
+    def is_calm(self) -> bool:
+        """Whether the server has run undisturbed for a while, whatever its disk does."""
+        now_s = self.world.now_s
+        return self.server is not None and not self.server.is_dead and now_s > self._calm_s
+
+    def disturb(self, seconds: float) -> None:
+        self._calm_s = max(self._calm_s, self.world.now_s + seconds + 1.0)
+
+    def stored_pupil(self, name: str) -> Any:
+        """The pupil of that name in the class's file, as the teacher could tell."""
+        record = from_bytes(self.disk.find(self.folder / RECORD).data, RECORD)
+        return next((each for each in record.pupils if each.name == name), None)
+
+    def _connected(self, name: str, port: int, socket: Socket) -> None:
+        theirs = [each for link in self.network.links.values() for each in link.sockets if not each.is_first]
+        of_address = sum(each.link is socket.link for each in theirs)
+        waiting = self.network.listening["server", port].count
+        self.world.keep("connections-bounded", of_address - waiting <= _MOST_OF_AN_ADDRESS, of_address)
+        self.world.keep("connections-bounded", len(theirs) - waiting <= _MOST_CONNECTIONS, len(theirs))
+
+    def _check_memory(self) -> None:
+        if self.loop and self.server and not self.server.is_dead:
+            sizes = [each.get_write_buffer_size() for each in self.loop.transports]
+            self.world.keep("memory-bounded", max(sizes, default=0) <= _MOST_WAITING_BYTES, sizes)
+        self.world.after(_LOOK_S, self._check_memory)
+
+    # The disk.
+
+    def _operate(self, what: str, path: str) -> None:
+        if world().current is None:
+            return
+        disk = self.disk
+        self.world.note("disk", what)
+        self.world.sleep(0.0002 + self.random.random() * self.slow_s)
+        if self.kill_at and disk.operations >= self.kill_at[0]:
+            _, is_power = self.kill_at
+            self.kill_at = None
+            self.kill(is_power)
+            self.world.wait()
+        if disk.operations in self.fail_at and what not in ("iterdir", "read", "fsync of a folder"):
+            self.world.count("disk error")
+            raise OSError(EIO, "Input/output error")
+
+    def _check_disk(self) -> None:
+        for content in self.disk.possible(self.folder / RECORD):
+            is_whole = content is not None and content.startswith(b"{") and content.endswith(b"}\n")
+            self.world.keep("class-whole", is_whole, lambda content=content: f"{content!r} may be left")
+
+    def _remove_tree(self, path: DiskPath) -> None:
+        if not path.exists():
+            raise FileNotFoundError(ENOENT, "No such file", str(path))
+        for child in list(path.iterdir()):
+            if child.is_dir():
+                self._remove_tree(child)
+            else:
+                child.unlink()
+        path.rmdir()
+
+    # The server.
+
+    def supervise(self) -> None:
+        """Start the server, and again some time after it has ended."""
+        if self.server is None or self.server.is_dead:
+            self._start()
+        self.world.after(self.random.uniform(0.2, 0.8), self.supervise)
+
+    def _start(self) -> None:
+        process = self.server = Process(self.world, "server", self.random.choice((0.001, 0.005)))
+        self.disturb(0.5)
+        self.world.note("server starts")
+        loop = self.loop = SimulatedLoop(process, self.network)
+
+        async def serve() -> None:
+            here = ClassNetwork(["192.168.1.5"], _PORT)
+            times = {"clock": loop.time, "unix_s": loop.time}
+            files = ClassFolder(self.folder)
+            try:
+                settings = ClassServerSettings(library=self.folder, page=_PAGE, port=_PORT, network=here, **times)  # type: ignore[arg-type]
+                app = make_class_app(settings, files)
+            except MotorcadeError as problem:
+                self.world.keep("class-whole", problem.code == "cant-read", problem)
+                process.end()
+                return
+            listener: Any = self.network.listen(process, "server", _PORT)
+            async with serving(app, settings, listener):
+                await asyncio.Event().wait()
+
+        loop.run(serve)
+
+    def kill(self, is_power: bool) -> None:
+        """Kill the server, or cut the computer's power."""
+        if self.server is None or self.server.is_dead:
+            return
+        self.world.count("kill")
+        self.disturb(2.0)
+        self.server.end()
+        if is_power:
+            self.disk.lose_power()
+
+    # Faults.
+
+    def plan(self) -> None:
+        """Draw what goes wrong, and when."""
+        random = self.random
+        links = [self.network.links[each.name] for each in (*self.pupils[1:], self.teacher)]
+        if random.random() < 0.4:
+            self.kill_at = random.randrange(20, 400), random.random() < 0.6
+        if random.random() < 0.25:
+            self.fail_at = {random.randrange(20, 500) for _ in range(random.randint(1, 5))}
+        if random.random() < 0.25:
+            self.slow_s = random.choice((0.005, 0.05, 0.2))
+        self.disk.free_bytes = random.choice((0, 1, 30, 200))
+        acts: list[tuple[float, Callable[[], None]]] = [
+            (0.35, self._fill),
+            (0.25, lambda: self.kill(random.random() < 0.5)),
+            (0.15, self._freeze),
+            (0.4, lambda: random.choice(links[:3]).stall(random.choice((0.3, 1.5, 4.0)))),
+            (0.3, lambda: random.choice(links[:3]).cut()),
+            (0.2, lambda: random.choice(links[:3]).forget_one_end()),
+            (0.2, lambda: random.choice(self.pupils[1:]).process.freeze(random.choice((0.3, 2.0)))),
+        ]
+        for chance, act in acts:
+            if random.random() < chance:
+                at_s = random.uniform(0.5, _FAULTS_S)
+                self.world.at(at_s, lambda act=act: None if self.is_healed else act())  # type: ignore[misc]
+
+    def _fill(self) -> None:
+        self.world.count("full disk")
+        self.world.note("full")
+        self.disk.is_full = True
+        self.world.after(self.random.uniform(0.5, 4), lambda: setattr(self.disk, "is_full", False))
+
+    def _freeze(self) -> None:
+        if self.server and not self.server.is_dead:
+            self.world.count("freeze")
+            seconds = self.random.choice((0.2, 1.0))
+            self.disturb(seconds)
+            self.server.freeze(seconds)
+
+    def heal(self) -> None:
+        """Let all faults end; then, as the last one, cut the power once more."""
+        self.world.note("heal")
+        self.is_healed = True
+        self.disk.is_full = False
+        self.kill_at, self.slow_s = None, 0.0
+        self.fail_at.clear()
+        for link in self.network.links.values():
+            link.down_until_s = 0.0
+        for stranger in self.strangers:
+            stranger.process.end()
+        if self.random.random() < 0.5:
+            self.kill(self.random.random() < 0.7)
+
+    def begin(self) -> None:
+        """Prepare the folder of a class whose teacher has a password."""
+        record = new_record(self.random.randrange)
+        record.password = _STORED
+        self.code = record.code
+        self.disk.create(self.folder, True)
+        self.disk.create(self.folder / RECORD, False).data = to_bytes(record)
+        self.disk.settle()
+        self.disk.step, self.disk.after = self._operate, self._check_disk
+
+    def names(self) -> Replaced:
+        random = self.random
+
+        def answered(name: str, data: bytes, context: Any, most_s: float, given_up: Any) -> bytes:
+            return respond(name, data, context)
+
+        return (
+            on_disk(self.disk)
+            | in_threads()
+            | {
+                (class_folder, "Lock"): Lock,
+                (class_folder, "shutil"): SimpleNamespace(rmtree=self._remove_tree),
+                (class_running, "secrets"): SimpleNamespace(
+                    randbelow=random.randrange, token_urlsafe=lambda count: random.randbytes(count).hex()
+                ),
+                (workers, "answer_in_process"): answered,
+                (workers, "_start"): lambda: None,
+                (uvicorn.Config, "configure_logging"): lambda config: None,
+            }
+        )
+
+
+def run_class(room: World) -> None:
+    """Run the scenario; raises the first promise that is broken."""
+    run = Class(room)
+    with replaced(run.names()):
+        run.begin()
+        run.supervise()
+        run.plan()
+        for member in (run.teacher, *run.pupils, *run.strangers):
+            member.start()
+        room.after(_LOOK_S, run._check_memory)
+        room.at(_FAULTS_S + 0.5, run.heal)
+        room.run(90.0, lambda: run.is_over)
+        room.keep("class-goes-on", run.is_over, "the last request never ended")

@@ -1,0 +1,309 @@
+"""Those who are connected to the simulated car: drivers with Motorcade's client, one who stops, and strangers."""
+
+import asyncio
+import json
+import struct
+from contextlib import suppress
+from random import Random
+from typing import Any
+
+from tests.faults.loop import SimulatedLoop
+from tests.faults.wheels import fields
+from tests.faults.world import Process
+
+from motorcade.drive.client import DriveClient
+from motorcade.drive.connection import CarError
+from motorcade.drive.wire import pack_word, stick_word
+
+_COMMANDS, _TELEMETRY = 5005, 5006
+_PERIOD_S = 0.06
+_ANGLES, _SPEEDS = 181, 78
+_HORN_BIT = 1 << 26
+
+
+class Driver:
+    """A driver: a program (``rearm``), or a person, who has to release the stick after the car stopped by itself."""
+
+    def __init__(self, run: Any, number: int, rearm: bool) -> None:
+        self.run = run
+        self.number = number
+        self.rearm = rearm
+        self.random = Random(f"{run.world.seed} driver {number}")
+        self.process = Process(run.world, f"driver {number}", self.random.choice((0.001, 0.001, 0.02)))
+        self.process.offset_s = self.random.uniform(0, 1e5)
+        self.client: DriveClient | None = None
+        self._count = 0
+        # The number of the present hold of the stick, of that of each command, and the last that a connection outlived.
+        self._hold = self._broken_hold = 0
+        self._holds: dict[tuple[int, int, int], int] = {}
+
+    def freeze(self) -> None:
+        self.run.world.count("freeze")
+        self.process.freeze(self.random.choice((0.1, 0.4, 1.0, 5.0)))
+
+    def note_words(self, data: bytes) -> None:
+        """Commands are sent: remember when."""
+        pins, now_s = self.run.pins, self.run.world.now_s
+        for (word,) in struct.iter_unpack(">I", data):
+            code, setpoint = fields(word)
+            if code == 1 and setpoint[2]:
+                first_s = pins.sent_s.get(setpoint, (now_s,))[0]
+                pins.sent_s[setpoint] = first_s, now_s, self.number
+            elif code == 1:
+                pins.still_sent_s[self.number] = now_s
+            elif code == 2 and word & _HORN_BIT:
+                pins.horn_sent_s = now_s
+
+    def leave(self) -> None:
+        """The connection is over: the wheel is free for others."""
+        self._broken_hold = self._hold
+        self.run.pins.leave(self.number)
+
+    def note_moved(self, setpoint: tuple[int, int, int]) -> None:
+        """A command of this driver moves the wheels: not one of a stick that was held while the connection broke."""
+        if not self.rearm:
+            is_new = self._holds[setpoint] > self._broken_hold
+            self.run.world.keep("held-stick", is_new, "a stick that was held while the connection broke moves the car")
+
+    def start(self) -> None:
+        SimulatedLoop(self.process, self.run.network).run(self._drive)
+
+    async def _drive(self) -> None:
+        run, random = self.run, self.random
+        await asyncio.sleep(random.uniform(0.0, 0.5))
+        self.client = client = DriveClient("car", _COMMANDS, rearm=self.rearm)
+        connection = client.begin
+        connection()
+        while not run.is_healed:
+            await self._hold_or_rest(client)
+        if self.number == 0:
+            await self._drive_at_last(client)
+        else:
+            await asyncio.sleep(60)
+
+    async def _hold_or_rest(self, client: DriveClient) -> None:
+        """Hold the stick for a while, or leave it, or ask for something."""
+        run, random = self.run, self.random
+        end_s = run.world.now_s + random.uniform(0.2, 2.5)
+        what = random.random()
+        if what < 0.65:
+            # Between two holds the stick is at rest for a moment.
+            client.steer(0.0, 0.0)
+            await asyncio.sleep(0.1)
+            self._hold += 1
+            horn = {"horn": 1} if random.random() < 0.2 else {}
+            while run.world.now_s < end_s and not run.is_healed:
+                with suppress(CarError):
+                    client.steer(*self._position(), **horn)
+                await asyncio.sleep(_PERIOD_S)
+        elif what < 0.75:
+            await asyncio.sleep(random.uniform(0.1, 0.6))
+        elif what < 0.85:
+            client.steer(0.0, 0.0)
+            await asyncio.sleep(0.1)
+        else:
+            await self._ask(client)
+
+    async def _ask(self, client: DriveClient) -> None:
+        pins, what = self.run.pins, self.random.choice(("request", "release", "stop", "clear"))
+        self.run.world.note(self.process.name, what)
+        if what in ("request", "release"):
+            # From now on the wheel may pass to another.
+            pins.release(self.number) if what == "release" else pins.request(self.number)
+        try:
+            if what == "stop":
+                await self.run.watcher.stop_with(client)
+            elif what == "clear":
+                await self.run.watcher.clear_with(client)
+            else:
+                await getattr(client, what)()
+        except CarError as problem:
+            self.run.world.note(self.process.name, problem.code)
+        if what == "release":
+            pins.release(self.number)
+
+    def _position(self) -> tuple[float, float]:
+        """The stick's next position, which no other command has."""
+        self._count += 1
+        angle, step = self._count % _ANGLES, self._count // _ANGLES
+        speed = 20 + step % _SPEEDS + _SPEEDS * self.number
+        self._holds[angle, 1, speed] = self._hold
+        return speed / 255, (90 - angle) / 90
+
+    async def _drive_at_last(self, client: DriveClient) -> None:
+        """All faults have ended: who wants to drive can, within seconds; who leaves leaves a car that stands."""
+        run, pins, begin_s = self.run, self.run.pins, self.run.world.now_s
+        pins.is_free = True
+        while run.world.now_s < begin_s + 15:
+            with suppress(CarError):
+                if not client.connected:
+                    await asyncio.sleep(0.1)
+                    continue
+                if client.telemetry and client.telemetry.state == "stopped":
+                    await run.watcher.clear_with(client)
+                client.steer(*self._position())
+            await asyncio.sleep(_PERIOD_S)
+            pins.is_free = True
+            if pins.driver == self.number and pins.setpoint[2] and pins.moved_s > begin_s:
+                break
+        run.world.keep("drives-again", pins.driver == self.number and pins.setpoint[2] > 0, "no drive after all faults")
+        pins.is_ending = True
+        await client.end()
+        await asyncio.sleep(0.3)
+        run.world.keep("leaves-standing", pins.setpoint[2] == 0 or pins.driver != self.number, "the wheels turn")
+        run.is_over = True
+
+
+class SeedDriver(Driver):
+    """A client as that of 2018: no stamps, no telemetry, and a speed 0 only where its driver wants to stand."""
+
+    async def _drive(self) -> None:
+        run, random = self.run, self.random
+        await asyncio.sleep(random.uniform(0.5, 4))
+        while not run.is_healed:
+            with suppress(OSError):
+                _, writer = await asyncio.open_connection("car", _COMMANDS)
+                while not run.is_healed and not writer.is_closing():
+                    end_s = run.world.now_s + random.uniform(0.2, 2.0)
+                    stands = random.random() < 0.3
+                    while run.world.now_s < end_s:
+                        throttle, steering = self._position()
+                        writer.write(pack_word(stick_word(0.0 if stands else throttle, steering)))
+                        await asyncio.sleep(0.05)
+                    await asyncio.sleep(random.choice((0.0, 0.4, 1.0, 5.2)))
+                writer.transport.abort()
+            await asyncio.sleep(0.3)
+
+
+class Watcher:
+    """A client at a good network, who stops the car now and then; and who may lift a stop."""
+
+    def __init__(self, run: Any) -> None:
+        self.run = run
+        self.process = Process(run.world, "watcher", 0.001)
+        self.random = Random(f"{run.world.seed} watcher")
+        self._clears = self._clearing = 0
+
+    def start(self) -> None:
+        SimulatedLoop(self.process, self.run.network).run(self._watch)
+
+    async def _watch(self) -> None:
+        run = self.run
+        await asyncio.sleep(self.random.uniform(0.5, 4))
+        client = DriveClient("car", _COMMANDS)
+        client.begin()
+        await asyncio.sleep(self.random.uniform(0.2, 2))
+        for _ in range(self.random.randint(0, 2)):
+            begin_s, is_calm = run.world.now_s, client.connected and not run.pins.is_disturbed
+            with suppress(CarError):
+                await self.stop_with(client)
+            if is_calm and not run.pins.is_disturbed and not run.car.is_dead:
+                took_s = run.world.now_s - begin_s
+                run.world.keep("stop-gets-through", took_s < 0.2 and client.connected, f"after {took_s:.3f} s")
+            await asyncio.sleep(self.random.uniform(0.1, 1.0))
+            with suppress(CarError):
+                await self.clear_with(client)
+        await self._stop_as_newcomer()
+        await asyncio.sleep(60)
+
+    async def stop_with(self, client: DriveClient) -> None:
+        """Stop the car; where it has answered nothing moves until somebody begins to lift the stop."""
+        clears, car = self._clears, self.run.car
+        await client.stop()
+        self._halt(clears, car)
+
+    def _halt(self, clears: int, car: Process) -> None:
+        """A stop was answered: it holds, unless somebody began to lift it meanwhile, or the server started again."""
+        if self._clears == clears and not self._clearing and car is self.run.car and not car.is_dead:
+            self.run.world.note("halted")
+            self.run.pins.is_halted = True
+
+    async def clear_with(self, client: DriveClient) -> None:
+        """Lift a stop."""
+        self._clears += 1
+        self._clearing += 1
+        self.run.pins.is_halted = False
+        try:
+            await client.clear()
+        except CarError:
+            # A request without an answer may be on its way for long.
+            self.run.world.after(12.0, self._end_clearing)
+            raise
+        self._end_clearing()
+
+    def _end_clearing(self) -> None:
+        self._clearing -= 1
+
+    async def _stop_as_newcomer(self) -> None:
+        """Stop by a new connection, which needs no place, while strangers take all places."""
+        run = self.run
+        clears, car, is_calm = self._clears, run.car, not run.pins.is_disturbed and not run.car.is_dead
+        begin_s = run.world.now_s
+        with suppress(OSError, asyncio.IncompleteReadError, TimeoutError):
+            async with asyncio.timeout(2.0):
+                reader, writer = await asyncio.open_connection("car", _TELEMETRY)
+                text = json.dumps({"do": "stop"}).encode()
+                writer.write(struct.pack(">I", len(text)) + text)
+                answer: dict[str, Any] = {}
+                while answer.get("do") != "stop":
+                    (size,) = struct.unpack(">I", await reader.readexactly(4))
+                    answer = json.loads(await reader.readexactly(size))
+                writer.close()
+                self._halt(clears, car)
+                run.world.keep("stop-gets-through", bool(answer.get("ok")), answer)
+        if is_calm and not run.pins.is_disturbed and car is run.car and not car.is_dead:
+            took_s = run.world.now_s - begin_s
+            run.world.keep("stop-gets-through", took_s < 1.0, f"a newcomer's after {took_s:.3f} s")
+        await asyncio.sleep(0.2)
+        if not run.is_healed:
+            with suppress(CarError):
+                async with DriveClient("car", _COMMANDS) as client:
+                    await self.clear_with(client)
+
+
+class Stranger:
+    """Somebody who opens connections, says nothing or nonsense, asks without reading, or takes places."""
+
+    def __init__(self, run: Any, number: int) -> None:
+        self.run = run
+        self.process = Process(run.world, f"stranger {number}", 0.001)
+        self.random = Random(f"{run.world.seed} stranger {number}")
+
+    def start(self) -> None:
+        SimulatedLoop(self.process, self.run.network).run(self._bother)
+
+    async def _bother(self) -> None:
+        self.run.world.count("stranger")
+        await asyncio.sleep(self.random.uniform(0.2, 2.0))
+        writers = []
+        reads = self.random.random() < 0.5
+        for _ in range(self.random.choice((3, 12, 24))):
+            with suppress(OSError):
+                _, writer = await asyncio.open_connection("car", self.random.choice((_COMMANDS, _TELEMETRY)))
+                writers.append(writer)
+                if not reads:
+                    writer.transport.pause_reading()
+                writer.write(self._bytes() * self.random.choice((1, 1, 1, 300)))
+            await asyncio.sleep(self.random.uniform(0.0, 0.05))
+        while True:
+            await asyncio.sleep(0.3)
+            for writer in writers:
+                if not writer.is_closing() and self.random.random() < 0.3:
+                    writer.write(self._bytes())
+
+    def _bytes(self) -> bytes:
+        random = self.random
+        text = random.choice(
+            (b'{"do":"request"}', b'{"do":"join"}', b'{"do":"release"}', b"[1]", b"{", b'{"do":"sync"}')
+        )
+        return random.choice(
+            (
+                b"",
+                # No command, wherever the car begins to read.
+                bytes(each for each in random.randbytes(random.randint(1, 60)) if each >> 4 not in (1, 2)),
+                # A command with speed 0, which takes a place.
+                struct.pack(">I", 1 << 28 | 90 << 20 | 1 << 19),
+                struct.pack(">I", len(text)) + text,
+                struct.pack(">I", 1 << 30),
+            )
+        )

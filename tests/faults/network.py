@@ -1,0 +1,358 @@
+"""A simulated network of TCP: what is sent arrives in order, some time later, at once with what waited, or never.
+
+A `Link` lies between two computers and has faults; each connection over it is two `Socket`s, as the system has them:
+bytes wait in the sender's buffer while the receiver reads none.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from errno import ECONNREFUSED, ECONNRESET, ENOTCONN, EPIPE, ETIMEDOUT
+from random import Random
+from socket import SO_KEEPALIVE, SOL_SOCKET
+from typing import Any
+
+from tests.faults.world import Process, World
+
+# What waits in the kernel of a sender, and of a receiver that doesn't read.
+_SEND_BYTES, _RECEIVE_BYTES = 1 << 14, 1 << 14
+# A lost packet is sent again after so long, then after twice as long.
+_AGAIN_S = 0.2
+# A peer that has vanished is noticed after so long, where keep-alive is on.
+_KEEP_ALIVE_S = 10.0
+_CONNECT_S = 60.0
+
+
+class Link:
+    """What lies between two computers.
+
+    Attributes:
+        delay_s, jitter_s: how long a packet takes.
+        loss: the chance that one is lost, and sent again.
+        down_until_s: until then nothing passes; what is sent meanwhile comes afterwards.
+    """
+
+    def __init__(self, world: World, delay_s: float, jitter_s: float, loss: float) -> None:
+        self.world = world
+        self.delay_s = delay_s
+        self.jitter_s = jitter_s
+        self.loss = loss
+        self.down_until_s = 0.0
+        self.sockets: list[Socket] = []
+
+    def stall(self, seconds: float) -> None:
+        """Let nothing pass for a time: a stall, or a pulled cable that is plugged in again."""
+        self.world.count("stall")
+        self.world.note("stall", round(seconds, 4))
+        self.down_until_s = max(self.down_until_s, self.world.now_s + seconds)
+
+    def cut(self) -> None:
+        """Break all connections: both ends get a reset."""
+        self.world.count("cut")
+        self.world.note("cut")
+        for socket in list(self.sockets):
+            socket.fail(ECONNRESET)
+
+    def forget_one_end(self) -> None:
+        """Break all connections so that only one end knows: the other finds out when it sends, or never."""
+        self.world.count("half-open")
+        self.world.note("half-open")
+        for socket in list(self.sockets):
+            if socket.is_first:
+                socket.vanish()
+
+    def arrival_s(self, random: Random) -> float:
+        """When a packet arrives that is sent now."""
+        now_s = self.world.now_s
+        at_s = max(now_s, self.down_until_s) + self.delay_s + random.random() * self.jitter_s
+        again_s = _AGAIN_S
+        while self.loss and random.random() < self.loss:
+            at_s += again_s
+            again_s *= 2
+        return at_s
+
+
+class Socket:
+    """One end of a connection.
+
+    Attributes:
+        received: what has come and isn't read yet.
+        has_ended: whether the peer sends nothing any more.
+        error: why the connection is broken; 0 where it isn't.
+        changed: called when there is something to read, or room to send.
+        ended: called when it breaks, or is closed.
+        tap: is given what is sent.
+    """
+
+    def __init__(self, network: "Network", link: Link, process: Process, address: tuple[str, int], first: bool) -> None:
+        self.world = network.world
+        self.link = link
+        self.process = process
+        self.address = address
+        self.is_first = first
+        self.peer: Socket | None = None
+        self.received = bytearray()
+        self.has_ended = False
+        self.error = 0
+        self.is_closed = False
+        self.changed: Callable[[], None] = lambda: None
+        self.ended: Callable[[], None] = lambda: None
+        self.tap: Callable[[bytes], None] | None = None
+        self.options: dict[tuple[int, int], int] = {}
+        self._random = Random(f"{self.world.seed} {address} {network.opened}")
+        self._last_s = 0.0
+        self._under_way = 0
+        self._bound = network
+        link.sockets.append(self)
+        process.at_end.append(self.close)
+
+    # What a program calls.
+
+    def send(self, data: bytes) -> int:
+        """Send as much as there is room for; returns how much. Raises OSError, and BlockingIOError for no room."""
+        if self.error:
+            raise _error(self.error)
+        if self.is_closed or self.peer is None:
+            raise _error(EPIPE)
+        room = _SEND_BYTES + _RECEIVE_BYTES - self._under_way - len(self.peer.received)
+        count = min(room, len(data))
+        if count <= 0:
+            raise BlockingIOError
+        if self.tap:
+            self.tap(bytes(data[:count]))
+        self._under_way += count
+        self._deliver(bytes(data[:count]))
+        return count
+
+    def recv(self, count: int, flags: int = 0) -> bytes:
+        """What has come, at most so much; b"" at the end. Raises OSError, and BlockingIOError where nothing has."""
+        if self.received:
+            data = bytes(self.received[:count])
+            if not flags:
+                self.skip(len(data))
+            return data
+        if self.error:
+            raise _error(self.error)
+        if self.has_ended:
+            return b""
+        raise BlockingIOError
+
+    def sendall(self, data: bytes) -> None:
+        """Send all, where there is room for all."""
+        self.send(data)
+
+    def skip(self, count: int) -> None:
+        """Remove bytes that were read; the peer may send as many."""
+        del self.received[:count]
+        if self.peer:
+            self.world.after(self.link.delay_s, self.peer.changed_by_peer)
+
+    def changed_by_peer(self) -> None:
+        if not self.is_closed:
+            self.changed()
+
+    def close(self) -> None:
+        """Send what waits, and the end."""
+        if self.is_closed:
+            return
+        self.is_closed = True
+        self.received.clear()
+        self.process.at_end.remove(self.close)
+        if self.peer and not self.error:
+            self._deliver(None)
+        self._forget()
+
+    def getpeername(self) -> tuple[str, int]:
+        if self.peer is None:
+            raise _error(ENOTCONN)
+        return self.peer.address
+
+    def getsockname(self) -> tuple[str, int]:
+        return self.address
+
+    def setsockopt(self, level: int, option: int, value: int) -> None:
+        self.options[level, option] = value
+
+    def setblocking(self, blocks: bool) -> None:
+        assert not blocks
+
+    # What happens to it.
+
+    def fail(self, code: int) -> None:
+        """Break: whoever reads or sends gets an error."""
+        if not self.error and not self.is_closed:
+            self.error = code
+            self._forget()
+            self.changed()
+
+    def vanish(self) -> None:
+        """Be gone without a word: the peer's bytes come to nothing."""
+        peer = self.peer
+        self.peer = None
+        self.fail(ECONNRESET)
+        if peer:
+            peer.peer = _Nothing(peer)
+            if peer.options.get((SOL_SOCKET, SO_KEEPALIVE)):
+                self.world.after(_KEEP_ALIVE_S, lambda: peer.fail(ETIMEDOUT))
+
+    def _deliver(self, data: bytes | None) -> None:
+        self._last_s = max(self._last_s + 1e-9, self.link.arrival_s(self._random))
+        self.world.at(self._last_s, lambda: self._arrive(data))
+
+    def _arrive(self, data: bytes | None) -> None:
+        peer = self.peer
+        if peer is None or self.error or peer.error:
+            return
+        if self.world.now_s < self.link.down_until_s:
+            self.world.at(max(self._last_s, self.link.arrival_s(self._random)), lambda: self._arrive(data))
+            self._last_s = max(self._last_s, self.world.now_s)
+            return
+        if data is None:
+            peer.has_ended = True
+        else:
+            self._under_way -= len(data)
+            if peer.is_closed:
+                self.world.after(self.link.delay_s, lambda: self.fail(ECONNRESET))
+                return
+            peer.received += data
+        if not peer.is_closed:
+            peer.changed()
+
+    def _forget(self) -> None:
+        if self in self.link.sockets:
+            self.link.sockets.remove(self)
+            self.ended()
+
+
+class _Nothing:
+    """Nobody is there any more; what is sent to it is lost."""
+
+    error = ECONNRESET
+    is_closed = True
+
+    def __init__(self, of: Socket) -> None:
+        self.received = b""
+        self.address = ("?", 0)
+        self.changed_by_peer = lambda: None
+
+
+class ListeningSocket:
+    """A socket at which a program accepts connections."""
+
+    def __init__(self, network: "Network", process: Process, address: tuple[str, int], backlog: int) -> None:
+        self._network = network
+        self.process = process
+        self._address = address
+        self._backlog = backlog
+        self._waiting: deque[Socket] = deque()
+        self.changed: Callable[[], None] = lambda: None
+        process.at_end.append(self.close)
+
+    def listen(self, backlog: int) -> None:
+        self._backlog = backlog
+
+    def accept(self) -> tuple[Socket, tuple[str, int]]:
+        """The next connection. Raises BlockingIOError where none waits."""
+        if not self._waiting:
+            raise BlockingIOError
+        socket = self._waiting.popleft()
+        return socket, socket.getpeername() if socket.peer else ("?", 0)
+
+    def take(self, socket: Socket) -> bool:
+        """Let a connection wait to be accepted. False where too many do."""
+        if len(self._waiting) > self._backlog:
+            return False
+        self._waiting.append(socket)
+        self.changed()
+        return True
+
+    @property
+    def count(self) -> int:
+        """How many connections wait to be accepted."""
+        return len(self._waiting)
+
+    @property
+    def received(self) -> bool:
+        """Whether a connection waits."""
+        return bool(self._waiting)
+
+    def close(self) -> None:
+        if self._network.listening.get(self._address) is self:
+            del self._network.listening[self._address]
+            self.process.at_end.remove(self.close)
+        for socket in self._waiting:
+            socket.close()
+
+    def getsockname(self) -> tuple[str, int]:
+        return self._address
+
+    def setsockopt(self, level: int, option: int, value: int) -> None:
+        pass
+
+    def setblocking(self, blocks: bool) -> None:
+        assert not blocks
+
+
+class Network:
+    """All computers, by name, and the links between them and the one that serves."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.links: dict[str, Link] = {}
+        self.listening: dict[tuple[str, int], ListeningSocket] = {}
+        # Told of each connection: its name, its port, and the client's end.
+        self.watch: Callable[[str, int, Socket], None] = lambda name, port, socket: None
+        self.opened = 0
+        self._hosts: dict[str, str] = {}
+
+    def link(self, host: str, delay_s: float, jitter_s: float = 0.0, loss: float = 0.0) -> Link:
+        """The link of a computer to all others."""
+        self.links[host] = Link(self.world, delay_s, jitter_s, loss)
+        return self.links[host]
+
+    def listen(self, process: Process, host: str, port: int, backlog: int = 128) -> ListeningSocket:
+        """Listen at an address."""
+        socket = ListeningSocket(self, process, (host, port), backlog)
+        self.listening[host, port] = socket
+        return socket
+
+    def connect(self, process: Process, host: str, port: int, done: Callable[[Socket | OSError], None]) -> None:
+        """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
+        link = self.links[process.name]
+        world = self.world
+        self.opened += 1
+        address = (process.name, 40_000 + self.opened)
+        random = Random(f"{world.seed} connects {address}")
+        end_s = world.now_s + _CONNECT_S
+
+        def knock() -> None:
+            if process.is_dead:
+                return
+            if world.now_s < link.down_until_s:
+                world.after(1.0, knock) if world.now_s < end_s else done(_error(ETIMEDOUT))
+                return
+            listening = self.listening.get((host, port))
+            if listening is None or listening.process.is_dead:
+                world.at(link.arrival_s(random), lambda: done(_error(ECONNREFUSED)))
+                return
+            ours = Socket(self, link, process, address, True)
+            theirs = Socket(self, link, listening.process, (host, port), False)
+            ours.peer, theirs.peer = theirs, ours
+            if not listening.take(theirs):
+                for socket in (ours, theirs):
+                    socket.peer = None
+                    socket.close()
+                world.after(1.0, knock)
+                return
+            self.watch(process.name, port, ours)
+            world.at(link.arrival_s(random), lambda: done(ours))
+
+        world.at(link.arrival_s(random), knock)
+
+
+def _error(code: int) -> OSError:
+    import os
+
+    return OSError(code, os.strerror(code))
+
+
+Sockets = Any

@@ -1,0 +1,146 @@
+"""Run scenarios by their seeds."""
+
+import argparse
+import gc
+import signal
+import subprocess
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from tests.faults.class_room import run_class
+from tests.faults.driving import run_driving
+from tests.faults.promises import table
+from tests.faults.system import logs_read
+from tests.faults.uploads import run_uploads
+from tests.faults.world import BrokenPromiseError, World
+
+SCENARIOS: dict[str, Callable[[World], None]] = {"uploads": run_uploads, "driving": run_driving, "class": run_class}
+
+# Of CPU time, for a program that was broken on purpose.
+_MOST_S = 20
+
+
+class Result(NamedTuple):
+    """How a run went: its digest, the promises that were tried, faults that were made, and what was broken."""
+
+    digest: str
+    tried: dict[str, int]
+    counts: dict[str, int]
+    broken: BrokenPromiseError | None
+    last: list[str]
+
+
+def run(kind: str, seed: int) -> Result:
+    """Run one seed of a scenario."""
+    with _own_garbage(), logs_read():
+        return _run(kind, seed)
+
+
+def _run(kind: str, seed: int) -> Result:
+    world, broken = World(seed, kind), None
+    try:
+        SCENARIOS[kind](world)
+    except BrokenPromiseError as problem:
+        broken = problem
+    finally:
+        world.close()
+    return Result(world.digest(), world.tried, world.counts, broken, list(world.last))
+
+
+@contextmanager
+def _own_garbage() -> Iterator[None]:
+    """Collect garbage only behind a run, and without a word: when it is collected mustn't change what happens."""
+    was_on, hook = gc.isenabled(), sys.unraisablehook
+    gc.disable()
+    gc.freeze()
+    sys.unraisablehook = lambda problem: None
+    try:
+        yield
+    finally:
+        gc.collect()
+        gc.unfreeze()
+        sys.unraisablehook = hook
+        if was_on:
+            gc.enable()
+
+
+def first_broken(kind: str, first: int, seeds: int) -> str | None:
+    """What was broken first, and how to replay it; None where nothing was."""
+    for seed in range(first, first + seeds):
+        if broken := run(kind, seed).broken:
+            return f"{broken}; python -m tests.faults --seed {seed} {kind}"
+    return None
+
+
+def all_tried(seeds: int) -> tuple[Counter[str], Counter[str]]:
+    """How often each promise was tried, by its name with its scenario, and each fault made. Raises what is broken."""
+    tried, counts = Counter[str](), Counter[str]()
+    for kind in SCENARIOS:
+        for seed in range(seeds):
+            result = run(kind, seed)
+            if result.broken:
+                raise result.broken
+            tried.update({f"{kind}:{name}": times for name, times in result.tried.items()})
+            counts.update(result.counts)
+    return tried, counts
+
+
+def main(arguments: list[str]) -> int:
+    """Run one seed or many, and print what happened."""
+    parser = argparse.ArgumentParser(prog="python -m tests.faults")
+    parser.add_argument("--seed", type=int, default=None, help="one seed, to replay it")
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--until-broken", action="store_true", help="stop at the first; print its seed and promise")
+    parser.add_argument("--lines", type=int, default=60)
+    parser.add_argument("kinds", nargs="*")
+    parser.add_argument("--promises", metavar="LANGUAGE", help="print the table of docs/security.md: en, zh")
+    given = parser.parse_args(arguments)
+    if given.promises:
+        tried, counts = all_tried(given.seeds)
+        print(table(given.promises, tried, counts, given.seeds))
+        return 0
+    failed = 0
+    if given.until_broken and hasattr(signal, "SIGVTALRM"):
+        signal.signal(signal.SIGVTALRM, _give_up)
+    for kind in given.kinds or SCENARIOS:
+        if given.seed is not None:
+            result = run(kind, given.seed)
+            print(*result.last[-given.lines :], sep="\n")
+            print(kind, given.seed, result.digest, result.tried, result.counts)
+            if result.broken:
+                traceback.print_exception(result.broken)
+                failed += 1
+            continue
+        begin_s, tried, counts = time.process_time(), Counter[str](), Counter[str]()
+        for seed in range(given.first, given.first + given.seeds):
+            if given.until_broken and hasattr(signal, "SIGVTALRM"):
+                signal.setitimer(signal.ITIMER_VIRTUAL, _MOST_S)
+            result = run(kind, seed)
+            tried.update(result.tried)
+            counts.update(result.counts)
+            if result.broken and given.until_broken:
+                print(seed, result.broken.promise, sep="\t")
+                return 1
+            if result.broken:
+                failed += 1
+                print(f"{kind} --seed {seed} at {commit()}: {result.broken}")
+        print(f"{kind}: {given.seeds} seeds in {time.process_time() - begin_s:.1f} s of CPU time")
+        print("  tried:", dict(tried))
+        print("  faults:", dict(counts))
+    return 1 if failed else 0
+
+
+def _give_up(*_: object) -> None:
+    raise BrokenPromiseError("goes-on", f"a program computes for {_MOST_S} s")
+
+
+def commit() -> str:
+    """The commit that is checked out."""
+    done = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "no commit"

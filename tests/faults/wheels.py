@@ -1,0 +1,176 @@
+"""The wheels of the simulated car, and what is promised of them, checked after each step."""
+
+from collections.abc import Callable
+
+from tests.faults.world import Process, World
+
+Setpoint = tuple[int, int, int]
+NEUTRAL = (90, 1, 0)
+# The profile's limits, as docs/security.md and docs/drive.md have them.
+FAILSAFE_S, KILLED_S, STALE_S, ANSWER_S, SILENCE_S = 0.300, 0.330, 0.150, 1.0, 4.0
+# Steps of stamps and clocks, and the time of a thread to run.
+_STEPS_S = 0.012
+# A loop needs so long to learn that a connection has ended.
+_AT_ONCE_S = 0.03
+
+
+class Pins:
+    """Pins keep their last state, whatever becomes of the process that set them.
+
+    Attributes:
+        sent_s: when each command that moves the wheels was sent first and last, and by whom: clients repeat it.
+        is_halted: whether an emergency stop was answered that nobody has begun to lift.
+        is_ending: whether the last driver leaves.
+        has_strangers: whether anybody else may ask for the wheel at any time.
+        is_free: whether another driver may have got the wheel since the last command.
+        moved: called with each command that moves the wheels: the driver, and the setpoint.
+        fails: how many of the next operations fail.
+        hangs_s: for how long the next operation hangs.
+        is_hanging: whether one hangs now; the wheels stop, and go on where that was short.
+        has_guard: whether a guard watches over the process.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.setpoint: Setpoint = NEUTRAL
+        self.horn = False
+        self.moved_s = 0.0
+        self.driver: int | None = None
+        self.sent_s: dict[Setpoint, tuple[float, float, int]] = {}
+        self.still_sent_s: dict[int, float] = {}
+        self.moved: list[Callable[[int, Setpoint], None]] = []
+        self.horn_sent_s = -10.0
+        self.released_s: dict[int, float] = {}
+        self.wanted_by: int | None = None
+        self.is_halted = self.has_strangers = self.is_ending = False
+        self.is_armed = self.is_free = True
+        self.has_guard = True
+        self.fails = 0
+        self.hangs_s = 0.0
+        self.is_hanging = False
+        self.stopped_s = -1.0
+        self._lateness_s = 0.0
+        self._disturbed_until_s = 0.0
+        # When the driver's connection ended while the wheels turned.
+        self._gone_s: float | None = None
+        # Of the present connection of each driver: the least age of a command, and when the last one came.
+        self._fastest_s: dict[int, tuple[float, float]] = {}
+
+    def begin(self, process: Process) -> None:
+        """A server of the car starts: it knows nothing of what was before."""
+        self._lateness_s = process.lateness_s
+        self.is_halted = False
+        self.is_armed = self.is_free = self.has_guard = True
+        self._fastest_s.clear()
+
+    def disturb(self, seconds: float) -> None:
+        """The car's software doesn't run as it should for a time; the guard, or the watchdog, has its own limit."""
+        self._disturbed_until_s = max(self._disturbed_until_s, self.world.now_s + seconds)
+
+    @property
+    def is_disturbed(self) -> bool:
+        return self.world.now_s <= self._disturbed_until_s + KILLED_S
+
+    def leave(self, driver: int) -> None:
+        """A driver's connection has ended."""
+        self._fastest_s.pop(driver, None)
+        self.is_free = True
+        if driver == self.driver and self.setpoint[2]:
+            self._gone_s = self.world.now_s
+
+    def fail(self) -> None:
+        """A command of the wheels fails: what they do then, nobody knows, so they have to be stopped."""
+        self.is_armed = False
+
+    # What the hardware is told.
+
+    def apply(self, setpoint: Setpoint, begin_s: float) -> None:
+        """Take a command, which the car began to execute at ``begin_s``."""
+        world = self.world
+        world.note("apply", *setpoint)
+        if setpoint[2] == 0:
+            self.is_armed = True
+            self.setpoint = setpoint
+            return
+        world.keep("sent", setpoint in self.sent_s, f"nobody sent {setpoint}")
+        first_s, last_s, driver = self.sent_s[setpoint]
+        self._check_age(driver, begin_s - last_s, begin_s - first_s)
+        # A command that hung in the hardware is older than the stop; the next call stops the wheels again.
+        hung = begin_s <= self.stopped_s
+        # With speed 0 the wheel may pass to another at once, so that the hardware is told nothing.
+        still_s = max(self.still_sent_s.values(), default=-10.0)
+        is_armed = self.is_armed or hung or still_s > self.stopped_s - ANSWER_S - STALE_S
+        world.keep("armed", is_armed, "no command with speed 0 came after the wheels were stopped")
+        world.keep("stop-holds", not self.is_halted, f"driver {driver} moves the car after an emergency stop")
+        if driver != self.driver:
+            may = (
+                self.has_strangers or self.is_free or self.is_ending or driver == self.wanted_by or self._has_released()
+            )
+            world.keep("one-driver", may and self.setpoint[2] == 0, f"driver {driver} drives instead of {self.driver}")
+        world.keep("guarded", self.has_guard or self.is_disturbed, "the car drives without its guard")
+        if driver == self.wanted_by:
+            self.wanted_by = None
+        self._gone_s = None
+        for act in self.moved:
+            act(driver, setpoint)
+        self.setpoint, self.moved_s, self.driver, self.is_free = setpoint, world.now_s, driver, False
+
+    def _check_age(self, driver: int, age_s: float, most_age_s: float) -> None:
+        fastest_s, last_s = self._fastest_s.get(driver, (ANSWER_S, -10.0))
+        if self.world.now_s - last_s > SILENCE_S - 0.2:
+            fastest_s = ANSWER_S
+        late_s = fastest_s + STALE_S + _STEPS_S + 2 * self._lateness_s
+        self.world.keep("no-old-command", age_s <= late_s, f"{age_s:.3f} s old; the fastest took {fastest_s:.3f} s")
+        self._fastest_s[driver] = min(most_age_s, fastest_s), self.world.now_s
+
+    def neutral(self, by: str) -> None:
+        """Stop the wheels."""
+        self.world.note("neutral", by)
+        self.stopped_s = self.world.now_s
+        if self.setpoint[2] and not self.is_hanging:
+            # A command with speed 0 passes the wheel on to whoever has asked for it: that is no stop by itself.
+            still_s = self.still_sent_s.get(self.driver or 0, -10.0)
+            is_handed_over = self.wanted_by is not None and still_s > self.moved_s - ANSWER_S - STALE_S
+            self.is_armed = is_handed_over or self._has_released()
+        self.setpoint = NEUTRAL
+        self._gone_s = None
+
+    def _has_released(self) -> bool:
+        """Whether the driver has given the wheel back; commands may come a little later."""
+        return self.released_s.get(self.driver or 0, -10.0) > self.world.now_s - SILENCE_S
+
+    def request(self, driver: int) -> None:
+        """A driver asks for the wheel: from now on it may pass to that driver."""
+        self.wanted_by, self.is_free = driver, True
+
+    def release(self, driver: int) -> None:
+        """A driver gives the wheel back, perhaps some time later: the next one needs no command with speed 0."""
+        self.is_free = True
+        self.released_s[driver] = self.world.now_s
+
+    def switch(self, name: str, is_on: bool) -> None:
+        self.world.note("switch", name, is_on)
+        if name == "horn":
+            self.horn = is_on
+
+    # What is promised.
+
+    def check(self) -> None:
+        """Check after a step."""
+        now_s = self.world.now_s
+        if self.setpoint[2]:
+            limit_s = (KILLED_S if self.is_disturbed else FAILSAFE_S) + _STEPS_S + 3 * self._lateness_s
+            silent_s = now_s - self.moved_s
+            self.world.keep("stands-in-time", silent_s <= limit_s, f"the wheels turn {silent_s:.3f} s later")
+            self.world.keep("stop-holds", not self.is_halted, "the wheels turn after an emergency stop")
+            if self._gone_s is not None and not self.is_disturbed:
+                gone_s = now_s - self._gone_s
+                self.world.keep("gone-stops", gone_s <= _AT_ONCE_S + 3 * self._lateness_s, f"{gone_s:.3f} s later")
+        if self.horn and not self.is_disturbed:
+            silent_s = now_s - self.horn_sent_s
+            self.world.keep("horn-ends", silent_s <= FAILSAFE_S + ANSWER_S + STALE_S + 0.1, f"{silent_s:.3f} s")
+
+
+def fields(word: int) -> tuple[int, Setpoint]:
+    """The code of a drive word, and its setpoint where the code is 1."""
+    return word >> 28, (word >> 20 & 255, word >> 19 & 1, word >> 11 & 255)
