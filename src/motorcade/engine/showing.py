@@ -56,9 +56,6 @@ class Page(NamedTuple):
     flags: Bytes
 
 
-"""Make the kernel ``read_moment``."""
-
-
 def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules, shown: Columns) -> None:
     """Write what the cars of a world show before a tick."""
     count = shown.x_m.shape[0]
@@ -81,9 +78,6 @@ def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules,
             shown.wheels[cars.number[driven[bicycle.PLACE, column]]] = bicycle.shown_wheels(
                 float(driven[bicycle.AHEAD, column]), float(driven[bicycle.ASIDE, column]), rules.speeds
             )
-
-
-"""Make the kernel ``pack_picture``."""
 
 
 def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Columns, tally: Tally, page: Page) -> None:
@@ -133,9 +127,6 @@ def _last_sent(word: int, slot: int, image: int, states: int, words: int, rules:
     return NO_INDEX
 
 
-"""Make the kernel ``sort_events``."""
-
-
 def sort_events(rows: Words, order: Ints, in_order: Words) -> None:
     """Write rows of events (`motorcade.engine.events`) by time, then by car; otherwise their order stays.
 
@@ -172,9 +163,6 @@ def _is_earlier(one: int, other: int, rows: Words) -> bool:
     return bool(rows[one, events.CAR] < rows[other, events.CAR])
 
 
-"""Make the kernel ``note_events``."""
-
-
 def note_events(in_order: Words, tally: Tally, packed: Words) -> None:
     """Count events of the only world for each car, and write them as a picture has them."""
     for k in range(in_order.shape[0]):
@@ -202,9 +190,6 @@ def note_events(in_order: Words, tally: Tally, packed: Words) -> None:
 def _mark(car: int, flag: int, tally: Tally) -> None:
     for purpose in range(tally.marks.shape[0]):
         tally.marks[purpose, car] = int(tally.marks[purpose, car]) | flag
-
-
-"""Make the kernel ``find_nearest``."""
 
 
 def find_nearest(car: int, arrays: Arrays, tally: Tally, away: Floats, found: Ints) -> None:
