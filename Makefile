@@ -78,6 +78,8 @@ bench: setup
 	$(BIN)/python benchmarks/first_start.py
 	$(BIN)/python benchmarks/swarm.py
 	$(BIN)/python benchmarks/backends.py
+	$(BIN)/python benchmarks/environments.py
+	$(BIN)/python benchmarks/theory_pictures.py
 	$(BIN)/python benchmarks/relay.py --crowd
 	$(BIN)/python benchmarks/room.py
 	$(BIN)/python benchmarks/studio_server.py

@@ -7,7 +7,6 @@ are stored as images and mats with the place of each car, so that neither the co
 import hashlib
 import io
 import json
-import math
 import platform
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -28,8 +27,7 @@ from motorcade.experiments.plan import Plan, code_hash
 from motorcade.experiments.run import ProgressBar, Workers, read_rows
 from motorcade.experiments.spec import parse_sweep
 from motorcade.experiments.task import DIGESTS
-from motorcade.mats.document import document_of, mat_of
-from motorcade.mats.model import Starts
+from motorcade.mats.document import cars_of, document_of, mat_of
 
 FORMAT = "motorcade-capsule/1"
 _ABOUT, _SPEC, _TABLE, _CITATION = "capsule.json", "sweep.toml", "table.parquet", "CITATION.cff"
@@ -69,9 +67,8 @@ def write_capsule(path: Path, spec: bytes, plan: Plan, table: Path) -> None:
     Raises:
         OSError: a file can't be read or written.
     """
-    versions = {name: version(name) for name in ("numpy", "pyarrow")}
-    versions |= {"motorcade": __version__, "code": code_hash(), "python": platform.python_version()}
-    versions |= {"system": platform.system(), "machine": platform.machine()}
+    versions = {"motorcade": __version__, "code": code_hash(), "python": platform.python_version()}
+    versions |= {"numpy": version("numpy"), "pyarrow": version("pyarrow"), "platform": platform.platform()}
     about = {"format": FORMAT, "versions": versions, "runs": plan.runs, "checkpoints": plan.checkpoints}
     members = {_ABOUT: _json(about | {"contents": plan.contents}), _SPEC: spec}
     members[_CITATION] = _citation(plan.sweep.citation, __version__)
@@ -81,7 +78,7 @@ def write_capsule(path: Path, spec: bytes, plan: Plan, table: Path) -> None:
         members[f"programs/{number}.profile.json"] = _json({"name": document.pop("name"), "profile": document})
     for number, mat in enumerate(plan.mats):
         if mat is not None:
-            members[f"mats/{number}.json"] = _json(document_of(mat) | {"car": _cars(mat.starts)})
+            members[f"mats/{number}.json"] = _json(document_of(mat) | {"car": cars_of(mat.starts)})
     members[_TABLE] = table.read_bytes()
     written = io.BytesIO()
     with zipfile.ZipFile(written, "w") as archive:
@@ -160,26 +157,16 @@ def _sealed(data: bytes) -> bytes:
 def _plan(archive: zipfile.ZipFile, name: str, about: dict[str, Any]) -> Plan:
     """Make the plan of a capsule. Raises MotorcadeError: a format has changed."""
     sweep = parse_sweep(archive.read(_SPEC).decode("utf-8-sig"), f"{name}/{_SPEC}")
-    programs, mats, there = [], [], set(archive.namelist())
+    programs, there = [], set(archive.namelist())
     for number in range(len(sweep.programs)):
         document = json.loads(archive.read(f"programs/{number}.profile.json"))
         profile = profile_from_dict(document["profile"], document["name"])
         programs.append((archive.read(f"programs/{number}.image"), profile))
-    for number in range(len(sweep.mats)):
-        file = f"mats/{number}.json"
-        mats.append(mat_of(json.loads(archive.read(file)), f"{name}/{file}") if file in there else None)
+    files = [f"mats/{number}.json" for number in range(len(sweep.mats))]
+    mats = [mat_of(json.loads(archive.read(each)), f"{name}/{each}") if each in there else None for each in files]
     plan = Plan(sweep, programs, mats, about["versions"]["motorcade"], with_digests=True)
     plan.checkpoints = about["checkpoints"]
     return plan
-
-
-def _cars(starts: Starts) -> list[dict[str, Any]]:
-    """The cars as a mat's file has them, each in its place."""
-    columns = zip(starts.x_m, starts.y_m, starts.heading, starts.leads, strict=True)
-    return [
-        {"at_m": [x, y], "heading_deg": math.degrees(heading), "role": "leader" if leads else "follower"}
-        for x, y, heading, leads in columns
-    ]
 
 
 def _citation(given: Mapping[str, Any], made_by: str) -> bytes:

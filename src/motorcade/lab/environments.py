@@ -14,7 +14,6 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from motorcade.errors import MotorcadeError
 from motorcade.lab.stepping import Options, SteppedWorlds, Task
 
 Singles = NDArray[np.float32]
@@ -92,16 +91,12 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         Raises:
             MotorcadeError: an action isn't allowed, or no episode has begun.
         """
-        if not self.agents:
-            raise MotorcadeError("episode-has-not-begun")
-        nothing = np.zeros(len(self._stepped.choices), np.int64)
-        chosen = [np.reshape(actions.get(agent, nothing), -1) for agent in self.agents]
-        acts = np.array([[agent in actions for agent in self.agents]])
+        nothing = np.zeros(len(self.choices), np.int64)
+        chosen = [np.reshape(actions.get(agent, nothing), -1) for agent in self.possible_agents]
+        acts = np.array([[agent in actions for agent in self.possible_agents]])
         rewards = self._stepped.step([chosen], acts)[0].tolist()
         agents, is_over = self.agents, self._stepped.is_over
-        observed = self._observed()
-        if is_over:
-            self.agents = []
+        observed, self.agents = self._observed(), [] if is_over else agents
         ended, over = dict.fromkeys(agents, False), dict.fromkeys(agents, is_over)
         return observed, dict(zip(agents, rewards, strict=True)), ended, over, {agent: {} for agent in agents}
 
@@ -126,7 +121,6 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
         self.single_observation_space, self.single_action_space = _spaces(stepped)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._has_begun = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -134,7 +128,6 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
         """Begin the episodes: world w has the seed ``seed`` + w; without one, each has another than before."""
         super().reset(seed=seed)
         self._stepped.reset(seed)
-        self._has_begun = True
         return self._observed(), {}
 
     def step(self, actions: Numbers) -> tuple[Singles, Numbers, Numbers, Numbers, dict[str, Any]]:
@@ -146,8 +139,6 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
         Raises:
             MotorcadeError: an action isn't allowed, or no episode has begun.
         """
-        if not self._has_begun:
-            raise MotorcadeError("episode-has-not-begun")
         rewards = np.zeros(self.num_envs)
         if self._stepped.is_over:
             self._stepped.reset(None)

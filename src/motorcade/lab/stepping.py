@@ -134,6 +134,7 @@ class SteppedWorlds:
         watches = self._mission if reward is None else None
         self.world = World(mat, [self._image], profile, seeds=range(worlds), events=watches is not None)
         self._watched = watches
+        self._has_begun = False
         self._next_seed = secrets.randbelow(_SEEDS)
         self._step_ms = step_ms
         length_s = options.seconds or (self._mission.duration_ms / 1000 if self._mission else _MAT_S)
@@ -169,7 +170,7 @@ class SteppedWorlds:
         The first tick is simulated, because cars are switched on in it.
         """
         world, first = self.world, self._next_seed if seed is None else seed
-        self._next_seed = first + world.worlds
+        self._next_seed, self._has_begun = first + world.worlds, True
         world.reset([(first + number) % _SEEDS for number in range(world.worlds)])
         # The word that each car had at the beginning of the step, and when it began that word.
         self._given = np.zeros((world.worlds, world.cars), np.uint32)
@@ -191,8 +192,10 @@ class SteppedWorlds:
             The reward of each agent, of shape (worlds, agents).
 
         Raises:
-            MotorcadeError: an action isn't allowed.
+            MotorcadeError: an action isn't allowed, or no episode has begun.
         """
+        if self.is_over or not self._has_begun:
+            raise MotorcadeError("episode-has-not-begun")
         world, before = self.world, self._readings
         words = self._words_of(actions)
         given = np.full((world.worlds, world.cars), agents.KEEP, np.uint32)

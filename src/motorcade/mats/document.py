@@ -146,6 +146,15 @@ def document_of(mat: Mat) -> dict[str, Any]:
     return plain
 
 
+def cars_of(starts: Starts) -> list[dict[str, Any]]:
+    """The cars as a mat's file has them, each in its place."""
+    columns = zip(starts.x_m, starts.y_m, starts.heading, starts.leads, strict=True)
+    return [
+        {"at_m": [x, y], "heading_deg": math.degrees(heading), "role": "leader" if leads else "follower"}
+        for x, y, heading, leads in columns
+    ]
+
+
 def _without_numpy(value: Any) -> Any:
     """Convert NumPy's numbers to Python's, at every depth."""
     if isinstance(value, dict):
