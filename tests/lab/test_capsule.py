@@ -155,10 +155,14 @@ def test_its_citation_has_what_a_doi_needs(capsule):
         assert value in ours
 
 
-def test_who_forgets_the_authors_is_told(tmp_path):
+def test_who_forgets_the_authors_is_told_and_a_bad_name_is_refused_first(tmp_path):
     (tmp_path / PARADE.name).write_bytes(PARADE.read_bytes())
     (tmp_path / "a.toml").write_text(SPEC.partition("mats")[0] + "seconds = 0.1", encoding="utf-8")
     paths = "-o", tmp_path / "a.parquet", "--capsule", tmp_path / "a.zip"
     out = Terminal()
     run("sweep", tmp_path / "a.toml", *paths, stdout=out)
     assert "names no authors" in out.getvalue()
+    there = tmp_path / "b.parquet"
+    for name, says in ((tmp_path / "a.txt", "must end in .zip"), (tmp_path / "no" / "a.zip", "there is no folder")):
+        assert says in refusal(2, "sweep", tmp_path / "a.toml", "-o", there, "--capsule", name)
+    assert not there.exists()

@@ -146,6 +146,10 @@ def _sweep(
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise MotorcadeError("picture-needs-options")
     with ended_by_sentences(output):
+        if capsule:
+            from motorcade.runs.recording import check_writable
+
+            check_writable(capsule, (".zip",))
         plan = _plan(spec, capsule is not None)
         if picture:
             from motorcade.experiments.picture import check_picture
