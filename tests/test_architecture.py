@@ -29,7 +29,7 @@ ARROWS = {
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),
     "car": ("words",),
-    "classroom": ("cameras", "config", "drive", "engine", "server", "service", "sockets", "words"),
+    "classroom": ("cameras", "config", "drive", "engine", "missions", "server", "service", "sockets", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),

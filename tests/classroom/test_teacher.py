@@ -3,6 +3,7 @@
 import errno
 import io
 import json
+import re
 import shutil
 import stat
 import sys
@@ -16,6 +17,7 @@ from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.record import to_bytes
 from motorcade.classroom.room import Classroom
 from motorcade.errors import MotorcadeError
+from motorcade.missions.document import built_in_mission
 from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
 from support.class_page import PASSWORD, PROJECT, class_room
@@ -359,3 +361,20 @@ def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_pat
     with class_room(tmp_path, first_key=None):
         assert list((tmp_path / OWNERS).iterdir()) == []
     assert files.load(Random(1).randrange).removed == []
+
+
+def test_the_teacher_gets_a_report_of_all_work_against_a_mission(tmp_path):
+    with class_room(tmp_path) as room:
+        mia, ben = room.join("Mia"), room.join("小明")
+        for pupil, program in ((mia, "solution"), (ben, "near_miss")):
+            program = getattr(built_in_mission("forward-and-stop"), program)
+            opened = mia.ask("open", text=program.as_json())
+            pupil.ask(
+                "projects/write", name="Mine", project={key: opened[key] for key in ("leader", "followers", "profile")}
+            )
+        answer = room.teacher.client.get("/api/teacher/report.html?mission=forward-and-stop&language=zh")
+        assert answer.headers["content-disposition"].startswith("attachment")
+        rows = re.findall(r"<th scope=row>(.*?)</th><td[^>]*>(.*?)</td>", answer.text)
+        assert rows == [("01 Mia/Mine.motorcade.json", "★★★"), ("02 小明/Mine.motorcade.json", "–")]
+        assert room.teacher.client.get("/api/teacher/report.html?mission=none").status_code == 404
+        assert mia.client.get("/api/teacher/report.html?mission=forward-and-stop").status_code == 401

@@ -1,7 +1,9 @@
 """The commands missions and check."""
 
+import csv
 import json
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -175,3 +177,42 @@ def test_search_without_the_extra_says_what_to_install(mission, monkeypatch, tmp
     ran = run("search", mission, "--output", tmp_path / "found")
     assert (ran.code, "[lab]" in ran.err) == (2, True)
     assert not (tmp_path / "found").exists()
+
+
+def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission, tmp_path):
+    folder = tmp_path / "class" / "小明"
+    folder.mkdir(parents=True)
+    texts = {
+        "good.motorcade.json": json.dumps({"format": "motorcade-program/1", "leader": [FAR]}),
+        "near.motorcade.json": json.dumps({"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]}),
+        "cut.motorcade.json": json.dumps({"format": "motorcade-program/1", "leader": [FAR]})[:40],
+        "=1+1.motorcade.json": "[]",
+        "a&amp.txt": "a note",
+        ".hidden": "",
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder.parent / "photo.png").write_bytes(b"\x89PNG" + bytes(500))
+    for language, stars in (("zh", "星星"), ("en", "Stars")):
+        ran = run("check", mission, folder.parent, "--language", language)
+        assert ran.code == 1
+        told = json.loads(ran.out)
+        page, table = Path(told["page"]), Path(told["table"])
+        rows = list(csv.reader(table.read_text(encoding="utf-8-sig").splitlines()))
+        assert rows[0][1] == stars
+        found = {name.rpartition("/")[2]: row for name, *row in rows[1:]}
+        assert {*found} == {*texts, "photo.png"} - {".hidden"}
+        assert [found[f"{name}.motorcade.json"][0] for name in ("good", "near", "cut")] == ["2", "0", ""]
+        assert [bool(cell) for cell in found["near.motorcade.json"][2:]] == [True, False]
+        assert all(found[name][3] for name in ("cut.motorcade.json", "a&amp.txt", "photo.png"))
+    text = page.read_text(encoding="utf-8")
+    assert (text.count("<svg "), text.count("a&amp;amp.txt")) == (2, 1)
+    # Its own report is no file of a pupil.
+    assert len(told["files"]) == 6
+    (folder.parent / "photo.png").unlink()
+    for name in ("near.motorcade.json", "cut.motorcade.json", "=1+1.motorcade.json", "a&amp.txt"):
+        (folder / name).unlink()
+    assert run("check", mission, folder.parent, "-o", tmp_path / "out.html").code == 0
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    assert run("check", mission, empty).code == 2

@@ -13,13 +13,13 @@ from msgspec import structs
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import FileResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from motorcade.classroom.cars import EmergencyStop, PupilFleet
-from motorcade.classroom.folder import ClassFolder, write_work
+from motorcade.classroom.folder import ClassFolder, class_report, write_work
 from motorcade.classroom.handlers import Asks, Handlers
 from motorcade.classroom.messages import ClassView, Goodbye, PupilView, exchanges_of
 from motorcade.classroom.pairs import Pairs
@@ -30,6 +30,7 @@ from motorcade.classroom.views import class_view, pupil_view
 from motorcade.classroom.wall import Walls
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
+from motorcade.missions.document import built_in_mission
 from motorcade.server.http import exception_handlers, json_response, page_not_built, page_routes
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.remote.fleet import Fleet
@@ -87,6 +88,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
             WebSocketRoute(f"{_TEACHER}mat", walls.serve_mat),
             WebSocketRoute(TEACHERS_CARS, room_cars.serve),
             Route(f"{_TEACHER}work.zip", partial(_work, running)),
+            Route(f"{_TEACHER}report.html", partial(_report, running)),
             *(
                 Route(f"{_API}{path}/{{name:path}}", partial(_answer, running, handlers), methods=["POST"])
                 for path in ("class", "teacher")
@@ -161,10 +163,25 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     return response
 
 
+def _language(request: Request) -> str:
+    """The language of the page that asks, by the query."""
+    asked = request.query_params.get("language", FIRST)
+    return asked if asked in languages() else FIRST
+
+
+async def _report(running: RunningClass, request: Request) -> Response:
+    """Answer with the report about all work and the query's ``mission``, as a page to be stored."""
+    language, pupils = _language(request), list(running.room.record.pupils)
+    mission = built_in_mission(request.query_params.get("mission", ""))
+    async with running.reporting:
+        page = await running.with_files(class_report, running.folder, pupils, mission.id, language)
+    name = f'attachment; filename="{mission.id}.html"'
+    return HTMLResponse(page, headers={"content-disposition": name})
+
+
 async def _work(running: RunningClass, request: Request) -> Response:
     """Answer with the work of all pupils as a ZIP file; the query's ``language`` is that of its page."""
-    asked = request.query_params.get("language", FIRST)
-    language = asked if asked in languages() else FIRST
+    language = _language(request)
     pupils, title = list(running.room.record.pupils), running.room.record.title
 
     def write() -> Path:

@@ -5,6 +5,9 @@ The folder is the whole class: a copy of it is a backup. A file is replaced whol
 
 import re
 import shutil
+import subprocess
+import sys
+import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -29,7 +32,8 @@ from motorcade.service.missions import list_missions
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
-_ENDING = ".motorcade.json"
+_ENDING, _OVERVIEW = ".motorcade.json", "overview.html"
+_REPORT_S = 600.0
 # What Windows allows in no name of a file.
 _FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 _STYLE = (
@@ -202,7 +206,27 @@ def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], tit
     """
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         works = [_add(archive, folder, pupil) for pupil in pupils]
-        archive.writestr("overview.html", overview(works, title, language))
+        archive.writestr(_OVERVIEW, overview(works, title, language))
+
+
+def class_report(folder: ClassFolder, pupils: Iterable[Pupil], mission: str, language: str) -> bytes:
+    """Return the page of `motorcade check` about all work of these pupils; a process of its own computes it.
+
+    Raises MotorcadeError where it can't be made, or takes ten minutes.
+    """
+    with tempfile.TemporaryDirectory(prefix="motorcade-") as name:
+        work, page = Path(name) / "work", Path(name) / "report.html"
+        with tempfile.TemporaryFile(dir=name) as file:
+            write_work(file, folder, pupils, "", language)
+            with zipfile.ZipFile(file) as archive:
+                archive.extractall(work, [each for each in archive.namelist() if each != _OVERVIEW])
+        work.mkdir(exist_ok=True)
+        command = [sys.executable, "-m", "motorcade", "check", mission, str(work), "-o", str(page), "--json"]
+        with suppress(subprocess.TimeoutExpired):
+            subprocess.run([*command, "--language", language], capture_output=True, timeout=_REPORT_S, check=False)
+        if not page.exists():
+            raise MotorcadeError("no-report")
+        return page.read_bytes()
 
 
 def _add(archive: zipfile.ZipFile, folder: ClassFolder, pupil: Pupil) -> _Work:

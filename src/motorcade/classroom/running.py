@@ -88,6 +88,7 @@ class RunningClass(Visitors):
                 with suppress(MotorcadeError):
                     self.pairs.versions[pair.id, window] = folder.history(pair.library, window)[0].version
         self.hashing = CapacityLimiter(1)
+        self.reporting = CapacityLimiter(1)
         self._storing = asyncio.Lock()
         # What the file holds, the revision that it has, and the last one that was undone.
         self._kept = to_bytes(self.room.record)

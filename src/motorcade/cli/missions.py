@@ -14,6 +14,7 @@ from motorcade.cli.options import (
     print_note,
     print_table,
     wants_json,
+    write_file,
 )
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
@@ -61,10 +62,15 @@ def _missions(language: Language = "", as_json: Json = False) -> None:
 def _check(
     mission: Annotated[str, typer.Argument(metavar="MISSION")],
     program: Annotated[str, typer.Argument(metavar="PROGRAM")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", dir_okay=False)] = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     wanted = _named(mission)
+    if Path(program).is_dir():
+        with needs_extra("simulating", "world"):
+            passed = _check_folder(wanted, Path(program), output, wants_json(as_json))
+        raise typer.Exit(FINE if passed else PROGRAM_ERROR)
     with needs_extra("simulating", "world"):
         try:
             result = _result(wanted, program)
@@ -149,9 +155,8 @@ def _named(mission: str) -> "Mission":
 
 def _result(mission: "Mission", program: str) -> "Result":
     """Check the program in a file, or one of the mission's own. Raises MotorcadeError or OSError."""
-    from motorcade.missions.check import check_image, check_program
-    from motorcade.program.diagnostics import ProgramError
-    from motorcade.program.files import is_project, read_file, read_project
+    from motorcade.missions.check import check_program
+    from motorcade.missions.report import check_file
 
     path = Path(program)
     if program in _OWN and not path.exists():
@@ -159,14 +164,50 @@ def _result(mission: "Mission", program: str) -> "Result":
         if own is None:
             raise MotorcadeError("mission-has-no-program", key=program)
         return check_program(mission, own)
-    data = read_file(path)
-    if not is_project(data, path):
-        return check_image(mission, data)
-    text = read_project(data, path)
-    try:
-        return check_program(mission, text.program)
-    except ProgramError as problem:
-        raise ProgramError(text.located(problem.diagnostics)) from None
+    return check_file(mission, path)
+
+
+def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json: bool) -> bool:
+    """Check all files of a folder, write the report, and print it; return whether each has a star."""
+    from rich.table import Table
+
+    from motorcade.cli.console import progress_bar
+    from motorcade.missions.report import check_files, files_of, report_in, to_csv, to_html
+
+    language = current_language()
+    base = output or report_in(folder, mission)
+    written = {ending: base.with_suffix(ending) for ending in (".csv", ".html")}
+    files = [path for path in files_of(folder) if path not in written.values()]
+    if not files:
+        raise MotorcadeError("folder-without-files", folder=folder)
+    checked = []
+    with progress_bar("checked", len(files)) as advance:
+        for each in check_files(mission, folder, files):
+            checked.append(each)
+            advance(len(checked))
+    for ending, make in ((".csv", to_csv), (".html", to_html)):
+        write_file(written[ending], make(checked, mission, language).encode())
+    if as_json:
+        rows = [
+            {
+                "file": each.name,
+                "problem": each.problem.sentence(language) if each.problem else None,
+                **(each.result.to_dict(language) if each.result else {"stars": 0}),
+            }
+            for each in checked
+        ]
+        print_json({"page": str(written[".html"]), "table": str(written[".csv"]), "files": rows})
+    else:
+        table = Table(title=translated("check-folder-title", name=mission.name, folder=folder), title_justify="left")
+        for name in ("file", "stars", "why"):
+            table.add_column(translated(f"column-{name}"), no_wrap=name == "stars")
+        for each in checked:
+            lost = [goal.why.sentence(language) for goal in each.result.goals if not goal.met] if each.result else []
+            why = each.problem.sentence(language) if each.problem else " ".join(lost)
+            table.add_row(each.name, _stars(len(each.result.stars)) if each.result else "–", why)
+        print_table(table)
+        print_lines([translated("check-folder-written", page=written[".html"], table=written[".csv"])])
+    return all(each.result and each.result.stars for each in checked)
 
 
 def _missions_table(found: "tuple[Mission, ...]") -> "Table":

@@ -1,6 +1,6 @@
 """Check a program against a mission: simulate it on every seed, and count the stars."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
 from statistics import fmean
 from typing import Any, NamedTuple
@@ -85,26 +85,41 @@ def open_worlds_here(mission: Mission, image: bytes, seeds: Sequence[int], event
     return World(mission.mat, [image], mission.profile, seeds=seeds, events=events, threads=1)
 
 
-def check_image(mission: Mission, image: bytes) -> Result:
+Look = Callable[[Sight], None]
+"""Is shown each moment of a check's runs."""
+
+
+def _look_away(sight: Sight) -> None:
+    """Nobody looks on."""
+
+
+def check_image(mission: Mission, image: bytes, look: Look = _look_away) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
     try:
         program = decompile(bytes_to_words(image))
     except DecompileError:
         program = None
-    return _check(mission, image, program)
+    return _check(mission, image, program, look=look)
 
 
-def check_program(mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here) -> Result:
+def check_program(
+    mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here, look: Look = _look_away
+) -> Result:
     """Check a program, compiled for the mission's cars. Raises ProgramError where it has errors."""
-    return _check(mission, compile_program(program, mission.profile).image, program, open_worlds)
+    return _check(mission, compile_program(program, mission.profile).image, program, open_worlds, look)
 
 
 def _check(
-    mission: Mission, image: bytes, program: Program | None, open_worlds: OpenWorlds = open_worlds_here
+    mission: Mission,
+    image: bytes,
+    program: Program | None,
+    open_worlds: OpenWorlds = open_worlds_here,
+    look: Look = _look_away,
 ) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
     for sight in simulate(mission, image, open_worlds):
         watches[sight.seed].see(sight.moment, sight.events)
+        look(sight)
     states = {seed: watch.states() for seed, watch in watches.items()}
     grades = [watch.grades() for watch in watches.values()]
     means = [fmean(each) for each in zip(*grades, strict=True)]

@@ -8,7 +8,7 @@ import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
-import { useSentences, useTexts } from "./texts";
+import { useLanguage, useSentences, useTexts } from "./texts";
 
 const LOOK_EVERY_MS = 5000;
 
@@ -24,12 +24,36 @@ function useProgress(): ClassProgress | null {
   return progress;
 }
 
+/** Check all work against a mission. */
+function Report({ missions }: { missions: ClassProgress["missions"] }) {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const language = useLanguage((state) => state.language);
+  const [mission, setMission] = useState(missions[0]?.id ?? "");
+  return (
+    <section className={css.row} aria-label={t("checkReport")}>
+      <p>{t("checkAbout")}</p>
+      <select aria-label={t("checkMission")} value={mission} onChange={({ target }) => setMission(target.value)}>
+        {missions.map(({ id, name }) => (
+          <option key={id} value={id}>
+            {inLanguage(name)}
+          </option>
+        ))}
+      </select>
+      <a className={css.linkButton} href={`/api/teacher/report.html?${new URLSearchParams({ mission, language }).toString()}`} download>
+        {t("checkReport")}
+      </a>
+    </section>
+  );
+}
+
 export function ProgressPart({ view }: { view: ClassView }) {
   const t = useTexts();
   const inLanguage = useSentences();
   const progress = useProgress();
   if (!progress) return null;
   return (
+    <>
     <div className={css.scroller} tabIndex={0} role="region" aria-label={t("progress")}>
       <table className={css.progress}>
         <thead>
@@ -62,6 +86,8 @@ export function ProgressPart({ view }: { view: ClassView }) {
         </tbody>
       </table>
     </div>
+    <Report missions={progress.missions} />
+    </>
   );
 }
 

@@ -1,0 +1,207 @@
+"""Check many files against a mission: a table as CSV, and a web page with a small picture of each run."""
+
+import base64
+import csv
+import io
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from pathlib import Path
+from typing import NamedTuple
+
+from motorcade.config.files import disk_reason
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.missions.check import STEPS, Look, Result, Sight, check_image, check_program
+from motorcade.missions.model import Mission
+from motorcade.missions.watch import goal_phrase
+from motorcade.program.diagnostics import ProgramError
+from motorcade.program.files import is_project, read_file, read_project
+from motorcade.words.image import ImageError
+
+_IMAGES, _REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
+_LEADER, _FOLLOWER = "#d62728", "#1f77b4"
+_WIDTH_PX, _HEIGHT_PX = 220, 150
+# Around what is shown of a mat without a size.
+_MARGIN_M = 0.2
+# With more, tracks can't be told apart, and the page of a class has megabytes.
+_MOST_CARS, _MOST_POINTS = 60, 100
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:75rem;margin:2rem auto;padding:0 1rem}"
+    "table{border-collapse:collapse;width:100%}th,td{border:1px solid #999;padding:.4rem .6rem;text-align:left;"
+    "vertical-align:top}th{overflow-wrap:anywhere;min-width:5rem}svg{display:block}"
+    "ul{margin:0;padding-inline-start:1.2em}.refused td{background:#fff1d6;color:#5c3a00}"
+    "@media print{tr{break-inside:avoid}}"
+)
+
+
+def report_in(folder: Path, mission: Mission) -> Path:
+    """Return where the page of a folder's report is, unless the user says another place."""
+    return folder / f"{mission.id}{_REPORTS[0]}"
+
+
+class Checked(NamedTuple):
+    """A file that was checked.
+
+    Attributes:
+        name: of the file, below the folder.
+        result: what its program earned; None where it holds none that can be checked.
+        problem: why not; else None.
+        picture: an SVG of the run with the mission's first seed: where each car drove, and where it stands at the end.
+    """
+
+    name: str
+    result: Result | None
+    problem: MotorcadeError | None
+    picture: str = ""
+
+
+def check_file(mission: Mission, path: Path, look: Look = lambda sight: None) -> Result:
+    """Check the project, the Python text or the image in a file; ``look`` is shown each moment of its runs.
+
+    Raises MotorcadeError or OSError where it holds no program that can be checked.
+    """
+    data = read_file(path)
+    if not is_project(data, path):
+        return check_image(mission, data, look)
+    text = read_project(data, path)
+    try:
+        return check_program(mission, text.program, look=look)
+    except ProgramError as problem:
+        raise ProgramError(text.located(problem.diagnostics)) from None
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the files of a folder and of those in it, by name; without hidden ones and reports. Raises OSError."""
+    found = (path for path in folder.rglob("*") if path.is_file() and not path.name.endswith(_REPORTS))
+    return sorted(path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts))
+
+
+class _Run:
+    """Notes where all cars are in the run with one seed."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.points: list[list[tuple[float, float]]] = []
+
+    def see(self, sight: Sight) -> None:
+        if sight.seed == self._seed:
+            self.points.append(list(zip(sight.moment.x_m, sight.moment.y_m, strict=True)))
+
+
+def check_files(mission: Mission, folder: Path, files: Iterable[Path]) -> Iterator[Checked]:
+    """Check files of a folder, one after another; one that can't be checked doesn't end this."""
+    for path in files:
+        name = path.relative_to(folder).as_posix()
+        run = _Run(mission.seeds[0])
+        try:
+            result = check_file(mission, path, run.see)
+        except ImageError as problem:
+            # To who put a photo into the folder its number of bytes says nothing.
+            is_image = path.suffix in _IMAGES
+            yield Checked(name, None, problem if is_image else MotorcadeError("no-program-in-file"))
+        except MotorcadeError as problem:
+            yield Checked(name, None, problem)
+        except OSError as problem:
+            yield Checked(name, None, MotorcadeError("cant-read", reason=disk_reason(problem)))
+        else:
+            yield Checked(name, result, None, _picture(mission, run.points))
+
+
+def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) -> str:
+    """Return an SVG of a run; ``points`` are the places of all cars at each moment."""
+    mat, shown = mission.mat, points[:: -(-len(points) // _MOST_POINTS)]
+    boxes = [(x, y, x, y) for moment in shown for x, y in moment] + [zone.box() for zone in mission.zones]
+    left, bottom = min(box[0] for box in boxes) - _MARGIN_M, min(box[1] for box in boxes) - _MARGIN_M
+    right, top = max(box[2] for box in boxes) + _MARGIN_M, max(box[3] for box in boxes) + _MARGIN_M
+    if mat.size_m:
+        left, bottom, (right, top) = 0.0, 0.0, mat.size_m
+    scale = max((right - left) / _WIDTH_PX, (top - bottom) / _HEIGHT_PX)
+    radius_m = max(mission.profile.body.diameter_mm / 2000, 3 * scale)
+
+    def outline(corners: Iterable[tuple[float, float]], style: str) -> str:
+        return f'<path d="M{"L".join(f"{x:.2f} {y:.2f}" for x, y in corners)}" {style}/>'
+
+    def disc(x: float, y: float, radius: float, style: str) -> str:
+        return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius:.3f}" {style}/>'
+
+    thing = 'fill="#666"'
+    zone_style = f'fill="none" stroke="#0a7" stroke-dasharray="{4 * scale:.3f}"'
+    parts = [outline(((x0, y0), (x1, y1)), 'stroke="#333"') for x0, y0, x1, y1 in mat.walls]
+    parts += [outline(each, thing) for each in mat.polygons] + [disc(*each, thing) for each in mat.discs]
+    for zone in mission.zones:
+        corners = zone.corners and (*zone.corners, zone.corners[0])
+        parts.append(outline(corners, zone_style) if corners else disc(*zone.disc, zone_style))
+    for car, leads in enumerate(mat.starts.leads[:_MOST_CARS]):
+        colour = _LEADER if leads else _FOLLOWER
+        parts.append(outline((moment[car] for moment in shown), f'fill="none" stroke="{colour}" opacity=".5"'))
+        parts.append(disc(*points[-1][car], radius_m, f'fill="{colour}"'))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{(right - left) / scale:.0f}" role="img" '
+        f'viewBox="{left:.2f} {-top:.2f} {right - left:.2f} {top - bottom:.2f}">'
+        f'<g transform="scale(1 -1)" stroke-width="{scale:.4f}">'
+        f'<path d="M{left:.2f} {bottom:.2f}H{right:.2f}V{top:.2f}H{left:.2f}Z" fill="#f6f1e7" stroke="#999"/>'
+        f"{''.join(parts)}</g></svg>"
+    )
+
+
+def _goals(mission: Mission, result: Result, language: str) -> list[tuple[str, bool, str]]:
+    """Each goal, whether it is met, and why."""
+    goals = iter(enumerate(mission.goals, start=1))
+    rows = []
+    for each in result.goals:
+        if each.kind == STEPS:
+            asked = Phrase("goal-steps").sentence(language)
+        else:
+            number, goal = next(goals)
+            asked = f"{number}. {goal_phrase(goal, mission).sentence(language)}"
+        rows.append((asked, each.met, each.why.sentence(language)))
+    return rows
+
+
+def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
+    """Return the table as CSV, a row for each file, which spreadsheets recognize as UTF-8."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    words = [Phrase(f"report-{name}").sentence(language) for name in ("file", "stars", "grade", "lost", "problem")]
+    writer.writerow(words)
+    for each in checked:
+        if each.result is None:
+            row = ["", "", "", each.problem.sentence(language) if each.problem else ""]
+        else:
+            lost = [f"{asked}: {why}" for asked, met, why in _goals(mission, each.result, language) if not met]
+            row = [str(len(each.result.stars)), f"{each.result.grade:.2f}", " ".join(lost), ""]
+        # A spreadsheet would compute what begins so, and pupils choose the names.
+        writer.writerow([f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t") else cell for cell in (each.name, *row)])
+    return "\ufeff" + text.getvalue()
+
+
+def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
+    """Return the web page, which holds all that it shows, and the table to be downloaded."""
+
+    def say(text: str, **details: object) -> str:
+        return escape(Phrase(f"report-{text}", **details).sentence(language))
+
+    rows = []
+    for each in checked:
+        file = f"<th scope=row>{escape(each.name)}</th>"
+        if each.result is None:
+            problem = escape(each.problem.sentence(language)) if each.problem else ""
+            rows.append(f"<tr class=refused><td></td>{file}<td>–</td><td>{problem}</td></tr>")
+            continue
+        goals = "".join(
+            f"<li>{'✓' if met else '✗'} {escape(asked)}{'' if met else f' <b>{escape(why)}</b>'}</li>"
+            for asked, met, why in _goals(mission, each.result, language)
+        )
+        stars = "★" * len(each.result.stars) or "–"
+        picture = each.picture.replace("<svg ", f'<svg aria-label="{say("picture", file=each.name)}" ', 1)
+        rows.append(f"<tr><td>{picture}</td>{file}<td>{stars}</td><td><ul>{goals}</ul></td></tr>")
+    heads = "".join(f"<th scope=col>{say(name)}</th>" for name in ("run", "file", "stars", "goals"))
+    title = say("title", name=mission.name)
+    passed = sum(bool(each.result and each.result.stars) for each in checked)
+    table = base64.b64encode(to_csv(checked, mission, language).encode()).decode()
+    return (
+        f'<!doctype html><html lang="{escape(language)}"><meta charset=utf-8>'
+        f"<meta name=viewport content=width=device-width><title>{title}</title><style>{_STYLE}</style><h1>{title}</h1>"
+        f"<p>{say('summary', count=len(checked), passed=passed)} "
+        f'<a download="{escape(mission.id)}.csv" href="data:text/csv;base64,{table}">{say("table")}</a></p>'
+        f"<table><thead><tr>{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table></html>\n"
+    )
