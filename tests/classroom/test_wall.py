@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
-from motorcade.classroom.messages import Wall
+from motorcade.classroom.messages import DrawnWall, Wall
 from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures
 from motorcade.engine.moment import first_cars, moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
@@ -120,6 +120,27 @@ def test_a_slow_projector_gets_no_film():
     assert on_the_wall(newest, [{"cars": 1}])[1][0][1][0].tolist() == [5], "what it missed is not sent later"
     wall.under_way = 0
     assert wall.answers(2.2) == [], "nothing has changed"
+
+
+def test_only_worlds_that_are_seen_are_sent():
+    worlds = [StillWorld() for _ in range(3)]
+    shown = [ShownWorld(f"0{k}", world, world, MAT) for k, world in enumerate(worlds)]
+    wall = WallPictures(lambda: shown)
+
+    def places(now_s):
+        wall.under_way = 0
+        return [[*on_the_wall(each, [{"cars": 1}] * 3)[1]] for each in wall.answers(now_s) if isinstance(each, bytes)]
+
+    assert places(0.0) == [[0, 1, 2]]
+    for world in worlds:
+        world.at(1)
+    wall.receive(DrawnWall(number=1, seen=[1, 9]))
+    assert (places(0.1), places(0.2)) == ([[1]], [])
+    wall.receive(DrawnWall(drawn=False, number=9, seen=[]))
+    wall.receive(DrawnWall(drawn=False, number=1, seen=[0, 1]))
+    assert places(0.3) == [[0]], "what scrolls into view is sent as it is now"
+    shown.pop()
+    assert places(1.5) == [[0, 1]], "in a new list all count as seen until the page says otherwise"
 
 
 def test_the_list_is_sent_at_most_once_a_second():

@@ -386,7 +386,11 @@ class Wall(ClassAnswerBase, tag="wall"):
 
 
 class DrawnWall(Struct, forbid_unknown_fields=True):
-    """The page has drawn the last picture of the wall, and wants the next."""
+    """The page has drawn a picture of the wall (``drawn``), and its screen shows the places ``seen`` of a list."""
+
+    drawn: bool = True
+    number: int = 0
+    seen: Annotated[list[int], Meta(max_length=200)] | None = None
 
 
 ClassAnswer = PupilView | Goodbye | Refused

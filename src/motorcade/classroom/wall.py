@@ -33,7 +33,9 @@ from motorcade.service.world_messages import (
     WorldAnswer,
 )
 
-PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 0.2, 1.0, 0.1
+PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 1 / 15, 1.0, 0.1
+# The shared mat goes on in such steps while only the wall shows it.
+UNSHOWN_EVERY_S = 0.2
 MOST_CARS_SHOWN = 60
 _MOST_UNDER_WAY = 2
 _NUMBER, _PLACE = struct.Struct("<I"), struct.Struct("<HHI")
@@ -76,6 +78,8 @@ class WallPictures:
 
     def __init__(self, now_shown: Callable[[], Iterable[ShownWorld]]) -> None:
         self.under_way = 0
+        # The places in the list whose tiles the page's screen shows; None: all.
+        self._seen: frozenset[int] | None = None
         self._now_shown = now_shown
         self._number = 0
         self._shown: list[ShownWorld] = []
@@ -89,6 +93,7 @@ class WallPictures:
         same = len(found) == len(self._shown) and all(map(ShownWorld.is_same, found, self._shown))
         if not self._number or (not same and now_s - self._listed_s >= LIST_EVERY_S):
             self._number += 1
+            self._seen = None
             self._shown, self._listed_s, self._last = found, now_s, {}
             answers.append(Wall(self._number, [each.described() for each in found]))
         if self.under_way < _MOST_UNDER_WAY and (picture := self._picture(found)):
@@ -96,11 +101,20 @@ class WallPictures:
             answers.append(picture)
         return answers
 
+    def receive(self, message: DrawnWall) -> None:
+        """Take what a page says; places of an earlier list mean nothing any more."""
+        if message.drawn:
+            self.under_way = max(self.under_way - 1, 0)
+        if message.number == self._number and message.seen is not None:
+            self._seen = frozenset(message.seen)
+
     def _picture(self, found: list[ShownWorld]) -> bytes:
-        """Return a picture of the worlds that have changed; empty where none has."""
+        """Return a picture of the worlds that are seen and have changed; empty where none has."""
         parts = []
         now = {each.pupil: each for each in found}
         for place, world in enumerate(self._shown):
+            if self._seen is not None and place not in self._seen:
+                continue
             if world.pupil not in now or not world.is_same(now[world.pupil]):
                 continue
             t_ms, moment = world.moment()
@@ -167,13 +181,13 @@ class Walls:
         wall = WallPictures(self._now_shown)
 
         async def drawn(message: DrawnWall) -> None:
-            wall.under_way = max(wall.under_way - 1, 0)
+            wall.receive(message)
 
         def show() -> Awaitable[None]:
             return self._show(socket, page, lambda: wall.answers(self._running.now_s()), PICTURE_EVERY_S)
 
         # The parade goes on although nobody has opened its own page.
-        await page.serve(DrawnWall, drawn, [show, lambda: self._worlds.run_unshown(self._mat.session, PICTURE_EVERY_S)])
+        await page.serve(DrawnWall, drawn, [show, lambda: self._worlds.run_unshown(self._mat.session, UNSHOWN_EVERY_S)])
 
     async def watch(self, socket: WebSocket) -> None:
         """Serve a page that looks on at one pupil's world; it follows the pupil from world to world."""

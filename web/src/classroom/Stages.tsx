@@ -61,7 +61,7 @@ function Tile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tile
   const t = useTexts();
   const state = stateOf(pupil);
   return (
-    <li className={css.tile} data-state={state}>
+    <li className={css.tile} data-state={state} data-world={world.pupil}>
       <a href={`/wall?pupil=${encodeURIComponent(pupil.id)}`}>
         <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} tiles={tiles} />
         <span className={css.tileName}>
@@ -82,7 +82,7 @@ function MatTile({ world, mat, tiles }: { world: WallWorld; mat: MatView; tiles:
   const t = useTexts();
   const inLanguage = useSentences();
   return (
-    <li className={css.tile}>
+    <li className={css.tile} data-world={SHARED}>
       <a href="/mat">
         <WorldCanvas world={world} label={t("matTitle")} tiles={tiles} />
         <span className={css.tileName}>
@@ -120,8 +120,15 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
   const t = useTexts();
   const [wall, setWall] = useState<Wall | null>(null);
   const [tiles] = useState(() => new Tiles());
+  /** The worlds whose tiles are on the screen; null until that is known. */
+  const seen = useRef<ReadonlySet<string> | null>(null);
+  const tell = useRef<(drawn: boolean) => void>(() => undefined);
   useEffect(() => {
     let listed: Wall | null = null;
+    tell.current = (drawn) => {
+      const places = listed && seen.current && [...listed.worlds.keys()].filter((place) => seen.current!.has(listed!.worlds[place]!.pupil));
+      stream.send({ drawn, number: listed?.number ?? 0, seen: places });
+    };
     const stream = new Stream<WallAnswer>("/api/teacher/wall", {
       onAnswer: (answer) => {
         if (answer.is !== "wall") return;
@@ -134,7 +141,7 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
         if (picture?.number === listed?.number)
           picture?.worlds.forEach((cars, place) => tiles.show(listed!.worlds[place]?.pupil ?? SHARED, cars));
         // The answer says that there is time for the next picture.
-        requestAnimationFrame(() => stream.send({}));
+        requestAnimationFrame(() => tell.current(true));
       },
       onLink: () => undefined,
     });
@@ -144,6 +151,21 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
   const shared = wall?.worlds.find((world) => world.pupil === SHARED);
   const shown = (wall?.worlds ?? []).filter((world) => byId.has(world.pupil));
   const { list, columns } = useColumns(shown.length + (shared ? 1 : 0));
+  const key = shown.map(({ pupil }) => pupil).join() + String(shared !== undefined);
+  useEffect(() => {
+    const inView = new Set<string>();
+    const observer = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        const world = (target as HTMLElement).dataset.world ?? "";
+        if (isIntersecting) inView.add(world);
+        else inView.delete(world);
+      }
+      seen.current = inView;
+      tell.current(false);
+    });
+    for (const tile of list.current?.children ?? []) observer.observe(tile);
+    return () => observer.disconnect();
+  }, [key, list]);
   if (wall && shown.length === 0 && !shared) return <p className={css.notice}>{t("wallEmpty")}</p>;
   return (
     <ul ref={list} className={css.tiles} style={{ "--columns": columns } as React.CSSProperties}>

@@ -194,8 +194,12 @@ export interface WallWorld {
   goals: MissionGoal[];
 }
 
-/** The page has drawn the last picture of the wall, and wants the next. */
-export type DrawnWall = Record<string, never>;
+/** The page has drawn a picture of the wall (``drawn``), and its screen shows the places ``seen`` of a list. */
+export interface DrawnWall {
+  drawn?: boolean;
+  number?: number;
+  seen?: number[] | null;
+}
 
 export type ClassAnswer = PupilView | Goodbye | Refused;
 
