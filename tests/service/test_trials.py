@@ -132,6 +132,8 @@ def test_two_seeds_part_where_a_car_misses_a_word_and_why_is_told(session):
     times = [[each.t_ms for each in lane] for lane in told.begun]
     assert told.t_ms in times[1 - told.missed]
     assert told.t_ms not in times[told.missed]
+    if told.late_ms is not None:
+        assert told.t_ms + told.late_ms in times[told.missed]
     one, other = map(Picture, session.receive(Show(told.t_ms + 100)))
     assert (one.number, other.number) == (0, 1)
     assert one.t_ms == other.t_ms

@@ -163,12 +163,18 @@ class Comparison:
         missed = words.index(None) if None in words else self._skipped(car, number)
         if missed is not None:
             words[missed], t_ms = None, self._begun[1 - missed][car][number][0]
+        late_ms = None
+        if missed is not None:
+            there, here = self._begun[1 - missed][car], self._begun[missed][car]
+            if number < len(here) and here[number][1] == there[number][1]:
+                late_ms = here[number][0] - there[number][0]
         cause = self._cause(car, missed, t_ms) if missed is not None else self._cause_of_another(car)
         return Difference(
             kind="word",
             t_ms=t_ms,
             car=car,
             missed=missed,
+            late_ms=late_ms,
             words=[None if word is None else f"{word:08x}" for word in words],
             cause=sentences(cause) if cause else None,
             exact_ms=self._exact[0] if self._exact else None,
@@ -238,6 +244,7 @@ class Comparison:
             kind,  # type: ignore[arg-type]
             t_ms,
             car,
+            None,
             None,
             [None, None],
             None,

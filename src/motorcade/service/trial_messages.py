@@ -87,6 +87,7 @@ class Difference(_TrialAnswer):
         t_ms: when.
         car: which car.
         missed: of ``word``, the run, 0 or 1, in which the car does not begin the word; None: it begins another one.
+        late_ms: how much later it begins the word in the run ``missed``; None: not at all, as far as is known.
         words: of ``word``, the word that it begins in each run.
         cause: why, where the engine's events say it.
         exact_ms, exact_car: the first tick in which anything differs, and in which car; None: nothing does.
@@ -98,6 +99,7 @@ class Difference(_TrialAnswer):
     t_ms: int
     car: int
     missed: int | None
+    late_ms: int | None
     words: list[str | None]
     cause: Sentence | None
     exact_ms: int | None

@@ -145,6 +145,7 @@ it("a difference is told with its car, time and cause", () => {
     t_ms: 4234,
     car: 7,
     missed: 1,
+    late_ms: null,
     words: ["ec800000", null],
     cause: { en: "car 3 sent at the same time as car 5", zh: "" },
     exact_ms: 60,
@@ -156,6 +157,7 @@ it("a difference is told with its car, time and cause", () => {
   const text = (changes: Partial<Difference>) => differenceText(difference(changes), ["This run", "Luck 5"]);
   expect(text({})).toMatch(/^Car 7 missed '.*' at 4\.2 s \(Luck 5\), because car 3 sent at the same time as car 5\.$/);
   expect(text({ missed: null, words: ["ec800000", "f4800000"], cause: null })).toMatch(/^Car 7 begins something else at 4\.2 s\. This run: '.*'\. Luck 5: '.*'\.$/);
+  expect(text({ late_ms: 1100 })).toMatch(/^Car 7 begins '.*' at 4\.2 s, but 1\.1 s later in one run \(Luck 5\), because/);
   expect(text({ kind: "place" })).toBe("All words are the same. From 4.2 s on car 7 stands elsewhere.");
   expect(text({ kind: "none" })).toBe("No car does anything else in these two runs.");
 });

@@ -8,7 +8,7 @@ import { storyOf } from "../words/story";
 
 /** Where the two runs part, as a sentence. */
 export function differenceText(difference: Difference, names: readonly [string, string]): string {
-  const { kind, t_ms, car, missed, words, cause } = difference;
+  const { kind, t_ms, car, missed, late_ms, words, cause } = difference;
   const seconds = (t_ms / 1000).toFixed(1);
   const [one, other] = names;
   if (kind === "none") return i18next.t("compare.same");
@@ -18,7 +18,8 @@ export function differenceText(difference: Difference, names: readonly [string, 
     const [first, second] = words.map(told);
     return i18next.t("compare.other", { car, seconds, one, other, first, second, because });
   }
-  return i18next.t("compare.missed", { car, seconds, run: names[missed], word: told(words[1 - missed] ?? null), because });
+  const said = { car, seconds, run: names[missed], word: told(words[1 - missed] ?? null), because };
+  return late_ms === null ? i18next.t("compare.missed", said) : i18next.t("compare.late", { ...said, late: (late_ms / 1000).toFixed(1) });
 }
 
 /** A word as a story. */

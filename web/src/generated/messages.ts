@@ -827,6 +827,7 @@ export interface Difference {
   t_ms: number;
   car: number;
   missed: number | null;
+  late_ms: number | null;
   words: (string | null)[];
   cause: Sentence | null;
   exact_ms: number | null;
