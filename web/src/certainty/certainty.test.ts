@@ -1,6 +1,6 @@
 /** On what a run stops, what is tried behind the page, and how a difference is told. */
 
-import { beforeEach, describe, expect, it, vi } from "vitest";
+import { afterAll, beforeEach, describe, expect, it, vi } from "vitest";
 import { connectTo, type StreamListeners } from "../api/service";
 import type { Difference, MissionZone, TrialMessage } from "../generated/messages";
 import { startLanguages } from "../i18n";
@@ -34,6 +34,15 @@ beforeEach(() => {
   useTrials.setState(useTrials.getInitialState());
   useMat.setState(useMat.getInitialState());
   useStudio.setState({ compiled: compiled("AAAA"), mission: { id: "pass-it-on" }, capabilities: null });
+});
+
+// Other files' tests share these stores.
+afterAll(() => {
+  useStops.setState(useStops.getInitialState());
+  useTrials.setState(useTrials.getInitialState());
+  useMat.setState(useMat.getInitialState());
+  useStudio.setState({ compiled: null, mission: null, capabilities: null });
+  useDraft.setState({ draft: null });
 });
 
 describe("stops", () => {
