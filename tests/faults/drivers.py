@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 from tests.faults.loop import SimulatedLoop
+from tests.faults.network import Socket
 from tests.faults.wheels import fields
 from tests.faults.world import Process
 
@@ -32,6 +33,7 @@ class Driver:
         self.process = Process(run.world, f"driver {number}", self.random.choice((0.001, 0.001, 0.02)))
         self.process.offset_s = self.random.uniform(0, 1e5)
         self.client: DriveClient | None = None
+        self.connection: Socket | None = None
         self._count = 0
         # The number of the present hold of the stick, of that of each command, and the last that a connection outlived.
         self._hold = self._broken_hold = 0
@@ -54,9 +56,10 @@ class Driver:
             elif code == 2 and word & _HORN_BIT:
                 pins.horn_sent_s = now_s
 
-    def leave(self) -> None:
-        """The connection is over: the wheel is free for others."""
-        self._broken_hold = self._hold
+    def leave(self, connection: Socket) -> None:
+        """A connection is over, perhaps an older one that the car misses only now: the wheel is free for others."""
+        if connection is self.connection:
+            self._broken_hold = self._hold
         self.run.pins.leave(self.number)
 
     def note_moved(self, setpoint: tuple[int, int, int]) -> None:
@@ -277,7 +280,7 @@ class Stranger:
         await asyncio.sleep(self.random.uniform(0.2, 2.0))
         writers = []
         reads = self.random.random() < 0.5
-        for _ in range(self.random.choice((3, 12, 24))):
+        for _ in range(self.random.choice((3, 12, 48))):
             with suppress(OSError):
                 _, writer = await asyncio.open_connection("car", self.random.choice((_COMMANDS, _TELEMETRY)))
                 writers.append(writer)

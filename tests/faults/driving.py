@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from random import Random
 from types import SimpleNamespace
 from typing import Any
@@ -29,8 +30,8 @@ from motorcade.words.ticks import TICKS_MASK
 PROFILE = built_in_profile("classroom")
 COMMANDS, TELEMETRY = 5005, 5006
 # What a listener keeps, and a few that it is about to drop.
-_MOST_CONNECTIONS = 64 + 4
-_FAULTS_S = 5.5
+_MOST_CONNECTIONS, _MOST_OF_ONE = 64 + 4, 16 + 4
+_FAULTS_S, _START_S = 5.5, 1.0
 # What waits for one client: a frame of telemetry, or the answers before the client is dropped.
 _MOST_WAITING_BYTES, _LOOK_S = (1 << 14) + (1 << 11), 0.25
 _pins: Pins | None = None
@@ -96,6 +97,7 @@ class Driving:
         self.system = System({"motorcade.drive.safety.motor_guard": motor_guard.main})
         self.car: Process | None = None
         self.loop: SimulatedLoop | None = None
+        self.started_s = 0.0
         self.is_healed = self.is_over = False
         for name in ("driver 0", "driver 1", "driver 2", "stranger 0", "stranger 1", "stranger 2", "stranger 3"):
             delay_s = random.choice((0.002, 0.01, 0.04))
@@ -117,7 +119,8 @@ class Driving:
             driver = self.drivers[int(name[-1])]
             socket.tap = driver.note_words
             assert socket.peer
-            socket.peer.ended = driver.leave
+            driver.connection = socket
+            socket.peer.ended = partial(driver.leave, socket)
         if port in (COMMANDS, TELEMETRY):
             theirs = [
                 each
@@ -126,6 +129,8 @@ class Driving:
                 if not each.is_first and not each.is_closed and each.address[1] == port
             ]
             waiting = self.network.listening[("car", port)].count
+            of_one = sum(each.link is socket.link for each in theirs)
+            self.world.keep("connections-bounded", of_one - waiting <= _MOST_OF_ONE, of_one)
             self.world.keep("connections-bounded", len(theirs) - waiting <= _MOST_CONNECTIONS, len(theirs))
 
     def _check_memory(self) -> None:
@@ -142,6 +147,7 @@ class Driving:
         process = self.car = Process(self.world, "car", self.random.choice((0.001, 0.001, 0.01)))
         process.offset_s = self.random.choice((0.0, (TICKS_MASK - 3000) / 1000, self.random.uniform(0, 1e6)))
         loop = self.loop = SimulatedLoop(process, self.network)
+        self.started_s = self.world.now_s
         self.pins.begin(process)
 
         async def serve() -> None:
@@ -194,6 +200,9 @@ class Driving:
         """Kill or freeze the guard: the car stands until its server is started again."""
         guard = self.guard()
         if guard is None or self.car is None or self.car.frozen_until_s > self.world.now_s:
+            return
+        if self.world.now_s < self.started_s + _START_S:
+            # A server whose guard doesn't come says so and doesn't start.
             return
         self.world.count("guard")
         self.pins.disturb(0.3)
