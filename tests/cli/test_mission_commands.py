@@ -62,7 +62,9 @@ FAR = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
 def test_missions_lists_each_with_its_path_order_and_stars():
     listed = json.loads(run("missions", "--json").out)
     assert [each["id"] for each in listed] == [each.id for each in (*missions(), *missions(LITERATURE))]
-    assert all({*each} == {"id", "name", "path", "order", "stars"} and each["stars"] == 3 for each in listed)
+    assert all(
+        {*each} == {"id", "name", "path", "order", "stars", "shortest"} and each["stars"] == 3 for each in listed
+    )
     assert json.loads(run("missions", "--language", "zh").out)[0]["name"] != listed[0]["name"]
 
 

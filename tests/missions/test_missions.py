@@ -6,8 +6,11 @@ from motorcade.locales import languages
 from motorcade.missions.check import check_program, simulate
 from motorcade.missions.document import LITERATURE, missions
 from motorcade.missions.schema import PATHS
+from motorcade.missions.shortest import shortest_programs
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
+from motorcade.program.model import count_blocks, program_from_dict
+from support.soak import SOAK
 
 MISSIONS = {each.id: each for each in missions()}
 
@@ -22,6 +25,22 @@ def test_the_solution_earns_all_stars_and_the_near_miss_none(name):
     missed = check_program(mission, mission.near_miss)
     assert missed.stars == set()
     assert 0 <= missed.grade < 1
+
+
+@pytest.mark.parametrize("name", MISSIONS if SOAK else ["fewer-words", "forward-and-stop", "zebra-crossing"])
+def test_the_shortest_program_that_a_search_found_earns_all_stars(name):
+    """It may be shorter than the solution: who wrote the mission should look at it."""
+    found = shortest_programs()[name]
+    program = program_from_dict(found["program"])
+    assert count_blocks(program) == found["blocks"]
+    assert check_program(MISSIONS[name], program).stars == {1, 2, 3}
+
+
+def test_every_mission_has_such_a_program_that_is_no_longer_than_its_solution():
+    lengths = {name: count_blocks(each.solution) for name, each in MISSIONS.items()}
+    found = {name: each["blocks"] for name, each in shortest_programs().items()}
+    assert found.keys() == lengths.keys()
+    assert [name for name in found if not 0 < found[name] <= lengths[name]] == []
 
 
 @pytest.mark.parametrize("name", MISSIONS)

@@ -1,7 +1,7 @@
 """Commands about missions: missions, check, search."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -39,8 +39,9 @@ app = typer.Typer()
 @app.command("missions")
 def _missions(language: Language = "", as_json: Json = False) -> None:
     from motorcade.missions.document import LITERATURE, missions
+    from motorcade.missions.shortest import shortest_programs
 
-    found = missions() + missions(LITERATURE)
+    found, shortest = missions() + missions(LITERATURE), shortest_programs()
     if wants_json(as_json):
         print_json(
             [
@@ -50,12 +51,13 @@ def _missions(language: Language = "", as_json: Json = False) -> None:
                     "path": each.document["path"],
                     "order": each.document["order"],
                     "stars": each.stars,
+                    "shortest": shortest.get(each.id, {}).get("blocks"),
                 }
                 for each in found
             ]
         )
     else:
-        print_table(_missions_table(found))
+        print_table(_missions_table(found, shortest))
 
 
 @app.command("check")
@@ -117,6 +119,8 @@ def _search(
             title = {"name": wanted.name, "runs": search.done, "method": method}
             with drawing_texts():
                 search.best.draw(picture, translated("search-title", **title))
+            briefest = search.shortest()
+            shortest = briefest and briefest.blocks
     if wants_json(as_json):
         best = [
             {
@@ -129,7 +133,7 @@ def _search(
             }
             for path, each, result in found
         ]
-        print_json({"runs": search.done, "shortest": search.shortest(), "picture": str(picture), "best": best})
+        print_json({"runs": search.done, "shortest": shortest, "picture": str(picture), "best": best})
         return
     from rich.table import Table
 
@@ -141,7 +145,6 @@ def _search(
         numbers = f"{result.grade:.4f}", _stars(len(result.stars)), str(each.blocks), f"{mean.coverage:.0%}"
         table.add_row(*numbers, f"{mean.words:.0f}", str(path))
     print_table(table)
-    shortest = search.shortest()
     lines = [translated("search-shortest", count=shortest)] if shortest else [translated("search-without-stars")]
     print_lines([*lines, translated("search-is-drawn", picture=picture)])
 
@@ -210,15 +213,17 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
     return all(each.result and each.result.stars for each in checked)
 
 
-def _missions_table(found: "tuple[Mission, ...]") -> "Table":
+def _missions_table(found: "tuple[Mission, ...]", shortest: dict[str, dict[str, Any]]) -> "Table":
     from rich.table import Table
 
     table = Table(title=translated("missions-title", count=len(found)), title_justify="left")
-    for name in ("path", "mission", "name", "stars"):
-        table.add_column(translated(f"column-{name}"), no_wrap=name != "name")
+    for name in ("path", "mission", "name", "stars", "shortest"):
+        table.add_column(translated(f"column-{name}"), no_wrap=name not in ("name", "shortest"))
+    # What a search has found, and after how many runs.
     for each in found:
         path = Phrase(f"mission-path-{each.document['path']}").sentence(current_language())
-        table.add_row(path, each.id, each.name.sentence(current_language()), _stars(each.stars))
+        few = translated("shortest-found", **shortest[each.id]) if each.id in shortest else "–"
+        table.add_row(path, each.id, each.name.sentence(current_language()), _stars(each.stars), few)
     return table
 
 

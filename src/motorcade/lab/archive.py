@@ -67,9 +67,8 @@ class BestPrograms:
 
     def add(self, candidate: Candidate) -> None:
         """Keep a candidate that has had all its runs if it is the best of its cell."""
-        mean = candidate.mean
-        kept: Any = candidate
-        self._grid.add_single(kept, candidate.quality, [mean.coverage, min(mean.words, _MOST_WORDS)])
+        measures = [candidate.mean.coverage, min(candidate.mean.words, _MOST_WORDS)]
+        self._grid.add_single(candidate, candidate.quality, measures)  # type: ignore[arg-type]
 
     def __len__(self) -> int:
         return len(self._grid)
@@ -115,6 +114,7 @@ class ArchiveFile:
 
     Attributes:
         path: the file.
+        stream: what it is written with.
         batches: those that are in the file.
 
     Raises:
@@ -127,24 +127,23 @@ class ArchiveFile:
         data = path.read_bytes() if path.exists() else b""
         whole = data[: data.rfind(b"\n") + 1]
         lines = [self._decoded(line, number) for number, line in enumerate(whole.splitlines(), start=1)]
-        if lines and (changed := _changed(lines[0], contents)):
+        wanted = {"format": FORMAT, **contents}
+        known = lines[0] if lines and isinstance(lines[0], dict) else {}
+        changed = next((key for key in wanted if known.get(key) != wanted[key]), None)
+        if lines and changed:
             raise MotorcadeError("archive-of-another-search", file=path, changed=Phrase(f"search-{changed}"))
-        self._file: BinaryIO = path.open("r+b" if path.exists() else "xb")
-        self._file.truncate(len(whole))
-        self._file.seek(len(whole))
+        self.stream: BinaryIO = path.open("r+b" if path.exists() else "xb")
+        self.stream.truncate(len(whole))
+        self.stream.seek(len(whole))
         if not lines:
-            self.append({"format": FORMAT, "search": dict(contents)})
+            self.append(wanted)
         self.batches = lines[1:]
 
     def append(self, line: Mapping[str, Any]) -> None:
         """Write a line; it is there even if this process is killed. Raises OSError."""
         text = json.dumps(line, ensure_ascii=False, separators=(",", ":")).encode()
-        self._file.write(b"%08x %s\n" % (zlib.crc32(text), text))
-        self._file.flush()
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        self.stream.write(b"%08x %s\n" % (zlib.crc32(text), text))
+        self.stream.flush()
 
     def _decoded(self, line: bytes, number: int) -> Any:
         checksum, _, text = line.partition(b" ")
@@ -156,21 +155,11 @@ class ArchiveFile:
         raise MotorcadeError("search-archive-damaged", file=self.path, line=number)
 
 
-def _changed(line: Any, contents: Mapping[str, str]) -> str | None:
-    """The name of what a search has otherwise than the file that begins with ``line``; None for nothing."""
-    if not isinstance(line, dict) or line.get("format") != FORMAT:
-        return "format"
-    known = line["search"]
-    return next((key for key in contents if known.get(key) != contents[key]), None)
-
-
 @contextmanager
 def opened_archive(folder: Path, contents: Mapping[str, str]) -> Iterator[ArchiveFile]:
     """Open the archive of a search in ``folder``, which is created and locked. Raises MotorcadeError and OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder / "lock", MotorcadeError("search-is-running", folder=folder)):
         file = ArchiveFile(folder / "archive.jsonl", contents)
-        try:
+        with file.stream:
             yield file
-        finally:
-            file.close()

@@ -13,24 +13,12 @@ from motorcade.program.step import Step, own_fields
 from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
 
 Steps = tuple[Step, ...]
-
 _SECONDS = (1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 30.0, 60.0)
 _TIMES = (2, 3, 4, 5, 6, 8, 10, 20)
 # Steps in a list that is drawn, and in one that changes may make.
 _DRAWN, _MOST = 3, 12
 # Programs that don't compile are drawn again, and so are those that were tried already.
 _TRIES = 40
-
-
-def count_blocks(program: Program) -> int:
-    """How many blocks a program has on the page, those inside of others included."""
-    followers = program.followers.steps if program.followers else ()
-    return sum(map(_blocks_in, (*program.leader, *followers)))
-
-
-def _blocks_in(step: Step) -> int:
-    inside = step.steps if isinstance(step, RepeatStep | TogetherStep) else ()
-    return 1 + sum(map(_blocks_in, inside))
 
 
 class ProgramSource:
@@ -49,12 +37,17 @@ class ProgramSource:
         # Kinds that do something by themselves are drawn alone.
         self._alone = [kind for kind in self._simple if not kind.accompanies] or self._simple
         self._repeats = RepeatStep in kinds
-        groups = {kind.group for kind in self._simple}
-        self._joins = TogetherStep in kinds and len(groups) > 1
+        self._joins = TogetherStep in kinds
 
     def draw(self, random: Random) -> Program:
         """Draw a program."""
-        return self._compiled(random, lambda: self._drawn(random))
+
+        def drawn() -> Program:
+            lists = [tuple(self._step(random) for _ in range(random.randint(1, _DRAWN))) for _ in range(2)]
+            followers = Followers(lists[1], forward=random.random() < 0.7) if self._has_followers else None
+            return Program(lists[0], followers, self._mission.document["profile"])
+
+        return self._compiled(drawn)
 
     def change(self, random: Random, program: Program) -> Program:
         """Make another program by one change or a few."""
@@ -66,9 +59,9 @@ class ProgramSource:
                 if random.random() < 0.5:
                     return new
 
-        return self._compiled(random, changed)
+        return self._compiled(changed)
 
-    def _compiled(self, random: Random, make: Callable[[], Program]) -> Program:
+    def _compiled(self, make: Callable[[], Program]) -> Program:
         """Make programs until one compiles that was not tried; after many, one that compiles will do."""
         fits = None
         for _ in range(_TRIES):
@@ -82,15 +75,6 @@ class ProgramSource:
                 self._tried.add(image)
                 break
         return fits or Program([], Followers([]) if self._has_followers else None, self._mission.document["profile"])
-
-    def _drawn(self, random: Random) -> Program:
-        followers = None
-        if self._has_followers:
-            followers = Followers(self._list(random), forward=random.random() < 0.7)
-        return Program(self._list(random), followers, self._mission.document["profile"])
-
-    def _list(self, random: Random) -> Steps:
-        return tuple(self._step(random) for _ in range(random.randint(1, _DRAWN)))
 
     def _step(self, random: Random, inside: bool = False) -> Step:
         """Draw a step; ``inside`` another it is no repetition."""

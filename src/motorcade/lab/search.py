@@ -21,27 +21,25 @@ from motorcade.errors import MotorcadeError
 from motorcade.experiments.plan import code_hash
 from motorcade.experiments.run import ProgressBar, Workers, no_bar
 from motorcade.lab.archive import ArchiveFile, BestPrograms, Candidate
-from motorcade.lab.programs import ProgramSource, count_blocks
+from motorcade.lab.programs import ProgramSource
+from motorcade.missions.check import check_program
 from motorcade.missions.grading import Graded, grade_runs
 from motorcade.missions.model import Mission
-from motorcade.missions.schema import GOALS
+from motorcade.missions.schema import GOALS, WORKS
 from motorcade.program.compiler import compile_program
-from motorcade.program.model import Program
+from motorcade.program.model import Program, count_blocks
 
 Method = Literal["map-elites", "racing", "random"]
 # What a search's outcome depends on, beside what a sweep's does.
 GRADED_BY = ("lab", "missions", "program")
 # The runs of a batch, which share a World.
 _BATCH_RUNS = 32
-# Batches that are at work at once, at most.
-AHEAD = 8
 # MAP-Elites and racing draw this share of their programs anew, and change others for the rest.
 _DRAWN = {"map-elites": 0.1, "racing": 0.3}
 # Racing gives more runs to the best of so many that had equally many; and changes one of the best few.
 _OF, _FEW = 4, 10
-
+# A candidate, and the seeds of the runs that a batch gives it.
 Tried = tuple[Candidate, tuple[int, ...]]
-"""A candidate, and the seeds of the runs that a batch gives it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +68,7 @@ class Search:
         method: how programs are chosen.
         runs: how many runs to do; the last batch may go beyond.
         seed: of the search's random numbers.
-        ahead: how many batches may be at work at once, for more workers than AHEAD; it changes which programs are made.
+        ahead: how many batches may be at work at once; another number makes other programs.
         start: programs to begin with.
 
     Attributes:
@@ -88,13 +86,13 @@ class Search:
         method: Method,
         runs: int,
         seed: int = 0,
-        ahead: int = AHEAD,
+        ahead: int = 8,
         start: Sequence[Program] = (),
     ) -> None:
         if runs < 1:
             raise MotorcadeError("search-without-runs", runs=runs)
         # Else a run changes nothing.
-        if all(GOALS[goal.kind].is_static for goal in mission.goals if goal.kind != "all-by"):
+        if all(GOALS[goal.kind].is_static for goal in mission.goals if goal.kind not in ("all-by", WORKS)):
             raise MotorcadeError("mission-not-gradable", mission=mission.name)
         self.mission, self.method, self.runs = mission, method, runs
         self.best = BestPrograms(seed)
@@ -109,9 +107,8 @@ class Search:
             "code": code_hash(GRADED_BY),
         }
         self._source = ProgramSource(mission, set())
-        self._given = 0
+        self._given = self._made = self._taken = 0
         self._batches: dict[int, list[Tried]] = {}
-        self._made = self._taken = 0
         # Racing: all candidates after their first run, and those that have had all runs; the best first.
         self._begun: list[Candidate] = []
         self._raced: list[Candidate] = []
@@ -223,6 +220,8 @@ class Search:
             saved.append((path, each))
         return saved
 
-    def shortest(self) -> int | None:
-        """The blocks of the shortest program that meets all goals on all seeds; None where none was found."""
-        return min((each.blocks for each in self.best.ranked() if each.mean.grade == 1), default=None)
+    def shortest(self) -> Candidate | None:
+        """The shortest program in the archive that the check gives all stars; None where there is none."""
+        solved = sorted((each for each in self.best.ranked() if each.mean.grade == 1), key=lambda each: each.blocks)
+        stars = self.mission.stars
+        return next((each for each in solved if len(check_program(self.mission, each.program).stars) == stars), None)

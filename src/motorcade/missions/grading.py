@@ -11,7 +11,7 @@ from motorcade.engine.world import World
 from motorcade.mats import Mat
 from motorcade.missions.check import grade_of
 from motorcade.missions.model import Mission
-from motorcade.missions.schema import GOALS
+from motorcade.missions.schema import GOALS, WORKS
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 
 # Where cars were is noted so often, in squares of this side.
@@ -51,7 +51,7 @@ def grade_runs(
 
     Raises MotorcadeError.
     """
-    kinds = {goal.kind for goal in mission.goals}
+    kinds = {goal.kind for goal in mission.goals} - {WORKS}
     mat, with_events = mission.mat, not kinds.isdisjoint(_WITH_EVENTS)
     world = World(mat, images, mission.profile, seeds=list(seeds), events=with_events, threads=threads)
     world.assign_images(programs)

@@ -158,6 +158,15 @@ class Program:
         Path(path).write_text(self.as_json(), encoding="utf-8")
 
 
+def count_blocks(program: Program) -> int:
+    """How many blocks a program has on the page, those inside of others included."""
+    return sum(map(_blocks_in, (*program.leader, *(program.followers.steps if program.followers else ()))))
+
+
+def _blocks_in(step: Step) -> int:
+    return 1 + sum(map(_blocks_in, step.steps if isinstance(step, RepeatStep | TogetherStep) else ()))
+
+
 def read_program(data: bytes | str) -> Program:
     """Return the Program in a project file's bytes or text. Raises ProgramError with all diagnostics of its shape."""
     return program_from_dict(read_document(data))
