@@ -17,6 +17,7 @@ import { Mistake } from "./Mistake";
 import { forgetMarks, markDiagnostics, markLoose, markRunning } from "./marks";
 import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
 import { createWorkspace, disposeWorkspace, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
+import { showWordBits } from "./wordBits";
 import css from "./blocks.module.css";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
@@ -75,6 +76,7 @@ function Editor({ editor }: { editor: EditorName }) {
     };
     document.addEventListener("input", onInput);
     const ends = [
+      showWordBits(editor, workspace),
       watchSize(host.current!, () => Blockly.svgResize(workspace)),
       useStudio.subscribe((now, before) => now.running !== before.running && markRunning(now.running)),
     ];

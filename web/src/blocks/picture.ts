@@ -26,6 +26,8 @@ export function pictureOf(workspace: WorkspaceSvg): Picture {
   const width = Math.ceil(box.right - box.left + 2 * MARGIN);
   const height = Math.ceil(box.bottom - box.top + 2 * MARGIN);
   const canvas = workspace.getCanvas().cloneNode(true) as SVGGElement;
+  // A picture is as large as the blocks.
+  canvas.querySelector(`.${css.bits!}`)?.remove();
   canvas.setAttribute("transform", `translate(${MARGIN - box.left} ${MARGIN - box.top})`);
   const svg = document.createElementNS(utils.dom.SVG_NS, "svg");
   svg.setAttribute("xmlns", utils.dom.SVG_NS);
