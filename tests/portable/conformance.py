@@ -24,8 +24,9 @@ from motorcade.words.field import WordError
 from motorcade.words.formats import FORMATS, fingerprint
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
+from motorcade.words.request import answer_line, car_request, is_car_name, read_request, split_requests
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
-from motorcade.words.upload import CHECK, READBACK_REQUEST, CarEnd, ReadbackEnd, UploaderEnd
+from motorcade.words.upload import CHECK, READBACK_REQUEST, REQUEST, CarEnd, ReadbackEnd, UploaderEnd
 
 STEPS_OF_A_PAIR = 50
 # Profiles, in the order of make_levels: the built-in one, and one whose times are no round numbers.
@@ -74,7 +75,7 @@ def total_names():
     names += ["random forward", "stopped by voice", "avoiding", "relayed program", "tagged", "tag forgotten"]
     names += ["relay " + state for state in RELAY_STATES[1:]]
     names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
-    names += ["upload verified", "upload not verified", "upload mismatch", "upload refused", "upload silent"]
+    names += ["request", "upload verified", "upload not verified", "upload mismatch", "upload refused", "upload silent"]
     names += ["readback image", "readback refused", "readback silent"]
     names += ["parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
     names += ["infrared right", "infrared wrong", "infrared lost"]
@@ -314,6 +315,21 @@ def step_upload(random, record):
     record.count(f"upload {outcome.kind}")
 
 
+def step_request(random, record):
+    """A request, on a line that damages some bytes, and its answer; and requests among other bytes."""
+    name = random.pick(("", "ada", "\u963f\u8fbe", "a b", "x" * 33))
+    data = car_request(random.pick(("a", "b", "n", "s", "g")), random.below(256), name[:32])
+    car_end = CarEnd()
+    car_end.receive_data(damaged(random, data), 1000)
+    event = car_end.next_event()
+    if event is not None and event.kind == REQUEST:
+        record.add(*read_request(event.image))
+        record.add(answer_line(read_request(event.image), (("role", "leader"), ("name", "ada"))))
+        record.count("request")
+    upload, requests, rest = split_requests(draw_image(random) + damaged(random, data) + data[: random.below(48)])
+    record.add(upload, len(requests), rest, 1 if is_car_name(name) else 0)
+
+
 def step_readback(random, record):
     """A readback in two pieces; some cars answer nothing, an error or no image."""
     reader = ReadbackEnd(0)
@@ -365,6 +381,7 @@ def lines(seed, steps, every):
         step_formats(random, record)
         step_parsing(random, record)
         step_upload(random, record)
+        step_request(random, record)
         step_readback(random, record)
         step_infrared(random, record, receiver)
         if (step + 1) % every == 0:

@@ -64,6 +64,7 @@ class Bench:
             self.usb,
             self.usb,
             self.usb,
+            None,
         )
 
     def _time_flash(self):

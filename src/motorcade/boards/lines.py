@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from motorcade.errors import MotorcadeError
 from motorcade.sockets import listen
-from motorcade.words.request import REQUEST_BEGINS, REQUEST_BYTES
+from motorcade.words.request import split_requests
 from motorcade.words.upload import error_line
 
 if TYPE_CHECKING:
@@ -265,7 +265,9 @@ class TcpPort(Line):
                 self._drop(client)
                 return
             client.last_byte_s = self._clock_s()
-            self._requests.extend((client, request) for request in client.split(data))
+            upload, requests, client.rest = split_requests(client.rest + data)
+            client.upload += upload
+            self._requests.extend((client, request) for request in requests)
             if len(self._requests) > _MAX_REQUESTS:
                 self._drop(client)
                 return
@@ -314,23 +316,7 @@ class _Client:
         self.last_byte_s = now_s
         self.upload = b""
         # The beginning of a request whose rest hasn't come.
-        self._rest = b""
-
-    def split(self, data: bytes) -> list[bytes]:
-        """Add the bytes of an upload in ``data`` to ``upload``; return the requests that are whole.
-
-        No upload holds the header of a request, so that stands at the beginning of one wherever it is.
-        """
-        data, requests = self._rest + data, []
-        while (at := data.find(REQUEST_BEGINS)) >= 0 and len(data) - at >= REQUEST_BYTES:
-            requests.append(data[at : at + REQUEST_BYTES])
-            data = data[:at] + data[at + REQUEST_BYTES :]
-        if at < 0:
-            # No upload ends like the header of a request begins.
-            at = max(len(data.rstrip(REQUEST_BEGINS[:1])), len(data) + 1 - len(REQUEST_BEGINS))
-        self.upload += data[:at]
-        self._rest = data[at:]
-        return requests
+        self.rest = b""
 
 
 def _receive(client: socket.socket) -> bytes | None:

@@ -81,6 +81,12 @@ class MicroPythonBoard(Board):
         self._is_sending = False
         self._sent_until_us = 0
 
+    @property
+    def sender(self) -> int:  # type: ignore[override]
+        """Counts the senders at the line."""
+        sender: int = self._line.sender
+        return sender
+
     def now_ms(self) -> int:
         now: int = self._clock.ticks_ms()
         return now & TICKS_MASK

@@ -9,7 +9,6 @@ if MYPY:
     from collections.abc import Sequence
 
 from array import array
-from binascii import crc32
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import Board
@@ -26,6 +25,7 @@ from motorcade.words.request import (
     NAME,
     STOP,
     answer_line,
+    checksum_text,
     is_car_name,
     read_request,
 )
@@ -246,7 +246,7 @@ class Car:
         except OSError:
             battery_mv = None
         return (
-            ("holds", f"{crc32(self._stored):08x}"),
+            ("holds", checksum_text(self._stored)),
             ("words", str(len(self._stored) // WORD_BYTES)),
             ("number", f"{board.number:08x}"),
             ("role", "leader" if self._leads else "follower"),

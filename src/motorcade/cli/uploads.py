@@ -123,12 +123,19 @@ def _install_firmware(
     number: Annotated[int | None, typer.Option(min=0, max=(1 << 32) - 1)] = None,
     voice_map: OptionalFile = None,
     chip: ChipName | None = None,
+    wifi: str = "",
+    insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
     profile: str = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     chosen = profile_named(profile)
+    if wifi and not insecure_lan:
+        raise MotorcadeError("wifi-without-keys")
+    password = (
+        "" if dry_run or not wifi else typer.prompt(translated("wifi-password", name=wifi), hide_input=True, err=True)
+    )
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:
         from motorcade.config.voice_map import load_voice_map
@@ -136,7 +143,10 @@ def _install_firmware(
 
         voice = load_voice_map(voice_map) if voice_map else None
         settings = settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
-        return settings | {"version": __version__}
+        if wifi and pin_map.chip.name != ChipName.ESP32:
+            raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
+        joined = {"wifi": {"ssid": wifi, "password": password}} if wifi else {}
+        return settings | {"version": __version__} | joined
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar

@@ -59,6 +59,25 @@ def read_request(data: bytes) -> Request | None:
     return Request(chr(data[KIND_AT]), str(data[KIND_AT + 1 : KIND_AT + 3], "ascii"), name)
 
 
+def split_requests(data: bytes) -> "tuple[bytes, list[bytes], bytes]":
+    """Take requests out of the bytes of a stream: the bytes of an upload, whole requests, the beginning of one.
+
+    No upload holds the header of a request, so that stands at the beginning of one wherever it is.
+    """
+    requests = []
+    at = data.find(REQUEST_BEGINS)
+    while at >= 0 and len(data) - at >= REQUEST_BYTES:
+        requests.append(data[at : at + REQUEST_BYTES])
+        data = data[:at] + data[at + REQUEST_BYTES :]
+        at = data.find(REQUEST_BEGINS)
+    if at < 0:
+        # No upload ends like the header of a request begins.
+        at = len(data)
+        while at > 0 and len(data) - at < len(REQUEST_BEGINS) - 1 and data[at - 1] == REQUEST_BEGINS[0]:
+            at -= 1
+    return data[:at], requests, data[at:]
+
+
 def is_car_name(name: str) -> bool:
     """Whether a car may have this name: 1 to 32 bytes of UTF-8, letters, digits, '-' and '_'.
 
@@ -68,6 +87,11 @@ def is_car_name(name: str) -> bool:
         if ord(character) < 128 and not (character.isalpha() or character.isdigit() or character in "-_"):
             return False
     return 0 < len(name.encode()) <= NAME_BYTES
+
+
+def checksum_text(image: bytes) -> str:
+    """Return an image's CRC-32 as the answers of cars have it."""
+    return f"{crc32(image):08x}"
 
 
 def answer_line(request: Request, fields: "tuple[tuple[str, str], ...]") -> bytes:

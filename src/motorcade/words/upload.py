@@ -41,8 +41,6 @@ CANT_STORE = "the image could not be stored"
 TOO_LARGE = "image-too-large"
 _LONGEST_LINE = 200
 
-_PRINTABLE = bytes([byte if 32 <= byte < 127 else 63 for byte in range(256)])
-
 # The events of the end of a car.
 IMAGE = "image"
 READBACK = "readback"
@@ -309,4 +307,4 @@ class ReadbackEnd(_End):
 
 def printable(line: bytes) -> str:
     """Return ``line`` as ASCII text; other bytes, which come from noise, become question marks."""
-    return str(line.translate(_PRINTABLE), "ascii").strip()
+    return "".join([chr(byte) if 32 <= byte < 127 else "?" for byte in line]).strip()

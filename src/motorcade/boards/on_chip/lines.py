@@ -42,6 +42,8 @@ class UsbLine:
         platform: sys.platform.
     """
 
+    sender = 0
+
     def __init__(
         self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any", platform: str
     ) -> None:
@@ -117,6 +119,8 @@ class UartLine:
         pins: ``transmit`` and ``receive``, GPIO numbers; a voice module has ``receive`` alone.
         baud: always 8 data bits, no parity, 1 stop bit.
     """
+
+    sender = 0
 
     def __init__(self, machine: "Any", uart: int, pins: "Mapping[str, int]", baud: int) -> None:
         wires = {_WIRES[key]: machine.Pin(pin) for key, pin in pins.items()}

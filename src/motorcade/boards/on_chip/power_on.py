@@ -17,6 +17,7 @@ from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.image_file import ImageFile
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UsbLine
+from motorcade.boards.on_chip.wifi_line import WifiLine, join_network
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
@@ -60,6 +61,7 @@ Modules = namedtuple(
         "stdin",
         "stdout",
         "poll",
+        "network",
     ),
 )
 """MicroPython's modules and streams.
@@ -67,6 +69,7 @@ Modules = namedtuple(
 ``platform`` and ``implementation`` are of its module sys; ``machine``, ``clock`` (time), ``micropython``,
 ``collector`` (gc) and ``files`` (os) are its modules, and ``chip`` is esp32 or rp2; ``open_file`` is open; ``stdin``
 and ``stdout`` are the prompt's byte streams, and ``poll`` a select.poll that ``stdin`` is registered with.
+``network`` is the modules network, socket and select of a chip with Wi-Fi, None of another.
 """
 
 
@@ -96,6 +99,10 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
     settings["chip"] = modules.platform
     # UARTs first: some claim a pin that isn't theirs, and the part at that pin then takes it back.
     line = _line(settings, modules)
+    if "wifi" in settings and modules.network:
+        network, sockets, select = modules.network
+        join_network(network, settings["wifi"], "%08x" % settings["number"])  # noqa: UP031 - f-strings lack this there
+        line = WifiLine(line, sockets, select, clock)
     voice = _voice(settings, machine)
     image, name = [ImageFile(path, modules.files, modules.open_file) for path in (IMAGE_FILE, NAME_FILE)]
     sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
@@ -206,8 +213,10 @@ def main() -> None:
     poll.register(sys.stdin, select.POLLIN)
     streams = (sys.stdin.buffer, sys.stdout.buffer, poll)
     chip = __import__("esp32" if platform == "esp32" else "rp2")
+    network = (__import__("network"), __import__("socket"), select) if platform == "esp32" else None
     start(
-        Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams), lambda: False
+        Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams, network),
+        lambda: False,
     )
 
 

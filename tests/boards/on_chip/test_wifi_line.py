@@ -1,0 +1,160 @@
+"""An ESP32's line by Wi-Fi, with real sockets of this computer; the cable goes on beside it."""
+
+import asyncio
+import select
+import socket
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from motorcade.boards.on_chip.lines import UsbLine
+from motorcade.boards.on_chip.wifi_line import WifiLine, join_network
+from motorcade.car.board import Board
+from motorcade.car.loop import Car
+from motorcade.config.profile import levels_of
+from motorcade.fleet.cars import Cars
+from motorcade.fleet.places import network_place
+from support.rooms import FIRST, SECOND
+from support.strategies import CLASSROOM
+from support.waiting import wait_until
+
+pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has no poll")
+
+
+class Clock:
+    """MicroPython's module time, as far as a line needs it."""
+
+    def ticks_ms(self):
+        return time.monotonic_ns() // 1_000_000
+
+
+class Cable:
+    """A cable that a test speaks through."""
+
+    def __init__(self):
+        self.came, self.answered = b"", b""
+
+    def read(self):
+        came, self.came = self.came, b""
+        return came
+
+    def write(self, data):
+        self.answered += data
+
+    def close(self):
+        pass
+
+
+class ChipBoard(Board):
+    """A slow chip's board at a line."""
+
+    is_leader, levels, kind, name = True, levels_of(CLASSROOM), "esp32", "ada"
+    words_a_tick, bytes_a_tick = 4, 64
+
+    def __init__(self, line):
+        self.line, self.image = line, FIRST
+        self.longest_s = 0.0
+
+    @property
+    def sender(self):
+        return self.line.sender
+
+    def now_ms(self):
+        return Clock().ticks_ms()
+
+    def load_image(self):
+        return self.image
+
+    def store_image(self, data):
+        self.image = data
+
+    def read_serial(self):
+        return self.line.read()
+
+    def write_serial(self, data):
+        self.line.write(data)
+
+    def answer_requests(self, answer):
+        self.line.answer_requests(answer)
+
+
+@contextmanager
+def running():
+    cable = Cable()
+    line = WifiLine(cable, socket, select, Clock(), port=0)
+    board, ended = ChipBoard(line), threading.Event()
+    car = Car(board)
+
+    def run():
+        while not ended.wait(0.001):
+            car.tick()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield board, cable, line._listener.getsockname()[1]
+    finally:
+        ended.set()
+        thread.join()
+        line.close()
+
+
+def test_a_chip_is_found_loaded_and_stopped_over_the_air_and_by_its_cable():
+    async def load(port):
+        async with Cars([network_place("127.0.0.1", port)]) as cars:
+            await cars.known(30)
+            assert cars.statuses()[0].name == "ada"
+            assert [each.error for each in await cars.load(SECOND, ["ada"])] == [None]
+            cars.stop()
+            assert await cars.confirmed(30) == []
+
+    with running() as (board, cable, port):
+        # An upload that breaks off leaves nothing to the next.
+        with socket.create_connection(("127.0.0.1", port)) as broken:
+            broken.sendall(SECOND[:6])
+        asyncio.run(load(port))
+        assert board.image == SECOND
+        cable.came = b"\0\0\0\xff"
+        wait_until(lambda: cable.answered == SECOND)
+
+
+def test_more_clients_than_the_chip_has_room_for_get_their_turn():
+    with running() as (_, _, port):
+        idle = [socket.create_connection(("127.0.0.1", port)) for _ in range(8)]
+        try:
+
+            async def ask():
+                async with Cars([network_place("127.0.0.1", port)]) as cars:
+                    await cars.known(30)
+                    assert not cars.statuses()[0].away
+
+            asyncio.run(ask())
+        finally:
+            for each in idle:
+                each.close()
+
+
+def test_the_chip_joins_its_network_by_a_name_that_hosts_may_have():
+    called = []
+
+    class Station:
+        def active(self, on):
+            called.append(on)
+
+        def connect(self, ssid, password):
+            called.append((ssid, password))
+
+    class Network:
+        STA_IF = 0
+
+        def hostname(self, name):
+            called.append(name)
+
+        def WLAN(self, kind):  # noqa: N802 - MicroPython's name
+            return Station()
+
+    join_network(Network(), {"ssid": "Klasse", "password": "geheim"}, "0000_0Af7")
+    assert called == ["motorcade-00000af7", True, ("Klasse", "geheim")]
+    assert UsbLine.sender == 0
