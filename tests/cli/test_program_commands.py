@@ -195,7 +195,7 @@ def test_a_profile_that_was_asked_for_and_is_not_there_gets_one_sentence(tmp_pat
     for command in ("decompile", "inspect", "simulate"):
         ran = run(command, image, "--profile", "racer")
         assert (ran.code, ran.out) == (2, "")
-        assert only_line(ran.err) == "motorcade: there is no profile 'racer'; built in: classroom"
+        assert only_line(ran.err) == "motorcade: there is no profile 'racer'; built in: classroom, e-puck"
 
 
 @pytest.mark.parametrize("typed", ["compile", "decompile", "inspect", "simulate", "upload --port no-such-port"])
