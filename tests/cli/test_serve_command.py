@@ -153,7 +153,7 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
     refused = refusal(2, "drive", "serve", "--language", "zh", "--keys", tmp_path / "car-ada.pem", "--insecure-lan")
     assert refused == "--keys 与 --insecure-lan 不能同时使用"
     refused = refusal(2, "drive", "serve", "--language", "zh", "--profile", "porsche")
-    assert refused == "没有车型 'porsche'；内置车型：classroom、e-puck"
+    assert refused == "没有车型 'porsche'；内置车型：classroom, e-puck"
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         refused = refusal(2, "drive", "serve", "--language", "zh", "--port", port)

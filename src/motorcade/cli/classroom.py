@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.cars import CarList, listed
 from motorcade.cli.language import translated
-from motorcade.cli.options import Json, TcpPortNumber, print_lines, print_result, wants_json
+from motorcade.cli.options import CarList, Json, TcpPortNumber, listed, print_lines, print_result, wants_json
 from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser, print_problem
 from motorcade.extras import needs_extra
 

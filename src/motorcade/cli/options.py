@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -18,10 +18,15 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from motorcade.config.profile import Profile
+    from motorcade.fleet.places import Place
 
 DEFAULT_PROFILE = "classroom"
 # A frame has 36 bits; a number with more digits than this is none that anything here takes.
 _MOST_OF_A_NUMBER = 80
+# A list of cars in the folder where a command runs is read without being named.
+_USUAL_LIST = Path("cars.toml")
+# The least time for which a command listens for announcements of cars.
+_LISTEN_S = 1.5
 
 Json = Annotated[bool, typer.Option("--json")]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
@@ -34,6 +39,35 @@ TcpPortNumber = Annotated[int, typer.Option(min=0, max=65535)]
 # The profile of an image. A project names its own, so the option has no default.
 ImageProfile = Annotated[str | None, typer.Option("--profile")]
 CarNumber = Annotated[int, typer.Option(min=0, max=(1 << 32) - 1)]
+CarList = Annotated[Path | None, typer.Option("--list", exists=True, dir_okay=False)]
+Seconds = Annotated[float, typer.Option(min=0.1, max=3600)]
+
+
+class Search(NamedTuple):
+    """Where to look for cars.
+
+    Attributes:
+        file: a list, whose places alone are asked; None for ports, the network and the usual list.
+        keys: a driver's keys.
+        seconds: for how long to look.
+    """
+
+    file: Path | None
+    keys: Path | None
+    seconds: float
+
+    @property
+    def listen_s(self) -> float:
+        """For how long announcements are awaited."""
+        return 0.0 if self.file else min(_LISTEN_S, self.seconds)
+
+
+def listed(file: Path | None) -> "list[Place]":
+    """Return the places in a list of cars, or in the usual one where none is named. Raises MotorcadeError."""
+    from motorcade.fleet.places import read_list
+
+    file = file or (_USUAL_LIST if _USUAL_LIST.is_file() else None)
+    return read_list(file) if file else []
 
 
 def wants_json(as_json: bool) -> bool:

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.cars import CarList, listed
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, Output, TcpPortNumber, print_note, print_result, quoted
+from motorcade.cli.options import CarList, Json, Output, TcpPortNumber, listed, print_note, print_result, quoted
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.sockets import DRIVE_PORT, host_and_port

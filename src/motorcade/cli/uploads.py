@@ -9,14 +9,16 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli.car import Role
-from motorcade.cli.cars import CarList, Search, Seconds, load
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
+    CarList,
     CarNumber,
     ImageProfile,
     Json,
     OptionalFile,
     Output,
+    Search,
+    Seconds,
     Source,
     image_for,
     print_json,
@@ -84,6 +86,8 @@ def _upload(
         for name, value in (("--port", port), ("--no-verify", no_verify), ("--dry-run", dry_run)):
             if value:
                 raise MotorcadeError("options-exclude-each-other", first="--to", second=name)
+        from motorcade.cli.fleet import load
+
         load(image, to, Search(car_list, keys, seconds), chosen.serial.baud, resume, as_json)
         return
     if resume or car_list or keys:

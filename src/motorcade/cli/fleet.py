@@ -1,0 +1,265 @@
+"""What the commands of several cars do. A file of its own, because asyncio is slow to import."""
+
+import asyncio
+import sys
+import time
+from binascii import crc32
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from motorcade.cli.language import current_language, translated
+from motorcade.cli.options import Search, listed, print_json, print_note, print_result, print_table, wants_json
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.outcomes import NO_ANSWER
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from motorcade.fleet.cars import Cars
+    from motorcade.fleet.contact import CarStatus, Verdict
+    from motorcade.fleet.finding import Finder
+
+_DRAW_S = 0.2
+_LOOK_S = 0.02
+# With more cars than this one bar stands for all.
+_MOST_BARS = 20
+_COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
+
+
+def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: bool, as_json: bool) -> None:
+    """Upload to many cars, and print a verdict for each; end with an exit code unless all have it."""
+    verdicts = asyncio.run(_load(image, names, search, baud, f"{crc32(image):08x}" if resume else ""))
+    if wants_json(as_json):
+        rows = [each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts]
+        print_json(rows)
+    else:
+        print_table(_verdict_table(verdicts, f"{crc32(image):08x}"))
+    failed = [each.error for each in verdicts if each.error]
+    if failed:
+        raise typer.Exit(failed[0].exit_code)
+
+
+@asynccontextmanager
+async def _looking(
+    search: Search, names: Sequence[str] = (), baud: int = 115200, retrying: Callable[..., None] | None = None
+) -> "AsyncIterator[tuple[Cars, Finder]]":
+    """Look for cars while the block runs; ``names`` may be ports and addresses."""
+    from motorcade.drive.tls.keys import client_context
+    from motorcade.fleet.cars import MOST_CARS, Cars
+    from motorcade.fleet.contact import ContactOptions
+    from motorcade.fleet.finding import Finder, finding
+    from motorcade.fleet.places import place_of
+    from motorcade.sockets import allow_files
+
+    places = listed(search.file)
+    places += [place_of(name) for name in names if set(name) & set(":/") or name.upper().startswith("COM")]
+    tls = client_context(search.keys) if search.keys else None
+    allow_files(MOST_CARS)
+    async with AsyncExitStack() as resources:
+        cars = await resources.enter_async_context(Cars(places, ContactOptions(tls=tls, baud=baud)))
+        finder = Finder(cars)
+        if not search.file:
+            await resources.enter_async_context(finding(finder))
+        yield cars, finder
+
+
+def act(search: Search, names: Sequence[str], do: "Callable[[Cars], Coroutine[Any, Any, None]]") -> None:
+    """Look for these cars, and act as soon as all are found. Raises MotorcadeError."""
+
+    async def run() -> None:
+        async with _looking(search, names) as (cars, _):
+            await _found(cars, names, search.seconds, search.listen_s)
+            await do(cars)
+
+    asyncio.run(run())
+
+
+async def _found(cars: "Cars", names: Sequence[str], within_s: float, listen_s: float) -> None:
+    """Wait until cars of these names are found and answer. Raises MotorcadeError where they aren't in time."""
+    end_s = time.monotonic() + within_s
+    listened_s = time.monotonic() + listen_s
+    while time.monotonic() < end_s:
+        try:
+            known = all(each.is_known.is_set() for each in cars.named(names))
+            if known and ("all" not in names or time.monotonic() >= listened_s):
+                return
+        except MotorcadeError as problem:
+            if problem.code != "no-such-car":
+                raise
+        await asyncio.sleep(_LOOK_S)
+    cars.named(names)
+
+
+def order(kind: str, search: Search, as_json: bool) -> None:
+    """Stop all cars that are found, or let them go; then tell which haven't confirmed it."""
+    count, missing = asyncio.run(_order(kind, search))
+    if not count:
+        raise MotorcadeError("no-cars-found")
+    sentence = translated(f"cars-{kind}", count=count - len(missing))
+    if missing:
+        sentence += " " + translated("cars-missing", names=", ".join(missing[:20]), count=len(missing))
+    print_result({"cars": count, "missing": missing}, sentence, wants_json(as_json))
+    if missing:
+        raise typer.Exit(NO_ANSWER)
+
+
+async def _order(kind: str, search: Search) -> tuple[int, list[str]]:
+    """Return how many cars there are, and the names of those that haven't confirmed the order."""
+    async with _looking(search) as (cars, finder):
+        begin_s = time.monotonic()
+        while True:
+            # Those that were found since get it too.
+            (cars.stop if kind == "stop" else cars.go)(only_new=True)
+            missing = await cars.confirmed(_LOOK_S)
+            passed_s = time.monotonic() - begin_s
+            if passed_s >= search.seconds or (passed_s >= search.listen_s and not missing):
+                break
+        count = len(cars.statuses())
+        _note(finder)
+    return count, missing
+
+
+def print_cars(search: Search) -> None:
+    """Print what is known of all cars as JSON."""
+    asyncio.run(_print_cars(search))
+
+
+async def _print_cars(search: Search) -> None:
+    async with _looking(search) as (cars, finder):
+        await asyncio.sleep(search.listen_s)
+        await cars.known(search.seconds - search.listen_s)
+        rows = [each._asdict() for each in cars.statuses()]
+        _note(finder)
+    for row in rows:
+        row["problem"] = row["problem"].to_dict() if row["problem"] else None
+    print_json(rows)
+
+
+def show_cars(search: Search) -> None:
+    """Draw the live table until Ctrl-C or q; s stops all cars, g lets them go."""
+    asyncio.run(_show_cars(search))
+
+
+async def _show_cars(search: Search) -> None:
+    from rich.live import Live
+
+    loop = asyncio.get_running_loop()
+    async with _looking(search) as (cars, finder):
+        ended = asyncio.Event()
+        actions = {"s": cars.stop, "g": cars.go, "q": ended.set}
+        _read_keys(lambda key: loop.call_soon_threadsafe(actions.get(key.lower(), lambda: None)), ended)
+        with Live(_table(cars.statuses(), finder), auto_refresh=False, screen=False) as live:
+            while not ended.is_set():
+                await asyncio.sleep(_DRAW_S)
+                live.update(_table(cars.statuses(), finder), refresh=True)
+
+
+def _read_keys(pressed: Callable[[str], object], ended: asyncio.Event) -> None:
+    """Call ``pressed`` with each key, in a thread; without the library for keys, Ctrl-C alone ends the table."""
+    import threading
+
+    try:
+        from blessed import Terminal
+    except ModuleNotFoundError:
+        return
+    terminal = Terminal()
+
+    def read() -> None:
+        with terminal.cbreak():
+            while not ended.is_set():
+                if key := terminal.inkey(timeout=_DRAW_S):
+                    pressed(str(key))
+
+    if sys.stdin and sys.stdin.isatty():
+        threading.Thread(target=read, daemon=True).start()
+
+
+def _table(rows: "Sequence[CarStatus]", finder: "Finder") -> "Table":
+    from rich.table import Table
+
+    table = Table(*(translated(f"cars-column-{name}") for name in _COLUMNS), title_justify="left")
+    for row in rows:
+        table.add_row(*_cells(row))
+    counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
+    others = [f"{each.name} ({each.address})" for each in finder.others.values()]
+    lines = [counted, translated("cars-keys")]
+    if others:
+        lines.append(translated("cars-others", list=", ".join(others)))
+    if finder.problem:
+        lines.append(finder.problem.sentence(current_language()))
+    from rich.text import Text
+
+    table.caption = Text("\n".join(lines))
+    table.caption_justify = "left"
+    return table
+
+
+def _cells(row: "CarStatus") -> "list[Any]":
+    """Return a row's cells; text of a stranger is no markup."""
+    from rich.text import Text
+
+    program = "" if row.crc32 is None else translated("cars-program", words=row.words or 0, crc32=row.crc32)
+    if row.problem:
+        seen = row.problem.sentence(current_language())
+    else:
+        silent_s = row.silent_s or 0
+        seen = translated("cars-away", seconds=round(silent_s)) if row.away else translated("cars-here")
+    cells = [
+        row.name,
+        "" if row.number is None else str(row.number),
+        str(Phrase(f"role-{row.role}").sentence(current_language())) if row.role in ("leader", "follower") else "",
+        row.board or row.kind,
+        row.where,
+        program,
+        row.state,
+        "" if row.battery_mv is None else f"{row.battery_mv / 1000:.2f} V",
+        row.version,
+        seen,
+    ]
+    return [Text(cell, style="" if not row.away else "dim") for cell in cells]
+
+
+async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, skips: str) -> "list[Verdict]":
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
+    console = Console(stderr=True)
+    async with _looking(search, names, baud) as (cars, finder):
+        await _found(cars, names, search.seconds, search.listen_s)
+        contacts = cars.named(names)
+        _note(finder)
+        if not contacts:
+            raise MotorcadeError("no-cars-found")
+        with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+            together = progress.add_task(translated("progress-sent"), total=len(contacts) * len(image))
+            bars = {id(each): progress.add_task(each.name, total=len(image)) for each in contacts[:_MOST_BARS]}
+            sent_bytes: dict[int, int] = {}
+
+            def advance(contact: object, sent: int) -> None:
+                sent_bytes[id(contact)] = sent
+                progress.update(together, completed=sum(sent_bytes.values()))
+                if id(contact) in bars:
+                    progress.update(bars[id(contact)], completed=sent)
+
+            return await cars.load(image, names, advance if console.is_terminal else lambda *_: None, skips)
+
+
+def _verdict_table(verdicts: "Sequence[Verdict]", checksum: str) -> "Table":
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(*(translated(f"cars-column-{name}") for name in ("name", "where", "verdict")))
+    for each in verdicts:
+        holds = translated(f"load-{each.holds}", crc32=checksum)
+        why = each.error.sentence(current_language()) if each.error and each.holds != "away" else ""
+        table.add_row(Text(each.car), Text(each.where), Text(f"{holds} {why}".strip()))
+    return table
+
+
+def _note(finder: "Finder") -> None:
+    if finder.problem:
+        print_note(finder.problem.sentence(current_language()))
