@@ -94,7 +94,7 @@ describe("trials", () => {
       ask: () => Promise.reject(new Error("nothing is asked")),
       openStream: (_, __, page) => {
         listeners = page;
-        return { send: (data) => Boolean(sent.push(JSON.parse(data as string) as TrialMessage)), close: () => void closed++ };
+        return { send: (data) => Boolean(sent.push(JSON.parse(data as string) as TrialMessage)), close: () => (closed += 1) };
       },
     });
   });
