@@ -6,6 +6,7 @@ from collections import deque
 from playwright.sync_api import expect
 
 from motorcade.boards.computer import ImageStore, simulated_car
+from motorcade.boards.lines import Line
 from motorcade.config.profile import built_in_profile
 from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED
@@ -43,7 +44,7 @@ def test_escape_closes_the_dialog_during_an_upload(open_page) -> None:
     expect(dialog).to_have_count(0)
 
 
-class BrowserLine:
+class BrowserLine(Line):
     """The car's end of a serial line, whose other end the page opens as a port of Web Serial."""
 
     address = "the browser"

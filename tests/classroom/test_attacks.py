@@ -46,7 +46,7 @@ def teachers_routes(folder):
 
 def test_the_list_of_the_teachers_routes_is_complete(tmp_path):
     assert teachers_routes(tmp_path) == [
-        *(f"/api/teacher/{name}" for name in ("cars", "mat", "stream", "wall", "watch", "work.zip")),
+        *(f"/api/teacher/{name}" for name in ("cars", "mat", "report.html", "stream", "wall", "watch", "work.zip")),
         "/api/teacher/{name:path}",
     ]
 
@@ -59,7 +59,7 @@ def test_the_teachers_requests_answer_no_pupil_and_no_guarded_one_a_stranger(sha
 
 
 @pytest.mark.parametrize(
-    "path", ["work.zip", "cars", "mat", "stream", "wall", "watch", "", "nothing", "about/", "../teacher/freeze"]
+    "path", ["work.zip", "report.html", "cars", "mat", "stream", "wall", "watch", "", "nothing", "about/", "../teacher/freeze"]
 )
 @pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "OPTIONS"])
 def test_no_other_way_leads_to_what_is_the_teachers(shared, path, method):

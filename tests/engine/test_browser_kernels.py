@@ -196,7 +196,7 @@ for name in BLOCKED:
 from support.linear_instance import MockInstance as open_instance
 """
 PLAYED = """
-from motorcade.browser.kernels import make_world, play
+from motorcade.browser.kernels import make_world, open_worlds
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission
 from motorcade.service.messages import MissionChoice
@@ -213,7 +213,7 @@ answers += session.receive(Play(4)) + session.receive(Watch(1))
 for frame in range(100):
     answers += session.advance(frame / 30)
     session.receive(Shown(1 << 20))
-result = check_program(mission, mission.solution, play(open_instance))
+result = check_program(mission, mission.solution, open_worlds(open_instance))
 why = [each.why.code for each in answers if type(each).__name__ == "CarDetails"][-1]
 pictures = [each for each in answers if isinstance(each, bytes)]
 stars = sorted(result.stars)

@@ -235,7 +235,7 @@ BREAKS = (
         "devices-forgotten",
         "class",
         "classroom/room.py",
-        "        self._by_device[device] = pupil.id\n        self._save()\n",
+        "        self._by_device[device] = pupil.id\n        self.save()\n",
         "        self._by_device[device] = pupil.id\n",
     ),
     Break(

@@ -75,7 +75,7 @@ def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_furthe
         assert any(what == "wheels" for what, _ in outputs)
 
 
-@pytest.mark.parametrize(("flash_is_slow", "longest_ms"), [(False, 75), (True, 470)], ids=["typical", "slowest"])
+@pytest.mark.parametrize(("flash_is_slow", "longest_ms"), [(False, 80), (True, 470)], ids=["typical", "slowest"])
 @pytest.mark.parametrize("role", ["leader", "follower"])
 def test_a_car_that_drives_stands_while_it_stores_an_image(role, flash_is_slow, longest_ms, micropython_installed):
     drives = [[20, "upload", list(DRIVES)]] if role == "leader" else INFRARED

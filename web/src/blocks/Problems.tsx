@@ -33,8 +33,9 @@ function useWrongText(): Diagnostic | undefined {
 export function Problems() {
   const { t } = useTranslation();
   const diagnostics = useStudio(({ compiled }) => compiled?.diagnostics);
-  // Until cars were to drive, nobody is warned that they have no blocks yet.
-  const isBegun = useMat(({ tMs }) => tMs > 0);
+  // Until cars were to drive, and while the tour says what to do, nobody is warned that they have no blocks yet.
+  const toured = useSettings((settings) => settings.toured);
+  const isBegun = useMat(({ tMs }) => tMs > 0) && toured;
   const shown = diagnostics?.filter(({ code }) => isBegun || code !== "empty-program");
   const loose = useStudio((studio) => studio.loose[0]);
   const wrongText = useWrongText();
