@@ -370,6 +370,8 @@ class StudioPage:
         else:
             self.project_menu(f"menu.{name}")
         expect(self.dialog(f"{name}.title")).to_be_visible()
+        # Until the focus is in it, it hears no key.
+        self.page.wait_for_function("document.activeElement.closest('[role=dialog]') !== null")
 
     def dialog(self, key: str) -> Locator:
         """The dialog with this title."""
