@@ -59,7 +59,8 @@ def test_the_teachers_requests_answer_no_pupil_and_no_guarded_one_a_stranger(sha
 
 
 @pytest.mark.parametrize(
-    "path", ["work.zip", "report.html", "cars", "mat", "stream", "wall", "watch", "", "nothing", "about/", "../teacher/freeze"]
+    "path",
+    ["work.zip", "report.html", "cars", "mat", "stream", "wall", "watch", "", "nothing", "about/", "../teacher/freeze"],
 )
 @pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "OPTIONS"])
 def test_no_other_way_leads_to_what_is_the_teachers(shared, path, method):
