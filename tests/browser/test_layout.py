@@ -64,7 +64,7 @@ def states(studio: StudioPage) -> Iterator[str]:
     for name in DIALOGS:
         studio.open_dialog(name)
         yield name
-        page.keyboard.press("Escape")
+        page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close"), exact=True).click()
 
 
 # For `make test`: the smallest sizes upright and across, and the largest.
