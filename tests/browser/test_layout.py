@@ -64,6 +64,7 @@ def states(studio: StudioPage) -> Iterator[str]:
     for name in DIALOGS:
         studio.open_dialog(name)
         yield name
+        # A known fault: after a mission Escape may leave the library open.
         page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close"), exact=True).click()
 
 
