@@ -16,7 +16,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # The same examples in each run, so that a failure comes from the change; `make soak` draws many more.
-settings.register_profile("quick", deadline=None, derandomize=True)
+settings.register_profile("quick", deadline=None, derandomize=True, max_examples=40)
 settings.register_profile("few", deadline=None, derandomize=True, max_examples=20)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
 settings.load_profile("quick")
@@ -28,12 +28,19 @@ MARKERS = {"browser": "browser", "site": "browser", "arduino": "chip", "portable
 MARKERS |= {"server": "server", "classroom": "server", "upload": "server", "cameras": "server"}
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark each test by its folder."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark each test by its folder, and leave out those that `make soak` runs."""
     for item in items:
         folder = item.path.relative_to(HERE).parts[0]
         if folder in MARKERS:
             item.add_marker(MARKERS[folder])
+    # Not above: pytest chooses the profile after it has read this file.
+    from support.soak import SOAK
+
+    waiting = [] if SOAK else [item for item in items if item.get_closest_marker("soak")]
+    if waiting:
+        config.hook.pytest_deselected(items=waiting)
+        items[:] = [item for item in items if not item.get_closest_marker("soak")]
 
 
 @pytest.fixture(scope="session")

@@ -188,6 +188,7 @@ def test_the_waveform_at_the_pin_is_a_frame_on_a_carrier_of_38_khz(world, car_pr
     assert car.overruns == 0
 
 
+@pytest.mark.soak
 def test_a_leader_and_two_followers_drive_as_the_simulator_says_for_30_s(world, car_program, leader_eeprom) -> None:
     places = [Pose(0, 0), Pose(0.4, 0), Pose(0, 0.4)]
     convoy = Convoy(world, car_program, leader_eeprom(BARE), BARE, places, [[1, 2], [0, 2], [0, 1]])

@@ -31,6 +31,7 @@ def avr8js(install_lock: FileLock) -> None:
         npm_packages.install(HERE.parent / "export", "avr8js")
 
 
+@pytest.mark.soak
 def test_avr8js_and_simavr_agree(world, car_program, avr8js, tmp_path) -> None:
     program = car_program(True)
     sends, at_ms = [], 100

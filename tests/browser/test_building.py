@@ -62,6 +62,7 @@ def test_the_documents_example_is_built_by_keyboard_alone(open_page, example_wor
     studio.expect_words(example_words)
 
 
+@pytest.mark.soak
 def test_the_program_stays_in_view_beside_an_open_drawer(show) -> None:
     studio = show(EXAMPLE)
     first, drawer = studio.block("leader", "left"), studio.editor("leader").get_by_role("treeitem", name="Drive")
@@ -77,6 +78,7 @@ def test_the_program_stays_in_view_beside_an_open_drawer(show) -> None:
     wait_until(lambda: abs(studio.box(first)["x"] - before["x"]) <= 10)
 
 
+@pytest.mark.soak
 def test_blocks_that_are_tapped_go_to_the_end_of_the_program(open_page) -> None:
     studio = open_page()
     for drawer, block in (("drive", "wait"), ("drive", "wait"), ("order", "repeat")):
@@ -92,6 +94,7 @@ def test_blocks_that_are_tapped_go_to_the_end_of_the_program(open_page) -> None:
     studio.expect_words(["01000000", "60800000"])
 
 
+@pytest.mark.soak
 def test_the_first_block_that_comes_by_keyboard_hangs_under_the_hat(open_page) -> None:
     studio = open_page()
     press_until_at(studio, "Tab", "treeitem", "Drive")

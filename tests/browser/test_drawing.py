@@ -23,6 +23,7 @@ def profiles(browser):
     return Profiles(browser)
 
 
+@pytest.mark.soak
 def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
     studio = open_page(project=EXAMPLE, webgl=True)
     mat = studio.page.get_by_role("application", name="Stage with cars")

@@ -5,6 +5,7 @@ import csv
 import re
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Route, expect
 
 from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
@@ -33,6 +34,7 @@ def test_ticking_the_box_opens_the_followers_editor_and_sends_them_words(open_pa
     expect(studio.block("followers", "forward")).to_contain_class(RUNNING)
 
 
+@pytest.mark.soak
 def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     studio = open_page(project=LISTENING)
     studio.play()
@@ -43,6 +45,7 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
 
 
+@pytest.mark.soak
 def test_a_voice_of_the_mat_stops_the_car_at_its_time(open_page) -> None:
     studio = open_page(project=LISTENING)
     studio.look_up("things")
@@ -56,6 +59,7 @@ def test_a_voice_of_the_mat_stops_the_car_at_its_time(open_page) -> None:
     expect(studio.clock).to_have_text(re.compile(r"0:(0[4-9]|[1-5]\d)"))
 
 
+@pytest.mark.soak
 def test_a_persons_path_gets_points_and_times(open_page) -> None:
     studio = open_page(project=FURNISHED)
     studio.look_up("things")
@@ -97,6 +101,7 @@ def test_a_run_is_downloaded_as_a_table(open_page) -> None:
     assert "0x65800000" in [row["word"] for row in rows]
 
 
+@pytest.mark.soak
 def test_the_page_makes_a_film_and_the_table_where_the_service_does_not(open_page) -> None:
     studio = open_page(project=EXAMPLE)
 
@@ -133,6 +138,7 @@ def test_the_page_makes_a_film_and_the_table_where_the_service_does_not(open_pag
     assert film[1] >= 0.8
 
 
+@pytest.mark.soak
 def test_the_stage_is_seen_from_behind_a_car_and_from_above_again(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     page = studio.page
@@ -151,6 +157,7 @@ def test_the_stage_is_seen_from_behind_a_car_and_from_above_again(open_page) -> 
     expect(behind).to_be_hidden()
 
 
+@pytest.mark.soak
 def test_the_floor_is_undone_and_kept_with_the_project(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     mat = studio.page.get_by_role("application", name="Stage with cars")

@@ -33,7 +33,7 @@ WHOLE = """const [hat] = document.querySelectorAll(".blocklyDraggable");
 CONTROLLED = "return !!navigator.serviceWorker.controller"
 
 
-@pytest.fixture(params=ENGINES)
+@pytest.fixture(params=[pytest.param(name, marks=[pytest.mark.soak] * (name != "webkit")) for name in ENGINES])
 def engine(request: pytest.FixtureRequest, install_lock: FileLock, tmp_path: Path) -> Iterator[EnginePage]:
     """A page in each of the engines; it reports no error."""
     command, packages, start = ENGINES[request.param]

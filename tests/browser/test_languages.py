@@ -84,7 +84,9 @@ def assert_complete(studio: StudioPage, other: re.Pattern[str]) -> None:
     assert set(re.findall(r"[a-z]\w*(?:\.\w+)+", text)) & names == set()
 
 
-IN_BOTH = pytest.mark.parametrize(("language", "other"), [("zh", LATIN), ("en", CHINESE)], ids=["zh", "en"])
+IN_BOTH = pytest.mark.parametrize(
+    ("language", "other"), [("zh", LATIN), pytest.param("en", CHINESE, marks=pytest.mark.soak)], ids=["zh", "en"]
+)
 
 
 @IN_BOTH
@@ -114,6 +116,7 @@ def test_the_language_changes_at_once_and_is_remembered(open_page) -> None:
     expect(studio.page.locator("html")).to_have_attribute("lang", re.compile("^zh"))
 
 
+@pytest.mark.soak
 def test_an_edit_is_undone_after_the_language_changed(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
@@ -151,6 +154,7 @@ def locales_with_a_third(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     return folder
 
 
+@pytest.mark.soak
 def test_a_third_language_is_one_file(browser, page_built, locales_with_a_third, tmp_path) -> None:
     build = tmp_path / "page"
     hatch_build.npm_run(ROOT, "bundle", "--outDir", str(build))

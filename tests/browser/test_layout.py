@@ -72,7 +72,7 @@ def states(studio: StudioPage) -> Iterator[str]:
 FEW = {"en": (PHONE, (1440, 900)), "zh": ((768, 1024), (1024, 768))}
 
 
-@pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark")])
+@pytest.mark.parametrize(("language", "theme"), [pytest.param("en", "light", marks=pytest.mark.soak), ("zh", "dark")])
 def test_every_state_fits_every_window(open_page, language, theme) -> None:
     sizes = SIZES if SOAK else FEW[language]
     studio = open_page(size=sizes[-1], plain=True, tour=True, level="start", language=language, theme=theme)

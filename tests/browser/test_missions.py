@@ -3,6 +3,7 @@
 import json
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from motorcade.missions.document import built_in_mission, missions
@@ -136,6 +137,7 @@ def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
     expect(studio.notices).to_contain_text("'Stay' is saved as version 1.")
 
 
+@pytest.mark.soak
 def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_studio):
     document = built_in_mission("forward-and-stop").document
     FolderStorage(own_studio.library).write_version(mission_library(""), "Mine", json.dumps(document).encode())
@@ -159,6 +161,7 @@ def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_stu
     expect(page.get_by_role("button", name="Level: Words")).to_be_visible()
 
 
+@pytest.mark.soak
 def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(open_page):
     studio = open_page(project=EXAMPLE)
     page = studio.page
@@ -182,6 +185,7 @@ def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(op
     expect(studio.editor("leader").get_by_role("treeitem").first).to_be_visible()
 
 
+@pytest.mark.soak
 def test_the_map_fits_a_phone(open_page):
     studio = open_page(size=PHONE)
     open_map(studio)

@@ -121,6 +121,7 @@ def test_builds_follow_each_other_whole_and_the_last_needs_no_network(context, s
     expect(page.locator("main[data-compiled]")).to_be_attached(timeout=PYTHON_MS)
 
 
+@pytest.mark.soak
 def test_a_newer_build_takes_over_when_no_tab_has_work(context, server, folder, builds):
     pages = [context.new_page(), context.new_page()]
     for page in pages:

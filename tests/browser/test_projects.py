@@ -3,6 +3,7 @@
 import json
 from contextlib import suppress
 
+import pytest
 from playwright.sync_api import Error, Locator, expect
 
 from support.studio_page import StudioPage
@@ -35,6 +36,7 @@ def versions(studio: StudioPage, name: str) -> Locator:
     return entry.get_by_role("button", name="2 versions")
 
 
+@pytest.mark.soak
 def test_every_saved_version_can_be_opened(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     save_as(studio, "My parade")
@@ -123,6 +125,7 @@ def test_a_link_holds_the_whole_project(open_page) -> None:
     assert "#" not in again.page.url
 
 
+@pytest.mark.soak
 def test_every_example_opens_and_drives(open_page) -> None:
     studio = open_page()
     studio.page.get_by_role("button", name="Examples", exact=True).click()
@@ -149,6 +152,7 @@ def test_unsaved_work_is_not_replaced_without_asking(open_page) -> None:
     studio.expect_words(["00000000"])
 
 
+@pytest.mark.soak
 def test_work_survives_a_crash_of_the_browser(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     turn_right(studio)
@@ -162,6 +166,7 @@ def test_work_survives_a_crash_of_the_browser(open_page) -> None:
     expect(studio.page.get_by_text("Not saved")).to_be_visible()
 
 
+@pytest.mark.soak
 def test_each_tab_has_its_own_work(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.wait_until_stored(studio.name.input_value())
@@ -203,6 +208,7 @@ def test_work_continues_after_the_server_crashed_and_came_back(open_own_page, ow
     expect(studio.block("leader", "right")).to_contain_class("motorcade-running")
 
 
+@pytest.mark.soak
 def test_a_reloaded_page_shows_the_same_running_cars(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()

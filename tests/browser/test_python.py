@@ -99,7 +99,7 @@ def test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving(op
     studio.expect_words(["02000000", "60800000", "65000000"])
 
 
-@pytest.mark.parametrize("language", ["en", "zh"])
+@pytest.mark.parametrize("language", [pytest.param("en", marks=pytest.mark.soak), "zh"])
 def test_blocks_are_roomy_and_narrow_on_every_level(open_page, language) -> None:
     together_all = together(forward(3), led(3, 3), avoid(3, 3), voice(), pir())
     steps = [

@@ -14,6 +14,7 @@ from motorcade.locales import catalogue
 from support.barriers import serious_barriers
 from support.driven_car import PATIENT, DrivenCar
 from support.layout import Windows
+from support.soak import SOAK
 from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, StudioPage
 from support.studio_programs import FOLLOWED
 
@@ -227,7 +228,10 @@ def test_a_finger_on_a_phone_drives(drive) -> None:
 
 
 @pytest.mark.parametrize(
-    ("language", "theme", "size"), [("en", "light", PHONE), ("zh", "dark", DESKTOP), ("zh", "contrast", PHONE)]
+    ("language", "theme", "size"),
+    [("en", "light", PHONE), ("zh", "dark", DESKTOP), ("zh", "contrast", PHONE)]
+    if SOAK
+    else [("zh", "contrast", PHONE)],
 )
 def test_the_page_has_no_barriers(drive, language, theme, size) -> None:
     remote = drive(language, theme, size)
@@ -279,6 +283,7 @@ def served_remote(cars: dict[str, DrivenCar], *options: str) -> Iterator[str]:
             process.kill()
 
 
+@pytest.mark.soak
 def test_one_of_two_real_cars_disconnects_and_the_other_drives_on(open_at, car_url) -> None:
     camera = car_url.removesuffix("/drive") + "/camera"
     with ExitStack() as held, ExitStack() as going:

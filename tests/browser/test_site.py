@@ -46,6 +46,7 @@ def studio(studio_of_site):
     return studio_of_site
 
 
+@pytest.mark.soak
 def test_python_that_ends_begins_again_and_nothing_is_lost(show) -> None:
     studio = show(EXAMPLE)
     studio.expect_words(WORDS)

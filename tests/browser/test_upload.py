@@ -3,6 +3,7 @@
 import threading
 from collections import deque
 
+import pytest
 from playwright.sync_api import expect
 
 from motorcade.boards.computer import ImageStore, simulated_car
@@ -125,6 +126,7 @@ def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> No
     expect(dialog.get_by_role("alert")).to_contain_text("went away in the middle. Is its cable loose?")
 
 
+@pytest.mark.soak
 def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.open_dialog("upload")
@@ -135,6 +137,7 @@ def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:
     expect(dialog.get_by_role("status")).to_contain_text("Sent, not verified.")
 
 
+@pytest.mark.soak
 def test_a_server_crash_during_an_upload_is_shown(open_own_page, own_studio) -> None:
     studio = open_own_page(project=FOLLOWED)
     studio.forgive("ERR_CONNECTION_REFUSED", "WebSocket connection")

@@ -68,6 +68,7 @@ async def test_a_new_driver_drives_within_half_a_second():
                 assert loop.time() - begin_s < 0.5
 
 
+@pytest.mark.soak
 @mock_clock
 async def test_after_a_long_rest_the_first_command_drives_within_half_a_second():
     """A car believes stamps after a rest only when the client has answered its clock; the client does so by itself."""

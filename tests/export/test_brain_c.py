@@ -69,6 +69,7 @@ def test_many_steps_on_an_emulated_chip_give_the_same_integers(chip, simavr):
     assert re.findall(r"\b[0-9a-f]{8}(?=\.)", re.sub(r"\x1b\[\d*m", "", printed)) == expected
 
 
+@pytest.mark.soak
 def test_a_second_emulator_agrees(chip, avr_gcc, avr8js_installed):
     binary = chip.with_suffix(".bin")
     subprocess.run([avr_gcc.with_name("avr-objcopy"), "-O", "binary", chip, binary], check=True)

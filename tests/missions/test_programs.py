@@ -35,7 +35,10 @@ def test_every_mission_has_three_right_programs_and_five_wrong_ones():
         assert (len({*each["right"]}), len({*each["wrong"]})) >= (3, 5)
 
 
-@pytest.mark.parametrize("name", MISSIONS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.soak] * (len(MISSIONS[name].mat.starts) >= 100)) for name in MISSIONS],
+)
 def test_what_does_the_task_earns_its_star_and_what_does_not_earns_none(name):
     assert judged(MISSIONS[name], PROGRAMS[name]["right"]) == PROGRAMS[name]["right"]
     assert judged(MISSIONS[name], PROGRAMS[name]["wrong"]) == []

@@ -21,7 +21,7 @@ CHECK = sorted((SOURCE / "car" / "check").glob("*.py"))
 ON_CHIP = sorted((SOURCE / "boards" / "on_chip").glob("*.py"))
 BOARDS = [SOURCE / "boards" / name for name in ("micropython.py", "voice.py")]
 
-# 5,000; ten times as many in `make soak`.
+# 2,000; many more in `make soak`.
 SEED, STEPS, EVERY = 1, 50 * settings().max_examples, 100
 RUN = [str(SEED), str(STEPS), str(EVERY)]
 

@@ -129,7 +129,12 @@ FOLLOWER_SCRIPT = [
     [4200, "hear", [300, 200, 9000, 4500, 560, 560, 80, 4000, 2000, 560, 700]],
     [50000, "upload", list(READBACK_REQUEST)],
 ]
-CASES = [(chip, role) for chip in ("esp32", "rp2040") for role in ("leader", "follower")]
+CASES = [
+    ("esp32", "leader"),
+    ("rp2040", "follower"),
+    pytest.param(("esp32", "follower"), marks=pytest.mark.soak),
+    pytest.param(("rp2040", "leader"), marks=pytest.mark.soak),
+]
 
 
 def arguments(chip: str, role: str) -> list:
@@ -159,7 +164,7 @@ def on_micropython(module: str, given: list[str]) -> list[str]:
     return ran.stdout.splitlines()
 
 
-@pytest.fixture(scope="module", params=CASES, ids="-".join)
+@pytest.fixture(scope="module", params=CASES, ids=lambda case: "-".join(case))
 def played(request) -> tuple[str, str, list[str]]:
     chip, role = request.param
     return chip, role, on_cpython("driven_car", arguments(chip, role))
@@ -170,7 +175,7 @@ def test_micropython_does_the_same_to_its_pins(played, micropython_installed) ->
     assert on_micropython("driven_car", arguments(chip, role)) == printed
 
 
-@pytest.mark.parametrize("chip", ["esp32", "rp2040"])
+@pytest.mark.parametrize("chip", ["esp32", pytest.param("rp2040", marks=pytest.mark.soak)])
 def test_check_board_finds_the_same_on_micropython(chip, micropython_installed) -> None:
     text = (templates() / f"{chip}.toml").read_text(encoding="utf-8")
     wanted = settings_of(parse_pins(text, chip), CLASSROOM, False)

@@ -34,11 +34,11 @@ INFRARED = [[100, "hear many", [frame_durations_us(HEARD), FRAME_EVERY_US, FRAME
 WITHOUT_PAUSE_US = sum(frame_durations_us(HEARD)) + 5000
 UART = "[serial]\ntransmit = 8\nreceive = 9\n"
 CARS = [
-    ("rp2040", "leader", ""),
-    ("rp2040", "follower", ""),
+    pytest.param("rp2040", "leader", "", marks=pytest.mark.soak),
+    pytest.param("rp2040", "follower", "", marks=pytest.mark.soak),
     ("rp2040", "follower", UART),
     ("esp32", "leader", ""),
-    ("esp32", "follower", ""),
+    pytest.param("esp32", "follower", "", marks=pytest.mark.soak),
 ]
 
 
@@ -75,8 +75,12 @@ def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_furthe
         assert any(what == "wheels" for what, _ in outputs)
 
 
-@pytest.mark.parametrize(("flash_is_slow", "longest_ms"), [(False, 80), (True, 470)], ids=["typical", "slowest"])
-@pytest.mark.parametrize("role", ["leader", "follower"])
+@pytest.mark.parametrize(
+    ("flash_is_slow", "longest_ms"),
+    [(False, 80), pytest.param(True, 470, marks=pytest.mark.soak)],
+    ids=["typical", "slowest"],
+)
+@pytest.mark.parametrize("role", ["leader", pytest.param("follower", marks=pytest.mark.soak)])
 def test_a_car_that_drives_stands_while_it_stores_an_image(role, flash_is_slow, longest_ms, micropython_installed):
     drives = [[20, "upload", list(DRIVES)]] if role == "leader" else INFRARED
     figures, outputs = played("rp2040", role, "", drives + UPLOAD, SECONDS, False, flash_is_slow)
@@ -87,7 +91,7 @@ def test_a_car_that_drives_stands_while_it_stores_an_image(role, flash_is_slow, 
     assert answers.endswith(ok_line(LARGEST) + LARGEST)
 
 
-@pytest.mark.parametrize(("chip", "before"), [("rp2040", 29), ("esp32", 24)])
+@pytest.mark.parametrize(("chip", "before"), [("rp2040", 29), pytest.param("esp32", 24, marks=pytest.mark.soak)])
 def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame(chip, before, micropython_installed):
     """The last of the first frames ends while the image waits."""
     after = 7

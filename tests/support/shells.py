@@ -1,7 +1,7 @@
 """The shells of the studio, a server and a site, and which tests of its page run against which of them.
 
 `make soak` runs all tests of the page against both, except those that need what a site hasn't. `make test` runs them
-against the server, and against the site few that touch what differs.
+against the server; `test_site.py`, `test_offline.py` and `test_same_bits.py` know the site alone.
 """
 
 # What only a server has, and the tests that need it.
@@ -20,14 +20,6 @@ SERVER_ALONE = {
     "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
 }
 
-# What `make test` runs against the site too: a world with its goals and its stars, and bytes of a port. Each test waits
-# for Python to start, so they are few. `test_same_bits.py`, `test_site.py` and `test_offline.py` know the site alone.
-QUICK = (
-    "test_a_mission_is_played_by_keyboard_until_it_has_all_stars",
-    "test_a_serial_port_of_the_browser_works_both_ways",
-    "test_a_lucky_program_is_found_out_and_its_failure_is_played",
-)
-
 
 def shells_of(test: str) -> list[str]:
     """The shells against which a test runs, by its function's name."""
@@ -36,4 +28,4 @@ def shells_of(test: str) -> list[str]:
 
     if any(test in tests for tests in SERVER_ALONE.values()):
         return ["server"]
-    return ["server", "site"] if SOAK or test in QUICK else ["server"]
+    return ["server", "site"] if SOAK else ["server"]

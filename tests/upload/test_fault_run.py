@@ -22,7 +22,7 @@ from support.faulty_line import Faults, RealCar, Way, talk_through
 from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
 
-# 10,000; ten times as many in `make soak`.
+# 4,000; many more in `make soak`.
 UPLOADS = 100 * settings().max_examples
 PARTS = 10
 UPLOADS_OF_A_LINE = 6
@@ -108,6 +108,7 @@ def a_car(kind, store, random, most):
         yield line.address
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("kind", [PTY, "tcp"])
 def test_the_same_holds_on_real_lines_in_real_time(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(upload, "SILENCE_MS", 40)
