@@ -3,6 +3,7 @@
 import json
 import re
 from contextlib import suppress
+from itertools import product
 from time import monotonic
 
 import pytest
@@ -19,6 +20,8 @@ from support.soak import SOAK
 from support.studio_page import PHONE
 from support.studio_programs import EXAMPLE
 from support.waiting import wait_until
+
+LOOKS = product(SIZES, ("en", "zh"), ("light", "dark", "contrast")) if SOAK else [(SIZES[3], "zh", "dark")]
 
 
 @pytest.fixture(scope="module")
@@ -314,13 +317,7 @@ def test_everything_is_done_by_keyboard_alone(room, teacher) -> None:
     kay.context.close()
 
 
-@pytest.mark.parametrize("size", SIZES if SOAK else SIZES[3:])
-@pytest.mark.parametrize(
-    ("language", "theme"),
-    [(language, theme) for language in ("en", "zh") for theme in ("light", "dark", "contrast")]
-    if SOAK
-    else [("zh", "dark")],
-)
+@pytest.mark.parametrize(("size", "language", "theme"), LOOKS)
 def test_no_page_of_the_class_has_barriers_or_is_too_wide(room, size, language, theme) -> None:
     looks = {"motorcade.language": language, "motorcade.settings": f'{{"theme": "{theme}", "toured": true}}'}
     newcomer, teacher = room.visit(language=language, theme=theme, size=size), room.teacher
