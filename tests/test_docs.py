@@ -19,7 +19,7 @@ from motorcade.service.messages import Blocks
 from motorcade.service.programs import compile_blocks
 from motorcade.words.infrared import FrameReceiver
 from support import doc_pages, roverhat
-from support.doc_pages import ROOT, Reader, blocks_of, furnish
+from support.doc_pages import ROOT, Reader, blocks_of, fill_folder
 from support.soak import SOAK
 
 DOCS = ROOT / "docs"
@@ -42,7 +42,7 @@ def translated(page):
 @posix_only
 @pytest.mark.parametrize("page", PAGES + READMES, ids=lambda page: page.stem)
 def test_the_blocks_of_a_page_run(page, tmp_path):
-    furnish(tmp_path)
+    fill_folder(tmp_path)
     roverhat.switch_on()
     with ExitStack() as running:
         reader = Reader(tmp_path, running)

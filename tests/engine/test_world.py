@@ -92,7 +92,7 @@ def test_a_new_wall_shades_infrared_from_the_next_tick() -> None:
     assert hearers(cars, 1000) == set()
 
 
-def test_furnish_changes_the_range_of_infrared() -> None:
+def test_setting_the_environment_changes_the_range_of_infrared() -> None:
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(1.5, 0)])
     assert hearers(cars, 500) == set()
     cars.set_environment(cars.mat, range_mm=1600)
@@ -110,11 +110,11 @@ def test_a_driving_car_stops_at_a_new_obstacle() -> None:
 
 
 @pytest.mark.parametrize("count", [20, 60])
-def test_furnishing_before_the_first_tick_equals_building_the_world_so(count: int) -> None:
-    furnished = crowd(count)
-    bare = Mat("bare", furnished.starts, furnished.tick_ms)
-    built, changed = (World(mat, [ROAMING], seeds=5) for mat in (furnished, bare))
-    changed.set_environment(furnished)
+def test_setting_the_environment_before_the_first_tick_equals_building_the_world_so(count: int) -> None:
+    given = crowd(count)
+    bare = Mat("bare", given.starts, given.tick_ms)
+    built, changed = (World(mat, [ROAMING], seeds=5) for mat in (given, bare))
+    changed.set_environment(given)
     for cars in (built, changed):
         cars.run(1600)
     assert digest(changed) == digest(built)

@@ -17,7 +17,7 @@ from motorcade.server.studio.library import FolderStorage
 from motorcade.service.messages import Capabilities, MissionChoice
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
-from motorcade.service.world_messages import Furnish, Goals, Move, Play, Reset, Seek, SetWorld, Shown, State
+from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetEnvironment, SetWorld, Shown, State
 from motorcade.service.world_session import WorldSession
 
 NAME = "forward-and-stop"
@@ -291,8 +291,8 @@ def test_a_world_that_differs_from_the_missions_is_refused(change, what):
 @pytest.mark.parametrize(
     ("change", "what"),
     [
-        (Furnish(OWN_MAT, range_mm=3000), "how far infrared reaches"),
-        (Furnish(OWN_MAT | {"wall": [{"from_m": [1, 0], "to_m": [1, 1]}]}), "the mat and its cars"),
+        (SetEnvironment(OWN_MAT, range_mm=3000), "how far infrared reaches"),
+        (SetEnvironment(OWN_MAT | {"wall": [{"from_m": [1, 0], "to_m": [1, 1]}]}), "the mat and its cars"),
         (Move(0, 0.9, 0.5), "the mat and its cars"),
     ],
 )
@@ -301,4 +301,4 @@ def test_what_a_mission_fixes_cannot_be_changed_while_it_is_played(change, what)
     with pytest.raises(MotorcadeError, match=f"the mission fixes {what}"):
         page.send(change)
     # The floor is only a picture.
-    page.send(Furnish(OWN_MAT | {"floor": "moon"}))
+    page.send(SetEnvironment(OWN_MAT | {"floor": "moon"}))

@@ -11,7 +11,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from motorcade.service.history import FIRST, MOST_EVENTS, PAST, PAST_BYTES
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import Furnish, Move, Reset, Step, Watch
+from motorcade.service.world_messages import Move, Reset, SetEnvironment, Step, Watch
 from motorcade.service.world_session import PICTURE_S, WorldSession
 from support.pictures import Picture
 
@@ -133,7 +133,7 @@ def test_changed_is_set_by_what_changes_the_picture_and_cleared_by_the_picture()
         lambda: on.receive(Move(1, 1, 1, 0)),
         lambda: on.seek(0),
         lambda: on.seek(None),
-        lambda: on.receive(Furnish(EMPTY_MAT, 900)),
+        lambda: on.receive(SetEnvironment(EMPTY_MAT, 900)),
         lambda: on.receive(Reset(1)),
     ):
         act()
@@ -250,7 +250,7 @@ def test_the_details_of_a_watched_car() -> None:
 
 def test_furniture_and_moves_reach_the_world() -> None:
     on = playback(image=compile_program(Program([right(3, speed=2)], [wait(1)])).image)
-    on.receive(Furnish(EMPTY_MAT | {"wall": [{"from_m": [0.25, -1], "to_m": [0.25, 1]}]}, 1000))
+    on.receive(SetEnvironment(EMPTY_MAT | {"wall": [{"from_m": [0.25, -1], "to_m": [0.25, 1]}]}, 1000))
     on.receive(Step(100))
     assert Picture(on.picture(0)).happened("heard") == []
     on.receive(Move(1, 0, 0.4, 90))

@@ -214,7 +214,7 @@ def _path_with(programs: Path) -> str:
     return os.pathsep.join([str(programs), os.environ.get("PATH", "")])
 
 
-def furnish(folder: Path) -> None:
+def fill_folder(folder: Path) -> None:
     """Copy into ``folder`` what a clone of the repository has and pages speak of."""
     for name in ("examples", "firmware"):
         shutil.copytree(ROOT / name, folder / name)

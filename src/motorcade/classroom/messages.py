@@ -373,7 +373,7 @@ class WallWorld(Struct):
 
 
 class Wall(ClassAnswerBase, tag="wall"):
-    """The worlds on the wall; sent whole when one is new or furnished. Pictures refer to their places in this list.
+    """The worlds on the wall; sent whole when one is new or changed. Pictures refer to their places in this list.
 
     A picture is binary: 4 bytes number of the list (the ``number`` of the last Wall), then for each world whose moment
     has changed: place (uint16), cars shown (uint16), time in ms (uint32), then the columns of these cars as in a

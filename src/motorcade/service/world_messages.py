@@ -84,7 +84,7 @@ class Speak(_WorldMessage, tag="say"):
     word: Literal["stop", "go"]
 
 
-class Furnish(_WorldMessage):
+class SetEnvironment(_WorldMessage, tag="set_environment"):
     """Change what is around the cars."""
 
     mat: MatDocument
@@ -125,7 +125,7 @@ class Shown(_WorldMessage):
 
 
 WorldMessage = (
-    SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | Furnish | Move | Watch | Seek | Resume | Shown
+    SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown
 )
 
 

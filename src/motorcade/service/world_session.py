@@ -161,7 +161,7 @@ class WorldSession:
                 self._breakpoints.arm(world)
             case world_messages.Speak():
                 world.speak(message.word)
-            case world_messages.Furnish():
+            case world_messages.SetEnvironment():
                 world.set_environment(message.mat, message.range_mm)
                 self.has_news = True
             case world_messages.Move():

@@ -36,7 +36,7 @@ PLAYED = [
     {"do": "set", "image": IMAGE, "mat": CROWD},
     {"do": "play", "speed": 16},
     *[{"do": "watch", "car": 1}] * 60,
-    *[{"do": "furnish", "mat": EMPTY | {"polygon": CORNERS["polygon"]}, "range_mm": 2000}] * 5,
+    *[{"do": "set_environment", "mat": EMPTY | {"polygon": CORNERS["polygon"]}, "range_mm": 2000}] * 5,
 ]
 
 

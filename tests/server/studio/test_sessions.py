@@ -62,14 +62,16 @@ def test_steps_and_the_past(client) -> None:
         assert mine.until("state", lambda state: state["t_ms"] == 0)["seed"] == 7
 
 
-def test_cars_are_moved_the_mat_is_furnished_and_a_car_is_watched(client) -> None:
+def test_cars_are_moved_the_environment_is_changed_and_a_car_is_watched(client) -> None:
     with page(client) as mine:
         mine.set(image=None)
         mine.send("move", car=2, x_m=-1, y_m=0.25, heading_deg=90)
         moved = mine.until("picture", lambda picture: picture.moment.x_m[2] < 0)
         assert (moved.moment.x_m[2], moved.moment.y_m[2]) == (-1, 0.25)
         full = {"size_m": [1, 1], "crowd": [{"cars": 5000}]}
-        mine.send("furnish", mat=MAT | full | {"wall": [{"from_m": [0.2, -1], "to_m": [0.2, 1]}]}, range_mm=2000)
+        mine.send(
+            "set_environment", mat=MAT | full | {"wall": [{"from_m": [0.2, -1], "to_m": [0.2, 1]}]}, range_mm=2000
+        )
         mine.send("watch", car=2)
         while (heard := mine.next())[0] != "car":
             assert heard[0] != "error", heard

@@ -176,7 +176,7 @@ export interface PupilRow {
   stars: number;
 }
 
-/** The worlds on the wall; sent whole when one is new or furnished. Pictures refer to their places in this list. */
+/** The worlds on the wall; sent whole when one is new or changed. Pictures refer to their places in this list. */
 export interface Wall {
   is: "wall";
   number: number;

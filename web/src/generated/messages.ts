@@ -573,8 +573,8 @@ export interface Speak {
 }
 
 /** Change what is around the cars. */
-export interface Furnish {
-  do: "furnish";
+export interface SetEnvironment {
+  do: "set_environment";
   mat: MatDocument;
   range_mm?: number | null;
 }
@@ -848,7 +848,7 @@ export interface Compared {
   t_ms: number;
 }
 
-export type WorldMessage = SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | Furnish | Move | Watch | Seek | Resume | Shown;
+export type WorldMessage = SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown;
 
 export type WorldAnswer = Hello | State | CarDetails | Goals | Stopped | Refused;
 

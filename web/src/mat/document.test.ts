@@ -6,7 +6,7 @@ import { canLose, type FurnitureKind, type Mat, type PieceId, retimed, withoutPo
 
 const EMPTY: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3], edge: "wall" };
 
-function furnished(): Mat {
+function full(): Mat {
   return edit.FURNITURE.reduce((mat, kind) => edit.added(mat, kind, [1, 2]).mat, EMPTY);
 }
 
@@ -36,8 +36,8 @@ describe("furniture", () => {
   });
 
   it("of one kind leaves the others alone", () => {
-    const mat = edit.moved(furnished(), { kind: "disc", place: 0 }, 1, 1);
-    expect(mat.wall).toEqual(furnished().wall);
+    const mat = edit.moved(full(), { kind: "disc", place: 0 }, 1, 1);
+    expect(mat.wall).toEqual(full().wall);
     expect(mat.disc).toEqual([{ centre_m: [2, 3], radius_m: 0.15 }]);
   });
 });

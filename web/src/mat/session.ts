@@ -221,7 +221,7 @@ export class Session {
       this.begin(this.playRequested || (useMat.getState().state?.playing ?? false));
     } else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
       useMat.setState({ problem: null });
-      this.send({ do: "furnish", mat, range_mm: rangeMm });
+      this.send({ do: "set_environment", mat, range_mm: rangeMm });
       this.sent = { ...this.sent, mat, rangeMm };
     }
   }

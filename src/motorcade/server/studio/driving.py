@@ -140,7 +140,7 @@ class PageWorld(WorldSession):
         lock: for the task that uses the session, which is not safe for threads.
         changed: set when there may be something to show.
         control: the cars that somebody drives, or drove.
-        mat: the document of its mat, as it is furnished now; None before there is a world.
+        mat: the document of its mat, as it is now; None before there is a world.
         sent: the last answer of each type that its page was sent, pictures as bytes; for others who watch.
         took_s: how long making the last picture took.
         is_quick: whether making the last two pictures, or one of them, took less time than passing it to a thread.

@@ -31,10 +31,10 @@ from motorcade.service.messages import Capabilities
 from motorcade.service.requests import Context
 from motorcade.service.world_messages import (
     CarDetails,
-    Furnish,
     Reset,
     Resume,
     Seek,
+    SetEnvironment,
     SetWorld,
     Shown,
     State,
@@ -49,7 +49,7 @@ IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
 # Messages that may take longer than making a picture.
-_LONG = (Furnish, Reset, Seek, Step)
+_LONG = (Reset, Seek, SetEnvironment, Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
 _T = TypeVar("_T")
 # The CPU time that a request may take in seconds, and those that may take more: a user's own computer may be busy with
@@ -339,7 +339,7 @@ class PageWorlds:
                 answers = await session.in_thread(lambda: session.receive(message), limiter)
                 # The last picture didn't show this change.
                 session.is_quick = False
-                if isinstance(message, Furnish):
+                if isinstance(message, SetEnvironment):
                     session.mat = message.mat
             self._put_all(session, page, answers)
 
