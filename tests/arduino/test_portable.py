@@ -18,10 +18,9 @@ from motorcade.car.brain import VOICE_GO, VOICE_STOP
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.firmware.arduino_library import library_folder
-from motorcade.words.check import check_request
 from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import frame_durations_us, to_frame
-from motorcade.words.request import car_request
+from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST
 from support.emulated_uploads import image_of
 from support.strategies import CLASSROOM

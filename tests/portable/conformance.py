@@ -19,12 +19,19 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.car.senses import NOTHING, Senses
 from motorcade.errors import Phrase
-from motorcade.words.check import check_request, ready_line
 from motorcade.words.field import WordError
 from motorcade.words.formats import FORMATS, fingerprint
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
-from motorcade.words.request import answer_line, car_request, is_car_name, read_request, split_requests
+from motorcade.words.request import (
+    answer_line,
+    car_request,
+    check_request,
+    is_car_name,
+    read_request,
+    ready_line,
+    split_requests,
+)
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 from motorcade.words.upload import CHECK, READBACK_REQUEST, REQUEST, CarEnd, ReadbackEnd, UploaderEnd
 

@@ -9,8 +9,8 @@ from test_microcontroller import CLASSROOM, HEARD, PLATFORMS, on_micropython, te
 
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
-from motorcade.words.check import check_request
 from motorcade.words.infrared import frame_durations_us, to_frame
+from motorcade.words.request import check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.chip_benches import SMALL
 

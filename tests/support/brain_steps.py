@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from motorcade.car import brain, step
 from motorcade.car.senses import Senses
-from motorcade.words import check, receiver
+from motorcade.words import receiver, request
 from motorcade.words.blocks import crc32_of
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import tagged_frame, to_frame
@@ -126,7 +126,7 @@ class Steps:
         for word in self._drawn_image(random >> 5 & 7, random >> 8 & 7, low):
             image += word.to_bytes(4, "big")
         if random >> 4 & 1:
-            line += check.check_request(crc32_of(image, 0, len(image), 0), random >> 15 & 255)
+            line += request.check_request(crc32_of(image, 0, len(image), 0), random >> 15 & 255)
         line += image
         if random >> 24 & 3 == 0:
             line[(random >> 26) % len(line)] ^= 1 << (random >> 23 & 7)

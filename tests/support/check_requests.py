@@ -1,7 +1,7 @@
 """Read a check request as a car does, without the receiver that a car has."""
 
-from motorcade.words.check import CHECK_BYTES, MARKS, PAYLOAD_AT
 from motorcade.words.image import WORD_BYTES, bytes_to_words
+from motorcade.words.request import CHECK_BYTES, MARKS, PAYLOAD_AT
 
 
 def read_check(request: bytes) -> tuple[int, int] | None:

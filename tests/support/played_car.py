@@ -7,7 +7,7 @@ import select
 import socket
 import threading
 
-from motorcade.words.check import CHECK_BYTES, check_words, ready_line
+from motorcade.words.request import CHECK_BYTES, check_words, ready_line
 from support.check_requests import read_check
 from support.waiting import DEADLINE_S
 

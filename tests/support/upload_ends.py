@@ -4,14 +4,14 @@ from itertools import pairwise
 
 from hypothesis import strategies as st
 
-from motorcade.words import check, upload
+from motorcade.words import request, upload
 from motorcade.words.image import Image, image_words, words_to_bytes
 
 NO_PROGRAM = bytes(4)
 OLD = bytes.fromhex("01000000 6a800000")
 NEW = bytes.fromhex("02000000 65800000 6a800000")
 NEW_OK = b"OK words=3 crc32=325d103a\n"
-CHECK_OF_NEW = check.check_request(0x325D103A, 7)
+CHECK_OF_NEW = request.check_request(0x325D103A, 7)
 BAD_HEADER = bytes.fromhex("00010300")  # a dwell with two bits
 BAD_WORD = bytes.fromhex("01000000 40000001")  # a word with its parity bit
 
@@ -54,7 +54,7 @@ class Car:
             if event.kind == upload.READBACK:
                 answer += self.stored
             elif event.kind == upload.CHECK:
-                answer += check.ready_line(event.answer, self.stored)
+                answer += request.ready_line(event.answer, self.stored)
             else:
                 answer += event.answer
         return kinds, answer

@@ -26,7 +26,7 @@ from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
-from motorcade.words.check import CHECK_BYTES
+from motorcade.words.request import CHECK_BYTES
 from motorcade.words.upload import READBACK_REQUEST
 from support.check_requests import read_check
 from support.driven_car import deaf_port

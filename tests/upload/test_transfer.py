@@ -19,8 +19,8 @@ from motorcade.upload.transfer import (
     UploadTransfer,
     upload_error,
 )
-from motorcade.words.check import CHECK_BYTES, check_words, held_checksum, ready_line
 from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.request import CHECK_BYTES, check_words, held_checksum, ready_line
 from motorcade.words.upload import (
     IMAGE,
     MISMATCH,

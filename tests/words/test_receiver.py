@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.words import receiver, upload
-from motorcade.words.check import check_request
 from motorcade.words.image import refused_image
+from motorcade.words.request import check_request
 from support.upload_ends import CHECK_OF_NEW, LAST_TICK, NEW, NEW_OK, NO_PROGRAM, OLD, STARTS_MS, Car, events_of, images
 
 LARGEST = bytes.fromhex("FFFF0100") + bytes.fromhex("64800000") * 255 + bytes.fromhex("C0280000") * 255

@@ -1,4 +1,4 @@
-"""Requests to cars, on lines that lose, double and change bytes."""
+"""Requests to cars, on lines that lose, double and change bytes; a car accepts the announced image alone."""
 
 from binascii import crc32
 
@@ -7,8 +7,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.words import receiver, request, upload
-from motorcade.words.check import check_request
-from support.upload_ends import LAST_TICK, NEW, NEW_OK, OLD, STARTS_MS, Car, events_of, images
+from support.upload_ends import (
+    CHECK_OF_NEW,
+    LAST_TICK,
+    NEW,
+    NEW_OK,
+    OLD,
+    STARTS_MS,
+    Car,
+    events_of,
+    images,
+    pieces,
+    programs,
+)
 
 REQUESTS = st.builds(
     request.car_request, st.sampled_from("abnsg"), st.integers(0, 255), st.sampled_from(["", "ada", "阿达", "x" * 32])
@@ -26,7 +37,7 @@ def test_a_car_reads_what_was_asked(kind, number, name):
     )
 
 
-@given(asked=REQUESTS, before=st.sampled_from([b"", NEW, check_request(crc32(NEW), 1)]), start_ms=STARTS_MS)
+@given(asked=REQUESTS, before=st.sampled_from([b"", NEW, request.check_request(crc32(NEW), 1)]), start_ms=STARTS_MS)
 def test_a_request_is_answered_wherever_it_stands_and_changes_no_upload(asked, before, start_ms):
     end = upload.CarEnd()
     events = events_of(end, [(before, 600), (asked, 0), (asked, 0)], start_ms)
@@ -58,7 +69,7 @@ def test_a_request_that_was_changed_on_the_way_is_no_request_and_no_image(data, 
 @given(image=images(), number=st.integers(0, 255))
 def test_no_upload_holds_the_header_of_a_request(image, number):
     """So a line may take requests out of an upload wherever they are."""
-    stream = check_request(crc32(image), number) + image
+    stream = request.check_request(crc32(image), number) + image
     assert request.REQUEST_BEGINS not in stream + stream
     assert not stream.endswith(request.REQUEST_BEGINS[:1])
 
@@ -80,3 +91,75 @@ def test_names_are_letters_of_any_language(name, may):
 @pytest.mark.parametrize("line", [b"", b"OK car=", b"OK car=a00 sum=12345678", b"\xff\xfe sum=", b"OK words=3 crc32=0"])
 def test_what_is_no_answer_is_none(line):
     assert request.read_answer(line) is None
+
+
+@given(image=images(), held=images(), number=st.integers(0, 255), start_ms=STARTS_MS, data=st.data())
+def test_a_car_accepts_the_announced_image(image, held, number, start_ms, data):
+    car, checksum = Car(held), crc32(image)
+    taken = [car.take(piece, start_ms) for piece in data.draw(pieces(request.check_request(checksum, number)))]
+    answer = b"".join(said for _, said in taken)
+    assert request.held_checksum(answer, request.check_words(checksum, number)) == crc32(held)
+    assert car.stored == held
+    taken = [car.take(piece, start_ms) for piece in data.draw(pieces(image))]
+    assert b"".join(said for _, said in taken) == upload.ok_line(image)
+    assert car.stored == image
+
+
+def test_the_check_request_and_its_answer_are_these_bytes():
+    # 2 leader states, 3 follower words, dwell level 0, reserved 254; then 32, 5D, 10, 3A and the number 7 in the
+    # reserved bits 9 to 2, beside a one in each byte.
+    words = "020301FE 010108CA 01010976 01010842 010108EA 0101081E"
+    assert bytes.fromhex(words) == CHECK_OF_NEW
+    # zlib's CRC-32 of OLD and of the line up to there.
+    beginning = b"OK check=325d103a07 holds=%08x" % crc32(OLD)
+    assert Car(OLD).take(CHECK_OF_NEW, 0) == ([upload.CHECK], beginning + b" sum=%08x\n" % crc32(beginning))
+
+
+@given(image=programs.filter(lambda image: image != NEW))
+def test_a_car_refuses_another_image_than_the_announced_one(image):
+    car = Car(OLD)
+    car.take(CHECK_OF_NEW, 0)
+    assert car.take(image, 1)[0] == [upload.REFUSED]
+    assert car.take(NEW, 400) == ([], b"")  # the rest of what was wrong
+    assert car.take(image, 1_000)[0] == [upload.REFUSED]  # the checksum holds until the right image comes
+    assert car.take(NEW, 2_000) == ([upload.IMAGE], NEW_OK)
+    assert car.stored == NEW
+
+
+def test_ten_seconds_after_an_announcement_a_car_accepts_any_image():
+    car = Car(NEW)
+    car.take(CHECK_OF_NEW, 0)
+    assert car.take(OLD, 9_999)[0] == [upload.REFUSED]
+    assert car.take(OLD, 19_999)[0] == [upload.IMAGE]
+
+
+def test_what_comes_right_behind_an_image_that_was_announced_is_no_image():
+    car = Car(OLD)
+    assert car.take(CHECK_OF_NEW + NEW + OLD, 0)[0] == [upload.CHECK, upload.IMAGE]
+    assert car.take(OLD, 499) == ([], b"")
+    assert car.stored == NEW
+    assert car.take(OLD, 999)[0] == [upload.IMAGE]
+
+
+FAULTS = {"lost": lambda byte: [], "doubled": lambda byte: [byte, byte]} | {
+    f"bit {bit}": lambda byte, bit=bit: [byte ^ 1 << bit] for bit in range(8)
+}
+
+
+@pytest.mark.parametrize("at", range(request.CHECK_BYTES))
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_check_request_with_a_fault_is_no_image_and_gets_no_answer_that_is_mistaken(at, fault):
+    car = Car(OLD)
+    kinds, answer = car.take(CHECK_OF_NEW[:at] + bytes(FAULTS[fault](CHECK_OF_NEW[at])) + CHECK_OF_NEW[at + 1 :], 0)
+    more, _ = car.take(b"", 500)
+    assert upload.IMAGE not in kinds + more
+    assert car.stored == OLD
+    understood = request.held_checksum(answer, request.check_words(0x325D103A, 7)) is not None
+    assert understood == (fault == "doubled" and at == request.CHECK_BYTES - 1)
+
+
+@given(at=st.integers(0, 60), bit=st.integers(0, 7))
+def test_an_answer_with_a_flipped_bit_is_ignored(at, bit):
+    line = bytearray(request.ready_line(request.check_words(1, 2), OLD))
+    line[at % (len(line) - 1)] ^= 1 << bit
+    assert request.held_checksum(bytes(line), request.check_words(1, 2)) is None

@@ -13,21 +13,21 @@ from array import array
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import Board
 from motorcade.car.senses import Senses
-from motorcade.words.check import ready_line
 from motorcade.words.image import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.request import (
-    ASK,
     BLINK,
     BLINK_MS,
     GO,
     KEEPS_NO_NAME,
     NAME,
+    REQUEST_KINDS,
     STOP,
     answer_line,
     checksum_text,
     is_car_name,
     read_request,
+    ready_line,
 )
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 from motorcade.words.upload import (
@@ -214,7 +214,7 @@ class Car:
         request, now, board = read_request(data), self._now_ms, self.board
         if request is None:
             return error_line(f"{CHANGED_REQUEST} on the way")
-        if request.kind not in (ASK, BLINK, NAME, STOP, GO):
+        if request.kind not in REQUEST_KINDS:
             return error_line(f"request-unknown kind={request.kind}")
         if request.kind == NAME:
             try:

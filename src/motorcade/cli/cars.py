@@ -1,5 +1,6 @@
 """Commands for many cars: cars, cars blink, cars name, cars stop, cars go."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -65,27 +66,20 @@ def _name(
     print(translated("car-named", port=port, name=name))
 
 
-@app.command("stop")
-def _stop(
-    car_list: CarList = None,
-    keys: OptionalFile = None,
-    seconds: Seconds = 4.0,
-    language: Language = "",
-    as_json: Json = False,
-) -> None:
-    from motorcade.cli.fleet import order
+def _ordering(kind: str) -> Callable[..., None]:
+    def order_all(
+        car_list: CarList = None,
+        keys: OptionalFile = None,
+        seconds: Seconds = 4.0,
+        language: Language = "",
+        as_json: Json = False,
+    ) -> None:
+        from motorcade.cli.fleet import order
 
-    order("stop", Search(car_list, keys, seconds), as_json)
+        order(kind, Search(car_list, keys, seconds), as_json)
+
+    return order_all
 
 
-@app.command("go")
-def _go(
-    car_list: CarList = None,
-    keys: OptionalFile = None,
-    seconds: Seconds = 4.0,
-    language: Language = "",
-    as_json: Json = False,
-) -> None:
-    from motorcade.cli.fleet import order
-
-    order("go", Search(car_list, keys, seconds), as_json)
+for _kind in ("stop", "go"):
+    app.command(_kind)(_ordering(_kind))

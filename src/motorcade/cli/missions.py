@@ -230,21 +230,14 @@ def _missions_table(found: "tuple[Mission, ...]", shortest: dict[str, dict[str, 
 def _result_table(mission: "Mission", result: "Result") -> "Table":
     from rich.table import Table
 
-    from motorcade.missions.check import STEPS
-    from motorcade.missions.watch import goal_phrase
+    from motorcade.missions.report import asked_goals
 
     language = current_language()
     title = translated("check-title", name=mission.name, stars=_stars(len(result.stars)))
     table = Table(title=title, title_justify="left")
     for name in ("star", "goal", "result", "grade", "time", "why"):
         table.add_column(translated(f"column-{name}"), no_wrap=name not in ("goal", "why"))
-    goals = iter(enumerate(mission.goals, start=1))
-    for each in result.goals:
-        if each.kind == STEPS:
-            asked = Phrase("goal-steps").sentence(language)
-        else:
-            number, goal = next(goals)
-            asked = f"{number}. {goal_phrase(goal, mission).sentence(language)}"
+    for asked, each in asked_goals(mission, result, language):
         shown = translated("goal-is-met") if each.met else translated("goal-is-lost", seed=each.seed)
         numbers = f"{each.grade:.2f}", f"{each.t_ms / 1000:g}"
         row = (_stars(each.star), asked, shown, *numbers, each.why.sentence(language))

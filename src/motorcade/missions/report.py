@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from motorcade.config.files import disk_reason
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.missions.check import STEPS, Look, Result, Sight, check_image, check_program
+from motorcade.missions.check import STEPS, GoalResult, Look, Result, Sight, check_image, check_program
 from motorcade.missions.model import Mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.diagnostics import ProgramError
@@ -143,18 +143,15 @@ def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) 
     )
 
 
-def _goals(mission: Mission, result: Result, language: str) -> list[tuple[str, bool, str]]:
-    """Each goal, whether it is met, and why."""
+def asked_goals(mission: Mission, result: Result, language: str) -> Iterator[tuple[str, GoalResult]]:
+    """Yield each goal in words, and what came of it."""
     goals = iter(enumerate(mission.goals, start=1))
-    rows = []
     for each in result.goals:
         if each.kind == STEPS:
-            asked = Phrase("goal-steps").sentence(language)
+            yield Phrase("goal-steps").sentence(language), each
         else:
             number, goal = next(goals)
-            asked = f"{number}. {goal_phrase(goal, mission).sentence(language)}"
-        rows.append((asked, each.met, each.why.sentence(language)))
-    return rows
+            yield f"{number}. {goal_phrase(goal, mission).sentence(language)}", each
 
 
 def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
@@ -167,7 +164,8 @@ def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
         if each.result is None:
             row = ["", "", "", each.problem.sentence(language) if each.problem else ""]
         else:
-            lost = [f"{asked}: {why}" for asked, met, why in _goals(mission, each.result, language) if not met]
+            goals = asked_goals(mission, each.result, language)
+            lost = [f"{asked}: {goal.why.sentence(language)}" for asked, goal in goals if not goal.met]
             row = [str(len(each.result.stars)), f"{each.result.grade:.2f}", " ".join(lost), ""]
         # A spreadsheet would compute what begins so, and pupils choose the names.
         writer.writerow([f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t") else cell for cell in (each.name, *row)])
@@ -188,8 +186,10 @@ def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
             rows.append(f"<tr class=refused><td></td>{file}<td>–</td><td>{problem}</td></tr>")
             continue
         goals = "".join(
-            f"<li>{'✓' if met else '✗'} {escape(asked)}{'' if met else f' <b>{escape(why)}</b>'}</li>"
-            for asked, met, why in _goals(mission, each.result, language)
+            f"<li>✓ {escape(asked)}</li>"
+            if goal.met
+            else f"<li>✗ {escape(asked)} <b>{escape(goal.why.sentence(language))}</b></li>"
+            for asked, goal in asked_goals(mission, each.result, language)
         )
         stars = "★" * len(each.result.stars) or "–"
         picture = each.picture.replace("<svg ", f'<svg aria-label="{say("picture", file=each.name)}" ', 1)

@@ -3,6 +3,7 @@
 import json
 from bisect import bisect_right
 from collections.abc import Mapping
+from typing import Any
 
 from msgspec import Struct
 
@@ -65,15 +66,11 @@ class MissionGoal(Struct):
     text: Sentence
 
 
-class Mission(Struct):
-    """All that the page needs to play a mission.
+class _ToldMission(Struct):
+    """What everybody is told of a mission.
 
     Attributes:
-        edits: "blocks", or "bits" of the words.
         steps: the kinds of steps whose blocks are offered.
-        seed: the seed that the page plays with first.
-        leader, followers: the blocks that the user begins with.
-        document: what the file holds.
     """
 
     id: str
@@ -84,14 +81,26 @@ class Mission(Struct):
     path: str
     order: int
     level: str
-    edits: str
     steps: list[str]
-    seconds: float
-    seed: int
-    profile: str
     mat: MatDocument
     zones: list[MissionZone]
     goals: list[MissionGoal]
+
+
+class Mission(_ToldMission):
+    """All that the page needs to play a mission.
+
+    Attributes:
+        edits: "blocks", or "bits" of the words.
+        seed: the seed that the page plays with first.
+        leader, followers: the blocks that the user begins with.
+        document: what the file holds.
+    """
+
+    edits: str
+    seconds: float
+    seed: int
+    profile: str
     leader: WorkspaceState
     followers: WorkspaceState | None
     earned: list[int]
@@ -105,26 +114,13 @@ class NotedMistake(Struct):
     hint: Sentence | None
 
 
-class MissionNotes(Struct):
+class MissionNotes(_ToldMission):
     """A mission for a teacher; what a mission without notes says nothing of is None.
 
     Attributes:
-        steps: the kinds of steps whose blocks are offered.
         further: a way to go on.
     """
 
-    id: str
-    name: Sentence
-    story: Sentence
-    hints: list[Sentence]
-    learned: Sentence
-    path: str
-    order: int
-    level: str
-    steps: list[str]
-    mat: MatDocument
-    zones: list[MissionZone]
-    goals: list[MissionGoal]
     minutes: int | None
     aim: Sentence | None
     say: Sentence | None
@@ -200,22 +196,11 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
     start = mission.start or Program([], Followers([]) if _has_followers(mission) else None, document["profile"])
     leader, followers = blocks_of(start)
     return Mission(
-        id=mission.id,
-        name=mission.name.texts,
-        story=mission.story.texts,
-        hints=[hint.texts for hint in mission.hints],
-        learned=mission.learned.texts,
-        path=document["path"],
-        order=document["order"],
-        level=document["level"],
+        **_told(mission),
         edits=document["edits"],
-        steps=mission.palette,
         seconds=document["seconds"],
         seed=mission.seeds[0],
         profile=document["profile"],
-        mat=mission.mat_document,
-        zones=mission_zones(mission),
-        goals=mission_goals(mission),
         leader=leader,
         followers=followers,
         earned=stars.get(mission.id, []),
@@ -226,20 +211,9 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
 def mission_notes(choice: MissionChoice) -> MissionNotes:
     """Return what a teacher reads of a mission. Raises MotorcadeError."""
     mission = chosen_mission(choice)
-    document, notes = mission.document, mission.notes
+    notes = mission.notes
     return MissionNotes(
-        id=mission.id,
-        name=mission.name.texts,
-        story=mission.story.texts,
-        hints=[hint.texts for hint in mission.hints],
-        learned=mission.learned.texts,
-        path=document["path"],
-        order=document["order"],
-        level=document["level"],
-        steps=mission.palette,
-        mat=mission.mat_document,
-        zones=mission_zones(mission),
-        goals=mission_goals(mission),
+        **_told(mission),
         minutes=notes.minutes if notes else None,
         aim=notes.aim.texts if notes else None,
         say=notes.say.texts if notes else None,
@@ -249,6 +223,23 @@ def mission_notes(choice: MissionChoice) -> MissionNotes:
         ],
         further=notes.further.texts if notes else None,
     )
+
+
+def _told(mission: model.Mission) -> dict[str, Any]:
+    """Return the fields of `_ToldMission`."""
+    document = mission.document
+    return {
+        "id": mission.id,
+        "name": mission.name.texts,
+        "story": mission.story.texts,
+        "hints": [hint.texts for hint in mission.hints],
+        "learned": mission.learned.texts,
+        **{key: document[key] for key in ("path", "order", "level")},
+        "steps": mission.palette,
+        "mat": mission.mat_document,
+        "zones": mission_zones(mission),
+        "goals": mission_goals(mission),
+    }
 
 
 def open_mission_text(file: Text) -> Mission:

@@ -1,9 +1,9 @@
-"""Announce an image to a car by a check request (`motorcade.words.check`), and understand the answer."""
+"""Announce an image to a car by a check request (`motorcade.words.request`), and understand the answer."""
 
 from binascii import crc32
 from typing import NamedTuple
 
-from motorcade.words.check import CHECK_HEADER, check_request, check_words, held_checksum
+from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import (
     CANT_STORE,

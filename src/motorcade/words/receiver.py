@@ -21,9 +21,18 @@ It goes on with its other work after WORKING, and calls `next_event` again in th
 """
 
 from motorcade.words.blocks import crc32_of, move_to_start
-from motorcade.words.check import CHECK_BYTES, CHECK_HEADER, CHECK_LASTS_MS, MARKS, PAYLOAD_AT
 from motorcade.words.formats import CONTROL, HEADER
-from motorcade.words.request import KIND_AT, REQUEST_BYTES, REQUEST_HEADER, SUM_AT
+from motorcade.words.request import (
+    CHECK_BYTES,
+    CHECK_HEADER,
+    CHECK_LASTS_MS,
+    KIND_AT,
+    MARKS,
+    PAYLOAD_AT,
+    REQUEST_BYTES,
+    REQUEST_HEADER,
+    SUM_AT,
+)
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.widths import uint8, uint8_at, uint16, uint16_at
 

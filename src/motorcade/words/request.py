@@ -1,17 +1,36 @@
-"""Requests to a car: tell who you are, blink, take a name, stop, go. Both ends make and read them here.
+"""What a car is asked besides taking an image. Both ends make and read such requests here.
 
-Portable. Source: seed 000, h3, which is reserved for extensions; docs/uploads.md describes the bytes. A request is 48
-bytes: a header with 253 in its reserved field, and 44 bytes of text. No byte is below 32, so a request that lost bytes,
-or came with some twice, never holds an image's header; and no image and no check request holds the header of a
-request. A car that knows no such request waits for the 481 words that the header announces, or refuses it; it keeps its
-program.
+Portable. Source: seed 000, h3, which is reserved for extensions.
 
-The car answers one line of UTF-8, ``OK car=<kind><2 hex> <fields> sum=<CRC-32 of the line up to there>``, or
-``ERR <reason>``.
+A **check request** announces the checksum of the next image, so that the car accepts no other (docs/adr/0014 gives the
+reasons). It is six words: a header that announces two states and three follower words and has 254 in its reserved
+field, and those five control words, each with one byte in its reserved field: the image's CRC-32 and a number. A car
+that ignores reserved fields takes them for an image in which nothing moves. The car answers
+``OK check=<8 hex><2 hex> holds=<8 hex> sum=<8 hex>``: the checksum and the number of the request, the CRC-32 of the
+image that the car holds, and the CRC-32 of the line up to there.
+
+A **request** is 48 bytes (docs/uploads.md): a header with 253 in its reserved field, and 44 bytes of text: who are you,
+blink, take a name, stop, go. No byte is below 32, so a request that lost bytes, or came with some twice, never holds an
+image's header; and no image and no check request holds the header of a request. A car that knows no such request waits
+for the 481 words that the header announces, or refuses it; it keeps its program. The car answers one line of UTF-8,
+``OK car=<kind><2 hex> <fields> sum=<CRC-32 of the line up to there>``, or ``ERR <reason>``.
 """
 
 from binascii import crc32
 from collections import namedtuple
+
+from motorcade.words.image import WORD_BYTES, pack
+
+CHECK_HEADER = 0x020301FE
+CHECK_WORDS = 6
+CHECK_BYTES = CHECK_WORDS * WORD_BYTES
+# How long a car waits for the announced image, counted from the last byte that came.
+CHECK_LASTS_MS = 10000
+# Bits that have no effect while motor and avoidance are off. They keep every byte of a
+# word above zero, whereas the words of an image end in a zero byte. So a request that
+# lost some bytes, or came with some bytes twice, is never an image.
+MARKS = 0x01010802
+PAYLOAD_AT = 2
 
 REQUEST_HEADER = 0xF0F0F0FD
 REQUEST_BEGINS = REQUEST_HEADER.to_bytes(4, "big")
@@ -23,18 +42,48 @@ KIND_AT = 4
 _NAME_AT = 8
 NAME_BYTES = SUM_AT - _NAME_AT
 BLINK_MS = 5000
-
-ASK = "a"
-BLINK = "b"
-NAME = "n"
-STOP = "s"
-GO = "g"
+ASK, BLINK, NAME, STOP, GO = REQUEST_KINDS = ("a", "b", "n", "s", "g")
 
 # The reason for which a car that keeps no name refuses one.
 KEEPS_NO_NAME = "name-not-kept"
 
 Request = namedtuple("Request", ("kind", "number", "name"))
-"""A request: one of the kinds above, a number of two hexadecimal digits (text) that the answer repeats, and a name."""
+"""A request: one of REQUEST_KINDS, a number of two hexadecimal digits (text) that the answer repeats, and a name."""
+
+
+def check_request(checksum: int, number: int) -> bytes:
+    """Return the request that announces an image with the CRC-32 ``checksum``.
+
+    ``number`` (0 to 255) distinguishes requests.
+    """
+    payload = pack(checksum) + bytes([number])
+    return pack(CHECK_HEADER) + b"".join([pack(MARKS | byte << PAYLOAD_AT) for byte in payload])
+
+
+def check_words(checksum: int, number: int) -> bytes:
+    """Return the beginning of the answer to a check request with this checksum and number."""
+    return f"OK check={checksum:08x}{number:02x}".encode()
+
+
+def ready_line(beginning: bytes, held: bytes) -> bytes:
+    """Return the whole answer of a car that holds the image ``held``; ``beginning`` comes from `check_words`."""
+    line = beginning + f" holds={crc32(held):08x}".encode()
+    return line + f" sum={crc32(line):08x}\n".encode()
+
+
+def held_checksum(line: bytes, beginning: bytes) -> int | None:
+    """Return the CRC-32 of the image that the car holds, from its answer; None where the line is no such answer."""
+    at = line.find(beginning)
+    if at < 0:
+        return None
+    line = line[at:].strip()
+    digits = line[len(beginning) + 7 : len(beginning) + 15]
+    try:
+        checksum = int(digits, 16)
+    except ValueError:
+        return None
+    expected = beginning + f" holds={checksum:08x}".encode()
+    return checksum if line == expected + f" sum={crc32(expected):08x}".encode() else None
 
 
 def car_request(kind: str, number: int, name: str = "") -> bytes:

@@ -3,7 +3,7 @@
 They open no port. Portable: the end of the car runs on a microcontroller. The header of an image
 contains its length, and the car answers with one ASCII line:
 ``OK words=<n> crc32=<8 hex>`` or ``ERR <reason>``. The uploader compares the
-CRC-32 (zlib's) with its own. A check request (`motorcade.words.check`) before
+CRC-32 (zlib's) with its own. A check request (`motorcade.words.request`) before
 an image makes the car compare it too, before it replaces the image that it has.
 """
 
@@ -12,7 +12,6 @@ from collections import namedtuple
 
 from motorcade.errors import Phrase, brief
 from motorcade.words import receiver
-from motorcade.words.check import check_words
 from motorcade.words.image import (
     WORD_BYTES,
     ImageError,
@@ -22,7 +21,7 @@ from motorcade.words.image import (
     parse_image_bytes,
     unpack,
 )
-from motorcade.words.request import REQUEST_BYTES
+from motorcade.words.request import REQUEST_BYTES, check_words
 from motorcade.words.ticks import elapsed_ms
 
 SILENCE_MS = receiver.SILENCE_MS
@@ -57,7 +56,7 @@ CarEvent = namedtuple("CarEvent", ("kind", "image", "answer"))
 """What the caller of a CarEnd has to do.
 
 IMAGE: store ``image`` (bytes), then send ``answer``. READBACK: send the stored
-image's bytes. CHECK: send `motorcade.words.check.ready_line` of ``answer`` and the
+image's bytes. CHECK: send `motorcade.words.request.ready_line` of ``answer`` and the
 stored image. REQUEST: answer the request (`motorcade.words.request`) in ``image``.
 REFUSED: send ``answer`` and keep the stored image. Before the first image is stored,
 the stored image is NO_PROGRAM.

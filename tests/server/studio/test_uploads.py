@@ -22,7 +22,7 @@ from motorcade.upload import transfer as talk
 from motorcade.upload.ports import BARE, BOARD, PortInfo
 from motorcade.upload.transfer import holds_phrase
 from motorcade.words import upload as protocol
-from motorcade.words.check import CHECK_BYTES, check_words, ready_line
+from motorcade.words.request import CHECK_BYTES, check_words, ready_line
 from motorcade.words.upload import CHECK, CarEnd
 from motorcade.words.upload import IMAGE as STORE
 from support.check_requests import read_check

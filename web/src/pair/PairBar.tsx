@@ -4,6 +4,7 @@ import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { EDITORS } from "../api/types";
 import { attempt } from "../projects/actions";
+import areas from "../ui/areas.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
@@ -22,7 +23,7 @@ export function PairBar() {
   const name = view.partner?.name ?? "";
   if (!view.joined) {
     return (
-      <section className={css.bar} aria-label={t("pair.title")}>
+      <section className={areas.banner} aria-label={t("pair.title")}>
         <span role="status">{t("pair.asked", { name, project: view.name })}</span>
         <Button className={classes(small, buttons.primary)} onPress={act((to) => to.join())}>
           {t("pair.come")}
@@ -38,7 +39,7 @@ export function PairBar() {
   const whose = (owner: string | null) => (owner === null ? t("pair.free") : owner === me ? t("pair.you") : name);
   const canSwap = joined && !away && EDITORS.every((window) => owners[window]) && !EDITORS.every(isMine) && EDITORS.some(isMine);
   return (
-    <section className={css.bar} aria-label={t("pair.title")}>
+    <section className={areas.banner} aria-label={t("pair.title")}>
       <Icon name="pencil" />
       {EDITORS.map((window) => (
         <span key={window} className={css.window} data-editor={window} data-mine={isMine(window) || undefined}>

@@ -10,6 +10,7 @@ import { saveToLibrary } from "../projects/actions";
 import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
+import areas from "../ui/areas.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Sheet } from "../ui/controls";
@@ -166,7 +167,7 @@ export function PupilBar() {
       location.assign("/join");
     });
   return (
-    <section className={css.bar} aria-label={t("pupil.title")}>
+    <section className={classes(areas.banner, css.bar)} aria-label={t("pupil.title")}>
       <Button className={css.me} aria-label={t("pupil.me", { name: me.name })} onPress={() => show("number")}>
         <Avatar name={me.avatar} />
         <b>{me.name}</b>

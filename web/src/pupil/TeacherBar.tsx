@@ -7,6 +7,7 @@ import { askTeacher } from "../classroom/ask";
 import { markSaved, openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
+import areas from "../ui/areas.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { looking } from "./looking";
@@ -29,7 +30,7 @@ export function TeacherBar() {
       notify(t("pupil.given", { name, to: who }), "success");
     });
   return (
-    <section className={css.bar} aria-label={t("pupil.lookTitle")}>
+    <section className={classes(areas.banner, css.bar)} aria-label={t("pupil.lookTitle")}>
       <b>{shown.project ? t("pupil.lookProject", { project: shown.project, name: who }) : t("pupil.lookDraft", { name: who })}</b>
       <span>{t("pupil.lookAbout")}</span>
       <Button className={classes(buttons.button, buttons.small)} isDisabled={!name} onPress={() => void giveBack()}>
