@@ -19,19 +19,11 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.car.senses import NOTHING, Senses
 from motorcade.errors import Phrase
+from motorcade.words import request
 from motorcade.words.field import WordError
 from motorcade.words.formats import FORMATS, fingerprint
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
-from motorcade.words.request import (
-    answer_line,
-    car_request,
-    check_request,
-    is_car_name,
-    read_request,
-    ready_line,
-    split_requests,
-)
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 from motorcade.words.upload import CHECK, READBACK_REQUEST, REQUEST, CarEnd, ReadbackEnd, UploaderEnd
 
@@ -145,7 +137,7 @@ class ScriptedBoard(Board):
         if not self._arriving and random.one_in(8):
             sent = READBACK_REQUEST if random.one_in(4) else draw_image(random)
             if random.one_in(2):
-                sent = check_request(crc32(sent), random.below(256)) + sent
+                sent = request.check_request(crc32(sent), random.below(256)) + sent
             self._arriving = damaged(random, sent)
         size = len(self._arriving) if random.one_in(2) else random.below(9)
         data = self._arriving[:size]
@@ -306,14 +298,14 @@ def step_upload(random, record):
     image = draw_image(random)
     uploader, car_end = UploaderEnd(image, not random.one_in(8)), CarEnd()
     if random.one_in(2):
-        car_end.receive_data(damaged(random, check_request(crc32(image), random.below(256))), 300)
+        car_end.receive_data(damaged(random, request.check_request(crc32(image), random.below(256))), 300)
     car_end.receive_data(damaged(random, image), 1000)
     car_end.receive_data(b"", 2000)
     uploader.finish_sending(1000)
     event = car_end.next_event()
     while event is not None:
         record.add(event.kind, event.image, event.answer)
-        answer = ready_line(event.answer, image) if event.kind == CHECK else event.answer
+        answer = request.ready_line(event.answer, image) if event.kind == CHECK else event.answer
         uploader.receive_data(damaged(random, answer), 2000)
         event = car_end.next_event()
     uploader.receive_data(b"", 3000)
@@ -325,16 +317,18 @@ def step_upload(random, record):
 def step_request(random, record):
     """A request, on a line that damages some bytes, and its answer; and requests among other bytes."""
     name = random.pick(("", "ada", "\u963f\u8fbe", "a b", "x" * 33))
-    data = car_request(random.pick(("a", "b", "n", "s", "g")), random.below(256), name[:32])
+    data = request.car_request(random.pick(("a", "b", "n", "s", "g")), random.below(256), name[:32])
     car_end = CarEnd()
     car_end.receive_data(damaged(random, data), 1000)
     event = car_end.next_event()
     if event is not None and event.kind == REQUEST:
-        record.add(*read_request(event.image))
-        record.add(answer_line(read_request(event.image), (("role", "leader"), ("name", "ada"))))
+        record.add(*request.read_request(event.image))
+        record.add(request.answer_line(request.read_request(event.image), (("role", "leader"), ("name", "ada"))))
         record.count("request")
-    upload, requests, rest = split_requests(draw_image(random) + damaged(random, data) + data[: random.below(48)])
-    record.add(upload, len(requests), rest, 1 if is_car_name(name) else 0)
+    upload, requests, rest = request.split_requests(
+        draw_image(random) + damaged(random, data) + data[: random.below(48)]
+    )
+    record.add(upload, len(requests), rest, 1 if request.is_car_name(name) else 0)
 
 
 def step_readback(random, record):

@@ -232,8 +232,8 @@ static uint8_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
         motorcade_receiver_drop(r, 4);
         return MOTORCADE_RECEIVER_READBACK;
     }
-    if (header == MOTORCADE_CHECK_CHECK_HEADER) {
-        r[MOTORCADE_RECEIVER_LENGTH] = MOTORCADE_CHECK_CHECK_BYTES;
+    if (header == MOTORCADE_REQUEST_CHECK_HEADER) {
+        r[MOTORCADE_RECEIVER_LENGTH] = MOTORCADE_REQUEST_CHECK_BYTES;
         return MOTORCADE_RECEIVER_NOTHING;
     }
     if (header == MOTORCADE_REQUEST_REQUEST_HEADER) {
@@ -276,17 +276,17 @@ static uint8_t motorcade_receiver_take_check(uint32_t *r, uint8_t *buffer)
     uint32_t number = 0;
     for (uint32_t i = 0; i < 5; i++) {
         uint32_t word = motorcade_receiver_word_at(buffer, (uint16_t)((uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + 4 + i * 4));
-        if ((word & (0xFFFFFFFFU ^ ((uint32_t)255 << MOTORCADE_CHECK_PAYLOAD_AT))) != MOTORCADE_CHECK_MARKS) {
+        if ((word & (0xFFFFFFFFU ^ ((uint32_t)255 << MOTORCADE_REQUEST_PAYLOAD_AT))) != MOTORCADE_REQUEST_MARKS) {
             motorcade_receiver_skip(r);
             return MOTORCADE_RECEIVER_CHANGED_REQUEST;
         }
         checksum = ((checksum << 8) | number) & 0xFFFFFFFFU;
-        number = BITS(word, MOTORCADE_CHECK_PAYLOAD_AT, 255);
+        number = BITS(word, MOTORCADE_REQUEST_PAYLOAD_AT, 255);
     }
     r[MOTORCADE_RECEIVER_ANNOUNCED] = checksum;
     r[MOTORCADE_RECEIVER_NUMBER] = number;
     r[MOTORCADE_RECEIVER_IS_ANNOUNCED] = 1;
-    motorcade_receiver_drop(r, MOTORCADE_CHECK_CHECK_BYTES);
+    motorcade_receiver_drop(r, MOTORCADE_REQUEST_CHECK_BYTES);
     return MOTORCADE_RECEIVER_CHECK;
 }
 
@@ -357,7 +357,7 @@ static uint8_t motorcade_receiver_advance(uint32_t *r, uint8_t *buffer, uint16_t
     }
     uint32_t here = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_END] - (uint16_t)r[MOTORCADE_RECEIVER_START];
     if (buffer[(uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + 3] == MOTORCADE_RECEIVER_CHECK_MARK) {
-        if (here < MOTORCADE_CHECK_CHECK_BYTES) {
+        if (here < MOTORCADE_REQUEST_CHECK_BYTES) {
             return MOTORCADE_RECEIVER_NOTHING;
         }
         return motorcade_receiver_take_check(r, buffer);
@@ -430,7 +430,7 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
     if (quiet_ms >= MOTORCADE_RECEIVER_SILENCE_MS) {
         event = motorcade_receiver_end_by_silence(r);
     }
-    if (quiet_ms >= MOTORCADE_CHECK_CHECK_LASTS_MS) {
+    if (quiet_ms >= MOTORCADE_REQUEST_CHECK_LASTS_MS) {
         r[MOTORCADE_RECEIVER_IS_ANNOUNCED] = 0;
     }
     return (uint8_t)event;

@@ -138,21 +138,18 @@ uint32_t motorcade_blocks_crc32_of(uint8_t *buffer, uint32_t begin, uint32_t end
 /* Copy the bytes from `begin` up to `end` to the start of `buffer`. */
 void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t end);
 
-/* check */
+/* request */
 
-#define MOTORCADE_CHECK_CHECK_HEADER 0x020301FEU
-#define MOTORCADE_CHECK_CHECK_BYTES 24
+#define MOTORCADE_REQUEST_CHECK_HEADER 0x020301FEU
+#define MOTORCADE_REQUEST_CHECK_BYTES 24
 /* How long a car waits for the announced image, counted from the last byte that came. */
-#define MOTORCADE_CHECK_CHECK_LASTS_MS 10000
+#define MOTORCADE_REQUEST_CHECK_LASTS_MS 10000
 /* Bits that have no effect while motor and avoidance are off. They keep every byte of a
  * word above zero, whereas the words of an image end in a zero byte. So a request that
  * lost some bytes, or came with some bytes twice, is never an image.
  */
-#define MOTORCADE_CHECK_MARKS 0x01010802U
-#define MOTORCADE_CHECK_PAYLOAD_AT 2
-
-/* request */
-
+#define MOTORCADE_REQUEST_MARKS 0x01010802U
+#define MOTORCADE_REQUEST_PAYLOAD_AT 2
 #define MOTORCADE_REQUEST_REQUEST_HEADER 0xF0F0F0FDU
 #define MOTORCADE_REQUEST_REQUEST_BYTES 48
 /* Where the text of a request ends and its CRC-32 begins: eight bytes, each 64 plus a hexadecimal digit. */

@@ -319,14 +319,14 @@ export interface Mission {
   path: string;
   order: number;
   level: string;
-  edits: string;
   steps: string[];
-  seconds: number;
-  seed: number;
-  profile: string;
   mat: MatDocument;
   zones: MissionZone[];
   goals: MissionGoal[];
+  edits: string;
+  seconds: number;
+  seed: number;
+  profile: string;
   leader: WorkspaceState;
   followers: WorkspaceState | null;
   earned: number[];
