@@ -14,6 +14,7 @@ from simulated.flash import Flash
 from simulated.microcontroller import Clock, Collector, Implementation, Microcontroller, Usb, machine_of
 from simulated.pio import Rp2
 from simulated.timing import time_methods
+from simulated.wifi import Wifi
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, Modules, load_settings, open_board
 from motorcade.car.loop import Car
@@ -40,6 +41,7 @@ class Bench:
         self.machine = machine_of(self.chip)
         self.clock = Clock(self.chip)
         self.usb = Usb(self.chip)
+        self.wifi = Wifi(self.chip)
         self.flash = flash or Flash()
         # For each image that was stored: how long that took, and whether a wheel turned meanwhile.
         self.stored = []
@@ -64,7 +66,7 @@ class Bench:
             self.usb,
             self.usb,
             self.usb,
-            None,
+            self.wifi.modules() if "wifi" in settings else None,
         )
 
     def _time_flash(self):
@@ -131,6 +133,8 @@ def play(bench, script):
         at_us = at_ms * 1000
         if what == "upload":
             bench.upload(at_us, bytes(value))
+        elif what == "air":
+            bench.chip.at(at_us, bench.wifi.arrive, bytes(value))
         elif what == "hear":
             bench.hear(at_us, value)
         elif what == "hear many":

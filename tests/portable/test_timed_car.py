@@ -10,7 +10,7 @@ from test_microcontroller import CLASSROOM, HEARD, PLATFORMS, on_micropython, te
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
 from motorcade.words.infrared import frame_durations_us, to_frame
-from motorcade.words.request import check_request
+from motorcade.words.request import ASK, car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.chip_benches import SMALL
 
@@ -43,11 +43,11 @@ CARS = [
 
 
 def played(
-    chip: str, role: str, wired_further: str, script: list, seconds: int, *more: bool
+    chip: str, role: str, wired_further: str, script: list, seconds: int, *more: bool, **settings: object
 ) -> tuple[dict[str, int], list[tuple[str, str]]]:
     """Return the figures and the outputs of a car."""
     text = (templates() / f"{chip}.toml").read_text(encoding="utf-8") + wired_further
-    wanted = settings_of(parse_pins(text, chip), CLASSROOM, role == "leader", number=77)
+    wanted = settings_of(parse_pins(text, chip), CLASSROOM, role == "leader", number=77) | settings
     given = [json.dumps(each) for each in (wanted, PLATFORMS[chip], seconds, script, *more)]
     figures, outputs = {}, []
     for line in on_micropython("timed_car", given):
@@ -103,6 +103,20 @@ def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame
     assert b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"]).endswith(ok_line(LARGEST))
     assert figures["storing_us"] > 400_000
     assert figures["heard"] == before + after
+
+
+@pytest.mark.parametrize("role", ["leader", "follower"])
+def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(role, micropython_installed):
+    """All its bytes are there at once, other than by a cable, and beside them come requests."""
+    asks = [[at_ms, "air", list(car_request(ASK, at_ms >> 4 & 255))] for at_ms in (900, 1301, 1400)]
+    over_the_air = [[at_ms, "air", data] for at_ms, _, data in UPLOAD]
+    script = asks + over_the_air + (INFRARED if role == "follower" else [])
+    figures, outputs = played("esp32", role, "", script, SECONDS, wifi={"ssid": "room", "password": "secret"})
+    answers = b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"])
+    assert ok_line(LARGEST) + LARGEST in answers
+    assert answers.count(b"OK car=a") == 3
+    assert figures["longest_us"] <= LONGEST_TURN_US
+    assert figures["announced"] == SECONDS - 1
 
 
 def test_collections_cost_no_frame_where_interrupts_are_soft(micropython_installed):

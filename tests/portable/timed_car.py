@@ -73,6 +73,7 @@ def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow
         yield f"bytes_a_turn {meter.bytes // turns}"
     yield f"heard {noted.heard}"
     yield f"lost {noted.lost}"
+    yield f"announced {len(bench.wifi.announced)}"
     yield f"collections {bench.collector.collections}"
     yield f"failed {chip.failed}"
 

@@ -180,8 +180,8 @@ class ComputerBoard(Board):
     def write_serial(self, data: bytes) -> None:
         self._equipment.line.write(data)
 
-    def answer_requests(self, answer: Callable[[bytes], bytes]) -> None:
-        self._equipment.line.answer_requests(answer)
+    def answer_requests(self, answer: Callable[[bytes], bytes]) -> bool:
+        return self._equipment.line.answer_requests(answer)
 
     def store_name(self, name: str) -> None:
         self._equipment.save_name(name)

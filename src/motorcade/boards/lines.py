@@ -58,8 +58,9 @@ class Line:
     def write(self, data: bytes) -> None:
         """Send ``data``; it is lost where nobody is connected."""
 
-    def answer_requests(self, answer: Callable[[bytes], bytes]) -> None:
+    def answer_requests(self, answer: Callable[[bytes], bytes]) -> bool:
         """See `motorcade.car.board.Board`."""
+        return False
 
     def close(self) -> None:
         """Close the line."""
@@ -233,10 +234,12 @@ class TcpPort(Line):
         if self._uploader is not None:
             self._send(self._uploader, data)
 
-    def answer_requests(self, answer: Callable[[bytes], bytes]) -> None:
+    def answer_requests(self, answer: Callable[[bytes], bytes]) -> bool:
+        had_some = bool(self._requests)
         while self._requests:
             client, request = self._requests.popleft()
             self._send(client, answer(request))
+        return had_some
 
     def close(self) -> None:
         for client in list(self._clients):

@@ -107,8 +107,9 @@ class MicroPythonBoard(Board):
     def write_serial(self, data: bytes) -> None:
         self._line.write(data)
 
-    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> None:
-        self._line.answer_requests(answer)
+    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
+        answered: bool = self._line.answer_requests(answer)
+        return answered
 
     def store_name(self, name: str) -> None:
         self._names.save(name.encode())

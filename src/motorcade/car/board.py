@@ -88,11 +88,12 @@ class Board:
     def write_serial(self, data: bytes) -> None:
         """Send ``data`` over the serial line."""
 
-    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> None:
-        """Answer requests that came beside the serial line, as those of others in a network do.
+    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
+        """Answer requests that came beside the serial line, as those of others in a network do; a slow chip one a call.
 
-        ``answer`` takes the bytes of a request and returns those of its answer.
+        ``answer`` takes the bytes of a request and returns those of its answer. Return whether there was one.
         """
+        return False
 
     def store_name(self, name: str) -> None:
         """Keep ``name`` as the car's, also while the power is off. Raises OSError where the board can't."""

@@ -117,7 +117,6 @@ class Car:
             self._switch_on(now)
         if self._blinks:
             self._blink(now)
-        board.answer_requests(self._answering)
         if self._has_worked:
             self._has_worked = False
         elif self._work(now):
@@ -159,7 +158,12 @@ class Car:
         self._take_words(now)
 
     def _work(self, now: int) -> bool:
-        """Serve the serial line, or go on with a new image; return whether all else has to wait for the next tick."""
+        """Answer requests, serve the serial line, or go on with a new image.
+
+        Return whether all else has to wait for the next tick.
+        """
+        if self.board.answer_requests(self._answering) and self._is_slow:
+            return True
         if self._words is not None:
             self._take_more_words(self._words, now)
             return True

@@ -10,15 +10,17 @@ from contextlib import contextmanager
 import pytest
 
 from motorcade.boards.on_chip.lines import UsbLine
-from motorcade.boards.on_chip.wifi_line import WifiLine, join_network
+from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.fleet.cars import Cars
+from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import network_place
+from motorcade.words.request import STOP
 from support.rooms import FIRST, SECOND
 from support.strategies import CLASSROOM
-from support.waiting import wait_until
+from support.waiting import until, wait_until
 
 pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has no poll")
 
@@ -77,13 +79,26 @@ class ChipBoard(Board):
         self.line.write(data)
 
     def answer_requests(self, answer):
-        self.line.answer_requests(answer)
+        return self.line.answer_requests(answer)
+
+
+class Station:
+    """The chip's connection to its network, which is this computer's own here."""
+
+    def isconnected(self):
+        return True
+
+    def ifconfig(self):
+        return ("127.0.0.1", "255.0.0.0", "", "")
 
 
 @contextmanager
 def running():
+    with socket.create_server(("127.0.0.1", 0)) as reserved:
+        port = reserved.getsockname()[1]
     cable = Cable()
-    line = WifiLine(cable, socket, select, Clock(), port=0)
+    announcer = Announcer(Station(), socket, Clock(), "0000002a", port)
+    line = WifiLine(cable, socket, select, Clock(), announcer, port)
     board, ended = ChipBoard(line), threading.Event()
     car = Car(board)
 
@@ -94,7 +109,7 @@ def running():
     thread = threading.Thread(target=run)
     thread.start()
     try:
-        yield board, cable, line._listener.getsockname()[1]
+        yield board, cable, port
     finally:
         ended.set()
         thread.join()
@@ -107,7 +122,7 @@ def test_a_chip_is_found_loaded_and_stopped_over_the_air_and_by_its_cable():
             await cars.known(30)
             assert cars.statuses()[0].name == "ada"
             assert [each.error for each in await cars.load(SECOND, ["ada"])] == [None]
-            cars.stop()
+            cars.order(STOP)
             assert await cars.confirmed(30) == []
 
     with running() as (board, cable, port):
@@ -118,6 +133,16 @@ def test_a_chip_is_found_loaded_and_stopped_over_the_air_and_by_its_cable():
         assert board.image == SECOND
         cable.came = b"\0\0\0\xff"
         wait_until(lambda: cable.answered == SECOND)
+
+
+def test_a_chip_that_announces_itself_is_found_by_multicast_dns():
+    async def find(port):
+        async with Cars() as cars, Finder(cars).looking(["127.0.0.1"]):
+            await until(lambda: [each for each in cars.statuses() if not each.away])
+            return [(each.name, each.where) for each in cars.statuses()]
+
+    with running() as (_, _, port):
+        assert asyncio.run(find(port)) == [("ada", f"127.0.0.1:{port}")]
 
 
 def test_more_clients_than_the_chip_has_room_for_get_their_turn():
@@ -136,10 +161,10 @@ def test_more_clients_than_the_chip_has_room_for_get_their_turn():
                 each.close()
 
 
-def test_the_chip_joins_its_network_by_a_name_that_hosts_may_have():
+def test_the_chip_joins_its_network_by_a_name_of_its_own():
     called = []
 
-    class Station:
+    class Joining(Station):
         def active(self, on):
             called.append(on)
 
@@ -153,8 +178,8 @@ def test_the_chip_joins_its_network_by_a_name_that_hosts_may_have():
             called.append(name)
 
         def WLAN(self, kind):  # noqa: N802 - MicroPython's name
-            return Station()
+            return Joining()
 
-    join_network(Network(), {"ssid": "Klasse", "password": "geheim"}, "0000_0Af7")
+    join_network(Network(), {"ssid": "Klasse", "password": "geheim"}, "00000af7")
     assert called == ["motorcade-00000af7", True, ("Klasse", "geheim")]
     assert UsbLine.sender == 0

@@ -84,8 +84,9 @@ class UsbLine:
         """Send ``data``."""
         self._stdout.write(data)
 
-    def answer_requests(self, answer: "Any") -> None:
+    def answer_requests(self, answer: "Any") -> bool:
         """All requests come by the line itself."""
+        return False
 
     def close(self) -> None:
         """Make Ctrl-C interrupt programs again."""
@@ -136,8 +137,9 @@ class UartLine:
         """Send ``data``."""
         self._uart.write(data)
 
-    def answer_requests(self, answer: "Any") -> None:
+    def answer_requests(self, answer: "Any") -> bool:
         """All requests come by the line itself."""
+        return False
 
     def close(self) -> None:
         """There is nothing to close."""

@@ -17,7 +17,7 @@ from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.image_file import ImageFile
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UsbLine
-from motorcade.boards.on_chip.wifi_line import WifiLine, join_network
+from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
@@ -101,8 +101,9 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
     line = _line(settings, modules)
     if "wifi" in settings and modules.network:
         network, sockets, select = modules.network
-        join_network(network, settings["wifi"], "%08x" % settings["number"])  # noqa: UP031 - f-strings lack this there
-        line = WifiLine(line, sockets, select, clock)
+        number = "%08x" % settings["number"]  # noqa: UP031 - f-strings lack this there
+        station = join_network(network, settings["wifi"], number)
+        line = WifiLine(line, sockets, select, clock, Announcer(station, sockets, clock, number))
     voice = _voice(settings, machine)
     image, name = [ImageFile(path, modules.files, modules.open_file) for path in (IMAGE_FILE, NAME_FILE)]
     sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})

@@ -1,6 +1,9 @@
 """An ESP32's Wi-Fi beside its cable: requests of several clients and an upload of one, by TCP, without keys.
 
 Portable. MicroPython's modules are arguments. The chip connects by itself, also after the network was away.
+
+There are no keys because the chip can't have those of driving: MicroPython's TLS is 1.2, and its handshake computes for
+some tenths of a second in one piece, in which the car couldn't steer or stop.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -8,6 +11,8 @@ MYPY = False
 if MYPY:
     from collections.abc import Callable
     from typing import Any
+
+import struct
 
 from motorcade.words.request import split_requests
 from motorcade.words.ticks import elapsed_ms
@@ -19,7 +24,14 @@ _MAX_CLIENTS = 4
 _MAX_BYTES = 160
 # An uploader that has sent nothing for so long gives way to another.
 _IDLE_MS = 5000
-_HOST_LETTERS = "abcdefghijklmnopqrstuvwxyz0123456789-"
+# How often the car announces itself, and for how many seconds others may remember it.
+_ANNOUNCE_MS = 1000
+_REMEMBERED_S = 120
+# Multicast DNS: RFC 6762, 6763; numbers of record types: RFC 1035, 2782.
+_MULTICAST_DNS = ("224.0.0.251", 5353)
+_SERVICE = ("_motorcade", "_tcp", "local")
+_ADDRESS, _POINTER, _TEXT, _SERVER = 1, 12, 16, 33
+_INTERNET, _REPLACES = 1, 0x8000
 
 
 class WifiLine:
@@ -29,14 +41,18 @@ class WifiLine:
         cable: the line at the cable; while somebody uploads by TCP its bytes wait.
         sockets, select: MicroPython's modules socket and select.
         clock: its module time.
+        announcer: announces the port.
         port: where the car listens.
 
     Attributes:
         sender: see `motorcade.car.board.Board`.
     """
 
-    def __init__(self, cable: "Any", sockets: "Any", select: "Any", clock: "Any", port: int = PORT) -> None:
+    def __init__(
+        self, cable: "Any", sockets: "Any", select: "Any", clock: "Any", announcer: "Announcer", port: int = PORT
+    ) -> None:
         self.sender = 0
+        self._announcer = announcer
         self._cable = cable
         self._clock = clock
         self._poll = select.poll()
@@ -52,6 +68,8 @@ class WifiLine:
 
     def read(self) -> bytes:
         """Return bytes of an upload that are there, a bounded number."""
+        if self._announcer.turn():
+            return b""
         for ready in self._poll.poll(0):
             self._serve(ready[0])
         uploader = self._uploader
@@ -71,17 +89,20 @@ class WifiLine:
         else:
             self._send(self._uploader, data)
 
-    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> None:
-        """Answer the requests that came by TCP."""
-        for client in list(self._clients):
-            while client.requests:
+    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
+        """Answer one request that came by TCP, so no tick takes long; return whether there was one."""
+        for client in self._clients:
+            if client.requests:
                 self._send(client, answer(client.requests.pop(0)))
+                return True
+        return False
 
     def close(self) -> None:
         """Close all connections, and the cable's line."""
         for client in list(self._clients):
             self._drop(client)
         self._listener.close()
+        self._announcer.close()
         self._cable.close()
 
     def _serve(self, ready: "Any") -> None:
@@ -108,7 +129,8 @@ class WifiLine:
         self._poll.register(connection, self._readable)
 
     def _receive(self, client: "_Client") -> None:
-        if len(client.upload) >= _MAX_BYTES:
+        # TCP keeps the rest: what it sent before is used first.
+        if client.requests or len(client.upload) >= _MAX_BYTES:
             return
         try:
             data = client.connection.recv(_MAX_BYTES)
@@ -158,10 +180,92 @@ class _Client:
         self.is_gone = False
 
 
-def join_network(network: "Any", wifi: "dict[str, str]", name: str) -> None:
-    """Join a Wi-Fi network, and again whenever it comes back; the car is then found as ``motorcade-NAME.local``."""
-    letters = [each for each in name.lower() if each in _HOST_LETTERS]
-    network.hostname("motorcade-" + "".join(letters)[:20])
+class Announcer:
+    """Announce a car each second by multicast DNS, unasked: the chip's own answers for its host name alone.
+
+    Args:
+        station: the chip's connection, from `join_network`.
+        sockets, clock: MicroPython's modules socket and time.
+        number: the car's, eight hexadecimal digits.
+        port: where the car listens.
+    """
+
+    def __init__(self, station: "Any", sockets: "Any", clock: "Any", number: str, port: int = PORT) -> None:
+        self._station = station
+        self._sockets = sockets
+        self._clock = clock
+        # Made before the car drives, since that takes some milliseconds.
+        self._beginning = announcement(number, port)
+        self._sent_ms = clock.ticks_ms()
+        self._address = ""
+        self._socket: Any = None
+        self._datagram = b""
+
+    def turn(self) -> bool:
+        """Announce the car if there is a network; return whether it was time for that."""
+        now_ms = self._clock.ticks_ms()
+        if elapsed_ms(now_ms, self._sent_ms) < _ANNOUNCE_MS:
+            return False
+        self._sent_ms = now_ms
+        try:
+            if self._station.isconnected():
+                self._use(self._station.ifconfig()[0])
+                self._socket.sendto(self._datagram, _MULTICAST_DNS)
+        except OSError:
+            # The network has just gone: a new address may come.
+            self._address = ""
+        return True
+
+    def close(self) -> None:
+        """Close the socket."""
+        if self._socket:
+            self._socket.close()
+
+    def _use(self, address: str) -> None:
+        if address == self._address:
+            return
+        self.close()
+        self._socket = self._sockets.socket(self._sockets.AF_INET, self._sockets.SOCK_DGRAM)
+        # So it leaves by the interface that has this address.
+        self._socket.bind((address, 0))
+        self._datagram = self._beginning + bytes([int(part) for part in address.split(".")])
+        self._address = address
+
+
+def announcement(number: str, port: int) -> bytes:
+    """Return the datagram that announces a car: what it is and its port. The four bytes of its address stand behind."""
+    service, host = _dns_name(_SERVICE), _dns_name((host_name(number), "local"))
+    own = _dns_name((host_name(number),) + _SERVICE)
+    text = b"kind=car"
+    records = [
+        _record(service, _POINTER, _INTERNET, own),
+        _record(own, _SERVER, _INTERNET | _REPLACES, struct.pack(">3H", 0, 0, port) + host),
+        _record(own, _TEXT, _INTERNET | _REPLACES, bytes([len(text)]) + text),
+        _record(host, _ADDRESS, _INTERNET | _REPLACES, bytes(4)),
+    ]
+    return struct.pack(">6H", 0, 0x8400, 0, len(records), 0, 0) + b"".join(records)[:-4]
+
+
+def _dns_name(labels: "tuple[str, ...]") -> bytes:
+    return b"".join([bytes([len(label)]) + label.encode() for label in labels]) + b"\0"
+
+
+def _record(name: bytes, kind: int, kind_of_data: int, data: bytes) -> bytes:
+    return name + struct.pack(">HHIH", kind, kind_of_data, _REMEMBERED_S, len(data)) + data
+
+
+def host_name(number: str) -> str:
+    """Return the host name of a car with this number (eight hexadecimal digits)."""
+    return "motorcade-" + number
+
+
+def join_network(network: "Any", wifi: "dict[str, str]", number: str) -> "Any":
+    """Join a Wi-Fi network, and again whenever it comes back, and return the connection.
+
+    The car is then found as ``motorcade-NUMBER.local``.
+    """
+    network.hostname(host_name(number))
     station = network.WLAN(network.STA_IF)
     station.active(True)
     station.connect(wifi["ssid"], wifi["password"])
+    return station
