@@ -11,8 +11,8 @@ interface CarListProps {
   /** Of the server's WebSocket, such as /api/cars. */
   path: string;
   language: string;
-  /** The image to load; null where the page has none, undefined where it loads nothing. */
-  image?: string | null;
+  /** The image to load; empty where the page has none yet, null where its blocks are wrong. */
+  image: string | null;
 }
 
 /** The cars, as the server sends them; `null` before the first. `order` sends an order. */
@@ -76,18 +76,16 @@ export function CarList({ path, language, image }: CarListProps) {
         <button type="button" onClick={() => order({ do: "go" })}>
           {t("go")}
         </button>
-        {image !== undefined && (
-          <button type="button" className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image })}>
-            {t("load", { count: chosen.length })}
-          </button>
-        )}
+        <button type="button" className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image })}>
+          {t("load", { count: chosen.length })}
+        </button>
       </div>
       {image === null && <p className={css.quiet}>{t("noImage")}</p>}
       {!open && <p role="status">{t("lost")}</p>}
       {problem && <p role="alert" className={css.problem}>{sentence(problem)}</p>}
       {shown?.problem && <p className={css.quiet}>{sentence(shown.problem)}</p>}
       {shown && cars.length === 0 && <p>{t("none")}</p>}
-      {image !== undefined && all.length > 1 && (
+      {all.length > 1 && (
         <label className={css.all}>
           <input type="checkbox" checked={all.every((where) => ticked.has(where))} onChange={(event) => setTicked(new Set(event.target.checked ? all : []))} />
           {t("tickAll", { count: all.length })}
@@ -95,7 +93,7 @@ export function CarList({ path, language, image }: CarListProps) {
       )}
       <ul>
         {cars.map((car) => (
-          <Row key={car.where} car={car} canLoad={image !== undefined} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} sentence={sentence} />
+          <Row key={car.where} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} sentence={sentence} />
         ))}
       </ul>
       {shown && shown.others.length > 0 && <p className={css.quiet}>{t("others", { list: shown.others.join(", ") })}</p>}
@@ -105,14 +103,13 @@ export function CarList({ path, language, image }: CarListProps) {
 
 interface RowProps {
   car: CarRow;
-  canLoad: boolean;
   ticked: boolean;
   onTick: () => void;
   onBlink: () => void;
   sentence: (text: Sentence) => string;
 }
 
-function Row({ car, canLoad, ticked, onTick, onBlink, sentence }: RowProps) {
+function Row({ car, ticked, onTick, onBlink, sentence }: RowProps) {
   const t = texts.useTexts();
   const isCar = car.kind === "car";
   const about = [
@@ -127,7 +124,7 @@ function Row({ car, canLoad, ticked, onTick, onBlink, sentence }: RowProps) {
   const key = verdictKey(car);
   return (
     <li data-away={car.away}>
-      {canLoad && <input type="checkbox" aria-label={t("tick", { name: car.name })} checked={ticked} disabled={!isCar} onChange={onTick} />}
+      <input type="checkbox" aria-label={t("tick", { name: car.name })} checked={ticked} disabled={!isCar} onChange={onTick} />
       <span className={css.dot} data-away={car.away} aria-hidden />
       <span className={css.about}>
         <b>{car.name}</b>

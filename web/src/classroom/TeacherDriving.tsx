@@ -2,10 +2,13 @@
 
 import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
+import type { Compiled, StoredProject } from "../generated/messages";
+import { post } from "../api/connection";
+import { CarList } from "../cars/CarList";
 import { askTeacher } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
+import { useOwnProjects } from "./TeacherWork";
 import css from "./class.module.css";
-import { CarList } from "../cars/CarList";
 import { useLanguage, useSentences, useTexts } from "./texts";
 
 const NOBODY = "";
@@ -13,7 +16,6 @@ const NOBODY = "";
 export function CarsPart({ view }: { view: ClassView }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
-  const language = useLanguage((state) => state.language);
   const [missed, setMissed] = useState<readonly string[]>([]);
   const stop = () => attempt(async () => setMissed(await askTeacher("stop-all")));
   return (
@@ -46,8 +48,47 @@ export function CarsPart({ view }: { view: ClassView }) {
       {view.shared.length === 1 && <p className={css.quiet}>{t("noRealCars")}</p>}
       <h2>{t("programmedCars")}</h2>
       <p className={css.quiet}>{t("programmedCarsAbout")}</p>
-      <CarList path="/api/teacher/cars" language={language} />
+      <ProgrammedCars />
     </section>
+  );
+}
+
+const NO_PROJECT = "";
+const NO_IMAGE = "";
+
+/** The image of one of the teacher's projects; null where its blocks are wrong. Throws RefusedError or UnreachableError. */
+async function imageOf(name: string): Promise<string | null> {
+  const { leader, followers, profile } = (await post("/api/projects/read", { name })) as StoredProject;
+  return ((await post("/api/compile", { leader, followers, profile })) as Compiled).image;
+}
+
+/** The cars that run programs, and which of the teacher's projects they are loaded with. */
+function ProgrammedCars() {
+  const t = useTexts();
+  const language = useLanguage((state) => state.language);
+  const projects = useOwnProjects();
+  const { problem, attempt } = useAttempt();
+  const [name, setName] = useState(NO_PROJECT);
+  const [image, setImage] = useState<string | null>(NO_IMAGE);
+  const choose = (chosen: string) => {
+    setName(chosen);
+    setImage(NO_IMAGE);
+    if (chosen) void attempt(async () => setImage(await imageOf(chosen)));
+  };
+  return (
+    <>
+      <label className={css.line}>
+        {t("carProject")}{" "}
+        <select value={name} onChange={(event) => choose(event.target.value)}>
+          <option value={NO_PROJECT}>{t("chooseProject")}</option>
+          {projects.map((project) => (
+            <option key={project.name}>{project.name}</option>
+          ))}
+        </select>
+      </label>
+      <Problem text={image === null ? t("wrongProject", { name }) : problem} />
+      <CarList path="/api/teacher/cars" language={language} image={image ?? NO_IMAGE} />
+    </>
   );
 }
 

@@ -92,7 +92,7 @@ export function ProgressPart({ view }: { view: ClassView }) {
 }
 
 /** The projects in the teacher's own library. */
-function useOwnProjects(): LibraryEntry[] {
+export function useOwnProjects(): LibraryEntry[] {
   const [projects, setProjects] = useState<LibraryEntry[]>([]);
   useEffect(() => void post("/api/projects/list", null).then((found) => setProjects(found as LibraryEntry[]), () => undefined), []);
   return projects;
