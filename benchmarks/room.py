@@ -22,6 +22,7 @@ from motorcade.fleet.cars import Cars
 from motorcade.fleet.places import Place, read_list
 from motorcade.sockets import allow_files
 from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.request import STOP
 
 AT_ONCE = 64
 WORDS = 100
@@ -118,7 +119,7 @@ async def stop_all(
             living = len(places) - 200
             contacts = cars.named(["all"])
             begin_s = time.perf_counter()
-            cars.stop()
+            cars.order(STOP)
             confirmed: list[tuple[float, int]] = []
             while not confirmed or (confirmed[-1][1] < living and confirmed[-1][0] < 10):
                 await asyncio.sleep(_LOOK_S)

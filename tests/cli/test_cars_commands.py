@@ -9,7 +9,7 @@ from binascii import crc32
 import pytest
 
 from motorcade import Program, compile_program, forward, led
-from motorcade.fleet.places import list_text, place_of
+from motorcade.config.cars import cars_text
 from motorcade.upload import ports
 from support.command_line import data, refusal, run
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
@@ -27,8 +27,8 @@ def no_ports(monkeypatch, tmp_path):
 
 def listed(folder, cars, *more):
     file = folder / "room.toml"
-    places = [place_of(car.address, f"car-{number}") for number, car in enumerate(cars)]
-    file.write_text(list_text([*places, *more]), encoding="utf-8")
+    places = [(f"car-{number}", car.address) for number, car in enumerate(cars)]
+    file.write_text(cars_text([*places, *more]), encoding="utf-8")
     return file
 
 
@@ -64,7 +64,7 @@ def test_cars_are_shown_loaded_stopped_named_and_loaded_again(tmp_path):
 
 
 def test_an_upload_that_some_cars_miss_ends_with_their_code(tmp_path):
-    away = place_of("127.0.0.1:1", "gone")
+    away = ("gone", "127.0.0.1:1")
     with simulated_cars(1) as cars:
         room = listed(tmp_path, cars, away)
         ran = run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room, "--seconds", "2")
@@ -77,6 +77,13 @@ def test_an_upload_that_some_cars_miss_ends_with_their_code(tmp_path):
 def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     program = image_file(tmp_path, SECOND)
     assert "no car bo" in refusal(3, "cars", "blink", "bo", "--seconds", "0.2")
+    for command in (("name", "COM7", "x"), ("blink", "COM7")):
+        assert "There is no port COM7. Is the cable in?" in refusal(3, "cars", *command)
+    room = listed(tmp_path, [], ("ada", "COM7"))
+    ran = run("cars", "stop", "--list", room, "--seconds", "0.5")
+    assert (ran.code, json.loads(ran.out)) == (5, {"cars": 1, "missing": ["ada"]})
+    (verdict,) = json.loads(run("upload", program, "--to", "all", "--list", room, "--seconds", "1").out)
+    assert (verdict["holds"], verdict["error"]["code"]) == ("away", "no-such-port")
     assert "No car was found" in refusal(3, "upload", program, "--to", "all", "--seconds", "1")
     assert "--to and --port exclude" in refusal(2, "upload", program, "--to", "all", "--port", "COM3")
     assert "for several cars" in refusal(2, "upload", program, "--resume")

@@ -3,24 +3,29 @@
 import asyncio
 import socket
 import sys
+import threading
 from binascii import crc32
-from contextlib import closing
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 
 import pytest
 
+from motorcade import Program, compile_program, forward, led
+from motorcade.boards.lines import PseudoTerminal
+from motorcade.car.loop import Car
 from motorcade.drive.tls.certificates import CarKeys, list_keys, make_keys
 from motorcade.drive.tls.keys import client_context, peer_number, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.announcing import SERVICE, announced
 from motorcade.fleet.cars import Cars
-from motorcade.fleet.contact import ContactOptions
-from motorcade.fleet.finding import Finder, finding
+from motorcade.fleet.contact import Contact
+from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import CAR, STUDIO, Place, place_of, read_list
-from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, server, simulated_cars
+from motorcade.words.request import BLINK, GO, NAME, STOP, check_request
+from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
 from support.waiting import until
 
-PLAIN = ContactOptions()
+LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 
 
 def places(cars):
@@ -52,15 +57,15 @@ def test_a_car_blinks_without_leaving_its_program_and_keeps_a_new_name():
         async with Cars(places(made)) as cars:
             await cars.known(30)
             await until(lambda: made[0].states)
-            await cars.blink(["car-0"])
+            await cars.ask(["car-0"], BLINK)
             await until(lambda: {0, 1, 2, 3, 4} <= set(made[0].leds))
             # It still runs its first state, or goes on to the second.
             assert made[0].states == list(range(len(made[0].states)))
-            await cars.rename("car-0", "阿达")
+            await cars.ask(["car-0"], NAME, "阿达")
             assert cars.statuses()[1].name == "阿达"
             for bad in ("", "a b", "a" * 33, "all", "a/b", "<b>"):
                 with pytest.raises(MotorcadeError, match="no name for a car"):
-                    await cars.rename("阿达", bad)
+                    await cars.ask(["阿达"], NAME, bad)
 
     with simulated_cars(2) as made:
         run(test())
@@ -73,7 +78,7 @@ def test_all_are_stopped_and_all_begin_anew():
         async with Cars(places(made)) as cars:
             await cars.known(30)
             await until(lambda: all(car.wheels != (0, 0) for car in made))
-            cars.stop()
+            cars.order(STOP)
             assert await cars.confirmed(30) == []
             assert [car.wheels for car in made] == [(0, 0)] * 3
             # What is loaded meanwhile waits, too.
@@ -81,7 +86,7 @@ def test_all_are_stopped_and_all_begin_anew():
             assert [car.wheels for car in made] == [(0, 0)] * 3
             for car in made:
                 car.states.clear()
-            cars.go()
+            cars.order(GO)
             assert await cars.confirmed(30) == []
             await until(lambda: all(car.states[:1] == [0] for car in made))
 
@@ -94,8 +99,8 @@ def test_a_car_that_is_away_is_known_to_be_and_is_stopped_first_when_it_is_back(
         async with Cars([place_of(address)]) as cars:
             await cars.known(30)
             assert cars.statuses()[0].problem.code == "no-car-at-address"
-            cars.stop()
-            assert await cars.confirmed(0.1) == [address]
+            cars.order(STOP)
+            assert [each.where for each in await cars.confirmed(0.1)] == [address]
             with simulated_cars(1, port=port) as made:
                 assert await cars.confirmed(30) == []
                 assert made[0].wheels == (0, 0)
@@ -136,8 +141,6 @@ def test_a_load_gives_each_car_a_verdict_and_takes_those_that_failed_again():
 
 def test_a_connection_that_breaks_in_an_upload_leaves_an_old_program_whole():
     """At each byte of the check request and the image: then the next uploader gets its turn at once."""
-    from motorcade.words.request import check_request
-
     stream = check_request(crc32(SECOND), 1) + SECOND
 
     async def test():
@@ -163,6 +166,7 @@ def test_a_connection_that_breaks_in_an_upload_leaves_an_old_program_whole():
         (b"ERR image-header word=0xF0F0F0FD\n", "car-old-protocol"),
         (b"\xff\x00<script>garbage\n" * 50, "no-car-at-port"),
         (b"OK car=a00 name=x sum=00000000\n", "car-away"),
+        (b"OK car=a00 na", "car-away"),
         (bytes(5000), "no-car-at-port"),
     ],
 )
@@ -173,9 +177,11 @@ def test_what_answers_otherwise_is_no_car_or_an_old_one(answer, code):
             Cars([Place(address, "ada", host="127.0.0.1", port=int(address[10:]))]) as cars,
         ):
             contact = cars.named(["ada"])[0]
+            cars.order(STOP)
             problem = await until(lambda: contact.status().problem)
             assert problem.code == code
             assert all(problem.sentence(language) for language in ("en", "zh"))
+            assert [each.where for each in await cars.confirmed(0.1)] == [address]
 
     run(test())
 
@@ -185,9 +191,9 @@ def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
         async with Cars(places(made)) as cars:
             await cars.known(30)
             with pytest.raises(MotorcadeError, match="Two cars are named ada") as refused:
-                await cars.blink(["ada"])
+                await cars.ask(["ada"], BLINK)
             assert all(car.address in str(refused.value) for car in made)
-            await cars.blink([made[1].address])
+            await cars.ask([made[1].address], BLINK)
             with pytest.raises(MotorcadeError, match="There is no car bo"):
                 cars.named(["bo"])
 
@@ -195,15 +201,56 @@ def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
         run(test())
 
 
+@contextmanager
+def car_at_a_cable():
+    """Run a car at a pseudo-terminal; yields it, its port, and a function that pulls the cable."""
+    line, pulled = PseudoTerminal(), threading.Event()
+    car = SimulatedCar(7, line)
+
+    def run():
+        driven = Car(car)
+        while not pulled.is_set():
+            line.wait(0.001)
+            driven.tick()
+        line.close()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield car, line.address, pulled.set
+    finally:
+        pulled.set()
+        thread.join()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_cable_that_is_pulled_in_an_upload_is_one_verdict_and_the_others_go_on():
+    async def test():
+        async with Cars([Place(port), *places(made)]) as cars:
+            await cars.known(30)
+            assert [each.away for each in cars.statuses()] == [False] * 3
+
+            def pull(contact, sent):
+                if contact.place.address == port and sent > len(LARGEST) // 2:
+                    pull_cable()
+
+            verdicts = await cars.load(LARGEST, ["all"], pull)
+            return {each.where: each for each in verdicts}
+
+    with simulated_cars(2) as made, car_at_a_cable() as (pulled, port, pull_cable):
+        verdicts = asyncio.run(test())
+        assert [verdicts[car.address].holds for car in made] == ["new", "new"]
+        assert (verdicts[port].error.code, pulled.image) == ("went-away", FIRST)
+        assert all(verdicts[port].error.sentence(language) for language in ("en", "zh"))
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 def test_a_serial_device_that_is_no_car_is_left_alone_and_one_that_vanishes_is_away():
     """Its other end says a line now and then, as a GPS receiver does: it never gets a byte."""
-    from motorcade.boards.lines import PseudoTerminal
-    from motorcade.fleet.contact import Contact
 
     async def test():
         line = PseudoTerminal()
-        contact = Contact(Place(line.address), PLAIN)
+        contact = Contact(Place(line.address), None, 115200)
         task = asyncio.create_task(contact.run())
         while not task.done():
             line.write(b"$GPGGA,,,,,,0,,,,,,,,*66\r\n")
@@ -219,8 +266,8 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
     make_keys(tmp_path, [CarKeys("ada")], ["eve", "bea"], datetime.now(UTC))
     revoked = set()
 
-    async def reached(options):
-        async with Cars([place_of(f"localhost:{made[0].address[10:]}")], options) as cars:
+    async def reached(keys):
+        async with Cars([place_of(f"localhost:{made[0].address[10:]}")], keys) as cars:
             await until(lambda: cars.named(["all"])[0].is_known.is_set())
             await cars.known(30)
             (status,) = cars.statuses()
@@ -230,14 +277,14 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
 
     tls = server_context(tmp_path / "car-ada.pem")
     with simulated_cars(1, tls=tls, refuses=lambda line: peer_number(line) in revoked) as made:
-        assert asyncio.run(reached(PLAIN)) == "car-away"
+        assert asyncio.run(reached(None)) == "car-away"
         assert made[0].image == FIRST
-        bea = ContactOptions(tls=client_context(tmp_path / "driver-bea.pem"))
+        bea = client_context(tmp_path / "driver-bea.pem")
         assert asyncio.run(reached(bea)) == "car-0"
         assert made[0].image == SECOND
         revoked |= {each.number for each in list_keys(tmp_path) if each.name == "bea"}
         assert asyncio.run(reached(bea)) == "car-away"
-        eve = ContactOptions(tls=client_context(tmp_path / "driver-eve.pem"))
+        eve = client_context(tmp_path / "driver-eve.pem")
         assert asyncio.run(reached(eve)) == "car-0"
 
 
@@ -246,7 +293,7 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
     from zeroconf import ServiceInfo, Zeroconf
 
     async def test():
-        async with Cars() as cars, finding(finder := Finder(cars), ["127.0.0.1"]):
+        async with Cars() as cars, (finder := Finder(cars)).looking(["127.0.0.1"]):
             await until(lambda: [each for each in cars.statuses() if not each.away])
             await until(lambda: finder.others)
             network = Zeroconf(interfaces=["127.0.0.1"])

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
 
 from motorcade.boards.computer import ComputerBoard, Equipment, run_many
-from motorcade.boards.lines import TcpPort
+from motorcade.boards.lines import PseudoTerminal, TcpPort
 from motorcade.config.profile import levels_of
 from support.strategies import CLASSROOM
 
@@ -20,7 +20,7 @@ FIRST_CRC32, SECOND_CRC32 = "8215339d", "04c29092"
 class SimulatedCar(ComputerBoard):
     """A car whose test sees its wheels, its LED and its states."""
 
-    def __init__(self, number: int, line: TcpPort, **more: object) -> None:
+    def __init__(self, number: int, line: TcpPort | PseudoTerminal, **more: object) -> None:
         self.wheels, self.leds = (0, 0), [4]
         self.states: list[object] = []
         self.named = f"car-{number}"

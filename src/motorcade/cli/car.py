@@ -244,8 +244,8 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
 
     from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, NameFile, run_many
     from motorcade.boards.lines import TcpPort
+    from motorcade.config.cars import cars_text
     from motorcade.config.profile import levels_of
-    from motorcade.fleet.places import list_text, place_of
     from motorcade.sockets import allow_files
 
     host, first_port = host_and_port(options.tcp or "127.0.0.1:0")
@@ -267,10 +267,10 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
             is_leader = options.role == Role.LEADER
             equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
             made.append((ComputerBoard(equipment), line))
-        listed = [place_of(line.address, board.name) for board, line in made]
+        listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
         if car_list:
-            write_file(car_list, list_text(listed).encode())
-        data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0].address}
+            write_file(car_list, cars_text(listed).encode())
+        data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
         print_result(data, translated("cars-run", **data), as_json)
         run_many(made, _stops(resources, None))
 

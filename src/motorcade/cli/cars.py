@@ -1,15 +1,12 @@
 """Commands for many cars: cars, cars blink, cars name, cars stop, cars go."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import CarList, Json, OptionalFile, Search, Seconds, wants_json
-
-if TYPE_CHECKING:
-    from motorcade.fleet.cars import Cars
 
 app = typer.Typer()
 Names = Annotated[list[str], typer.Argument(metavar="NAME…")]
@@ -37,11 +34,9 @@ def _blink(
     names: Names, car_list: CarList = None, keys: OptionalFile = None, seconds: Seconds = 4.0, language: Language = ""
 ) -> None:
     from motorcade.cli.fleet import act
+    from motorcade.words.request import BLINK
 
-    async def blink(cars: "Cars") -> None:
-        await cars.blink(names)
-
-    act(Search(car_list, keys, seconds), names, blink)
+    act(Search(car_list, keys, seconds), names, BLINK)
     print(translated("cars-blink", names=", ".join(names)))
 
 
@@ -56,13 +51,10 @@ def _name(
 ) -> None:
     from motorcade.cli.fleet import act
     from motorcade.fleet.places import check_name
+    from motorcade.words.request import NAME
 
     check_name(name)
-
-    async def rename(cars: "Cars") -> None:
-        await cars.rename(port, name)
-
-    act(Search(car_list, keys, seconds), [port], rename)
+    act(Search(car_list, keys, seconds), [port], NAME, name)
     print(translated("car-named", port=port, name=name))
 
 

@@ -1,11 +1,12 @@
 """What the commands of several cars do. A file of its own, because asyncio is slow to import."""
 
 import asyncio
+import re
 import sys
 import time
 from binascii import crc32
-from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 _DRAW_S = 0.2
 _LOOK_S = 0.02
+# What is a port or an address, and no name.
+_PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
 # With more cars than this one bar stands for all.
 _MOST_BARS = 20
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
@@ -44,35 +47,31 @@ def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: 
 
 @asynccontextmanager
 async def _looking(
-    search: Search, names: Sequence[str] = (), baud: int = 115200, retrying: Callable[..., None] | None = None
+    search: Search, names: Sequence[str] = (), baud: int = 115200
 ) -> "AsyncIterator[tuple[Cars, Finder]]":
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
     from motorcade.drive.tls.keys import client_context
     from motorcade.fleet.cars import MOST_CARS, Cars
-    from motorcade.fleet.contact import ContactOptions
-    from motorcade.fleet.finding import Finder, finding
+    from motorcade.fleet.finding import Finder
     from motorcade.fleet.places import place_of
     from motorcade.sockets import allow_files
 
-    places = listed(search.file)
-    places += [place_of(name) for name in names if set(name) & set(":/") or name.upper().startswith("COM")]
+    places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
     tls = client_context(search.keys) if search.keys else None
     allow_files(MOST_CARS)
-    async with AsyncExitStack() as resources:
-        cars = await resources.enter_async_context(Cars(places, ContactOptions(tls=tls, baud=baud)))
+    async with Cars(places, tls, baud) as cars:
         finder = Finder(cars)
-        if not search.file:
-            await resources.enter_async_context(finding(finder))
-        yield cars, finder
+        async with nullcontext() if search.file else finder.looking():
+            yield cars, finder
 
 
-def act(search: Search, names: Sequence[str], do: "Callable[[Cars], Coroutine[Any, Any, None]]") -> None:
-    """Look for these cars, and act as soon as all are found. Raises MotorcadeError."""
+def act(search: Search, names: Sequence[str], kind: str, new: str = "") -> None:
+    """Look for these cars, and ask as soon as all are found: `motorcade.fleet.cars.Cars.ask`. Raises MotorcadeError."""
 
     async def run() -> None:
         async with _looking(search, names) as (cars, _):
             await _found(cars, names, search.seconds, search.listen_s)
-            await do(cars)
+            await cars.ask(names, kind, new)
 
     asyncio.run(run())
 
@@ -98,26 +97,28 @@ def order(kind: str, search: Search, as_json: bool) -> None:
     count, missing = asyncio.run(_order(kind, search))
     if not count:
         raise MotorcadeError("no-cars-found")
-    sentence = translated(f"cars-{kind}", count=count - len(missing))
+    names = [each.name for each in missing]
+    lines = [translated(f"cars-{kind}", count=count - len(missing))]
     if missing:
-        sentence += " " + translated("cars-missing", names=", ".join(missing[:20]), count=len(missing))
-    print_result({"cars": count, "missing": missing}, sentence, wants_json(as_json))
+        lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_BARS]), count=len(missing))
+        problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
+        lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_BARS]]
+    print_result({"cars": count, "missing": names}, "\n".join(lines), wants_json(as_json))
     if missing:
         raise typer.Exit(NO_ANSWER)
 
 
-async def _order(kind: str, search: Search) -> tuple[int, list[str]]:
-    """Return how many cars there are, and the names of those that haven't confirmed the order."""
+async def _order(kind: str, search: Search) -> "tuple[int, list[CarStatus]]":
+    """Return how many cars there are, and those that haven't confirmed the order."""
+    from motorcade.words.request import GO, STOP
+
     async with _looking(search) as (cars, finder):
         begin_s = time.monotonic()
-        while True:
-            # Those that were found since get it too.
-            (cars.stop if kind == "stop" else cars.go)(only_new=True)
-            missing = await cars.confirmed(_LOOK_S)
-            passed_s = time.monotonic() - begin_s
-            if passed_s >= search.seconds or (passed_s >= search.listen_s and not missing):
-                break
-        count = len(cars.statuses())
+        cars.order(STOP if kind == "stop" else GO)
+        # Those that are found meanwhile get it too.
+        await asyncio.sleep(search.listen_s)
+        missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
+        count = len(cars.contacts)
         _note(finder)
     return count, missing
 
@@ -146,10 +147,12 @@ def show_cars(search: Search) -> None:
 async def _show_cars(search: Search) -> None:
     from rich.live import Live
 
+    from motorcade.words.request import GO, STOP
+
     loop = asyncio.get_running_loop()
     async with _looking(search) as (cars, finder):
         ended = asyncio.Event()
-        actions = {"s": cars.stop, "g": cars.go, "q": ended.set}
+        actions = {"s": lambda: cars.order(STOP), "g": lambda: cars.order(GO), "q": ended.set}
         _read_keys(lambda key: loop.call_soon_threadsafe(actions.get(key.lower(), lambda: None)), ended)
         with Live(_table(cars.statuses(), finder), auto_refresh=False, screen=False) as live:
             while not ended.is_set():
@@ -255,7 +258,7 @@ def _verdict_table(verdicts: "Sequence[Verdict]", checksum: str) -> "Table":
     table = Table(*(translated(f"cars-column-{name}") for name in ("name", "where", "verdict")))
     for each in verdicts:
         holds = translated(f"load-{each.holds}", crc32=checksum)
-        why = each.error.sentence(current_language()) if each.error and each.holds != "away" else ""
+        why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
         table.add_row(Text(each.car), Text(each.where), Text(f"{holds} {why}".strip()))
     return table
 

@@ -1,22 +1,24 @@
 """Announce a car, a drive server, a class or a studio by multicast DNS (RFC 6762, 6763)."""
 
 import ipaddress
+import re
 import socket
-import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
+from motorcade.fleet.places import CAR
 from motorcade.sockets import way_out
 
 if TYPE_CHECKING:
     from zeroconf import Zeroconf
 
 SERVICE = "_motorcade._tcp.local."
-# A label of DNS has at most 63 bytes.
-_LABEL_BYTES = 63
+# So much of a name, since a text of DNS has at most 255 bytes.
+_MOST_OF_A_NAME = 60
 
 
 @contextmanager
@@ -28,14 +30,14 @@ def announced(
     on_loopback: bool = False,
     **properties: object,
 ) -> Iterator[None]:
-    """Announce a car, a drive server, a class or a studio while the block runs, in a thread of its own.
+    """Announce a car, a drive server, a class or a studio while the block runs.
 
     Args:
         kind: CAR, DRIVE, CLASS or STUDIO.
         name: what people call it.
         listener: the address and the port where it listens. What only this computer reaches is announced to nobody,
             except with ``on_loopback``.
-        problem: called where that isn't possible; others then need a list.
+        problem: called in another thread where that isn't possible; others then need a list.
         properties: more for those who find it, such as ``telemetry``.
     """
     host, port = listener
@@ -45,45 +47,35 @@ def announced(
         return
     if address.is_unspecified:
         host = way_out() or host
-    ended = threading.Event()
-    text = {
-        "kind": kind,
-        "name": name or ("" if kind == "car" else socket.gethostname()),
-        **{key: str(value) for key, value in properties.items()},
-    }
-
-    def announce() -> None:
+    name = (name or ("" if kind == CAR else socket.gethostname()))[:_MOST_OF_A_NAME]
+    text = {"kind": kind, "name": name} | {key: str(value) for key, value in properties.items()}
+    # In the background, since asking whether the name is free takes a second.
+    with ThreadPoolExecutor(1) as background:
+        registering = background.submit(_register, text, host, port, problem)
         try:
-            network = _registered(text, host, port)
-        except ModuleNotFoundError:
-            problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
-            return
-        except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
-            problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
-            return
-        ended.wait()
-        network.close()
+            yield
+        finally:
+            if network := registering.result():
+                network.close()
 
-    thread = threading.Thread(target=announce, name="announcement", daemon=True)
-    thread.start()
+
+def _register(
+    text: dict[str, str], host: str, port: int, problem: Callable[[MotorcadeError], None]
+) -> "Zeroconf | None":
+    label = "-".join(re.findall(r"\w+", f"{text['kind']} {host} {port}"))
+    network = None
     try:
-        yield
-    finally:
-        ended.set()
-        thread.join(timeout=2)
+        from zeroconf import ServiceInfo, Zeroconf
 
-
-def _registered(text: dict[str, str], host: str, port: int) -> "Zeroconf":
-    from zeroconf import ServiceInfo, Zeroconf
-
-    title = f"{text['kind']} {text['name'] or socket.gethostname()} {port}".replace(".", "-")
-    label = title.encode()[:_LABEL_BYTES].decode(errors="ignore")
-    server = f"motorcade-{''.join(each if each.isalnum() else '-' for each in host)}.local."
-    info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
-    network = Zeroconf(interfaces=[host])
-    try:
+        network = Zeroconf(interfaces=[host])
+        server = f"motorcade-{label}.local."
+        info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
         network.register_service(info, allow_name_change=True)
-    except BaseException:
-        network.close()
-        raise
+    except ModuleNotFoundError:
+        problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
+    except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
+        problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
+        if network:
+            network.close()
+            network = None
     return network

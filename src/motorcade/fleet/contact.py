@@ -2,17 +2,17 @@
 
 import asyncio
 import ssl
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from time import monotonic
 from typing import NamedTuple
 
 from motorcade.drive.client import DriveClient
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.link import Link, connect, connect_problem
+from motorcade.fleet.link import Answer, Link, connect
 from motorcade.fleet.places import Place, safe_name
-from motorcade.upload.transfer import NEW, OLD, Retry, holds_phrase, is_busy, upload_error
+from motorcade.upload.transfer import OLD, holds_phrase, is_busy, upload_error
 from motorcade.words.request import ASK, STOP
 
 BEAT_S = 1.4
@@ -22,25 +22,11 @@ AWAY_S = BEAT_S * (MISSES + 0.4)
 # What a car holds that couldn't be reached, besides what `motorcade.upload.transfer` tells.
 AWAY = "away"
 _AGAIN_S = 0.5
+# How often a drive server's orders and telemetry are looked at.
+_ORDER_S = 0.05
 # How often an upload begins whose connection breaks, and how long a car may take to be back.
 _TRIES = 3
 _BACK_S = 5.0
-
-
-class ContactOptions(NamedTuple):
-    """How cars are reached.
-
-    Attributes:
-        tls: a driver's keys (`motorcade.drive.tls.keys.client_context`), for cars that require them.
-        baud: of serial ports, bits a second.
-        now_s: a clock in seconds that never goes back.
-        retrying: called before a further try of an upload.
-    """
-
-    tls: ssl.SSLContext | None = None
-    baud: int = 115200
-    now_s: Callable[[], float] = time.monotonic
-    retrying: Callable[[Retry], None] = lambda retry: None
 
 
 class CarStatus(NamedTuple):
@@ -84,31 +70,35 @@ class Verdict(NamedTuple):
     car: str
     where: str
     holds: str
-    error: MotorcadeError | None
+    error: MotorcadeError | None = None
 
 
 class Contact:
     """A place where a car may be, asked again and again while ``run`` runs.
 
-    Attributes:
+    Args:
         place: where it is.
+        tls: a driver's keys (`motorcade.drive.tls.keys.client_context`), for cars that require them.
+        baud: of serial ports, bits a second.
+
+    Attributes:
         is_known: set once the car has answered, or a try to reach it has failed.
-        ordered: STOP or GO, the last order; empty where there was none.
-        wanted: the same until the car has confirmed it: it gets that first when it is back.
+        wanted: STOP or GO until the car has confirmed it: it gets that first when it is back.
     """
 
-    def __init__(self, place: Place, options: ContactOptions) -> None:
+    def __init__(self, place: Place, tls: ssl.SSLContext | None, baud: int) -> None:
         self.place = place
         self.is_known = asyncio.Event()
-        self.wanted = self.ordered = ""
-        self._options = options
+        self.wanted = ""
+        self._tls = tls
+        self._baud = baud
         self._link: Link | None = None
         # Set while the car is connected and answers.
         self._answers = asyncio.Event()
         self._fields: dict[str, str] = {}
         self._heard_s: float | None = None
         self._problem: MotorcadeError | None = None
-        self._loading = 0
+        self._loads = 0
 
     @property
     def name(self) -> str:
@@ -118,62 +108,61 @@ class Contact:
     def status(self) -> CarStatus:
         """What is known of the car."""
         fields = self._fields
-        silent_s = None if self._heard_s is None else self._options.now_s() - self._heard_s
-        unreachable = self._link is None and not self._loading
+        silent_s = None if self._heard_s is None else round(monotonic() - self._heard_s, 1)
+        texts = {key: safe_name(fields.get(key, "")) for key in ("role", "board", "version", "state")}
         return CarStatus(
-            name=self.name,
-            where=self.place.address,
-            kind=self.place.kind,
+            self.name,
+            self.place.address,
+            self.place.kind,
             number=_number(fields.get("number"), 16),
-            role=safe_name(fields.get("role", "")),
-            board=safe_name(fields.get("board", "")),
-            version=safe_name(fields.get("version", "")),
-            state=safe_name(fields.get("state", "")),
+            **texts,
             words=_number(fields.get("words"), 10),
             crc32=fields["holds"] if _number(fields.get("holds"), 16) is not None else None,
             battery_mv=_number(fields.get("battery"), 10),
-            away=unreachable or silent_s is None or silent_s > AWAY_S,
-            silent_s=None if silent_s is None else round(silent_s, 1),
+            away=silent_s is None or silent_s > AWAY_S or not (self._link or self._loads),
+            silent_s=silent_s,
             problem=self._problem,
         )
 
     def order(self, kind: str) -> None:
         """Send STOP or GO at once, and again until the car confirms it."""
-        self.wanted = self.ordered = kind
+        self.wanted = kind
         if self._link:
-            self._link.send(kind).add_done_callback(partial(self._take, kind))
+            self._send(self._link, kind)
 
     async def ask(self, kind: str, name: str = "") -> None:
         """Send a request and wait for its answer. Raises MotorcadeError."""
-        if self._link is not None:
+        if self._link:
             answer = self._link.send(kind, name)
             await asyncio.wait([answer], timeout=AWAY_S)
             if answer.done() and not answer.cancelled():
                 self._hear(answer.result())
-                return
-        raise MotorcadeError("car-away", car=self.name)
+                if not self._problem:
+                    return
+        raise self._problem or MotorcadeError("car-away", car=self.name)
 
     async def run(self) -> None:
-        """Stay connected, and ask again and again until cancelled; what is no car at a port is left alone."""
+        """Stay connected, and ask again and again until cancelled; return where what nobody named is no car."""
         while True:
             try:
-                self._link = await connect(self.place, self._options.tls, self._options.baud)
-                await self._beat(self._link)
-            except (OSError, TimeoutError, MotorcadeError) as problem:
-                self._problem = connect_problem(self.place, problem)
+                link = await connect(self.place, self._tls, self._baud)
+                try:
+                    await self._use(link)
+                finally:
+                    link.close()
+                    self._link = None
+                    self._answers.clear()
+            except MotorcadeError as problem:
+                self._problem = problem
+                if problem.code == "no-car-at-port" and not self.place.name:
+                    return
             finally:
-                if self._link:
-                    self._link.close()
-                self._link = None
-                self._answers.clear()
-            self.is_known.set()
-            if not self.place.name and self._problem and self._problem.code == "no-car-at-port":
-                return
+                self.is_known.set()
             await asyncio.sleep(_AGAIN_S)
 
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
         """Upload ``image``, again where the connection breaks; ``progress`` gets the number of bytes sent so far."""
-        holds, error = AWAY, MotorcadeError("car-away", car=self.name)
+        holds, error = AWAY, None
         for number in range(_TRIES):
             # A car that is known to be away keeps nobody waiting.
             with suppress(TimeoutError):
@@ -182,85 +171,81 @@ class Contact:
             link = self._link
             if link is None or not self._answers.is_set():
                 break
-            self._loading += 1
+            self._loads += 1
             try:
-                transfer = await link.upload(image, lambda sent: progress(self, sent), self._options.retrying)
+                transfer = await link.upload(image, partial(progress, self))
             finally:
-                self._loading -= 1
+                self._loads -= 1
             holds = transfer.holds
             if transfer.outcome is None:
                 error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
                 self._answers.clear()
                 continue
-            found = upload_error(self.name, transfer.outcome, holds)
-            if found is None:
-                return Verdict(self.name, self.place.address, NEW, None)
-            error = found
+            error = upload_error(self.name, transfer.outcome, holds)
             if not is_busy(transfer.outcome):
                 break
             await asyncio.sleep(BEAT_S)
+        if holds == AWAY:
+            # What is wrong with a port says more.
+            port_problem = None if self.place.host else self._problem
+            error = port_problem or MotorcadeError("car-away", car=self.name)
         return Verdict(self.name, self.place.address, holds, error)
 
-    async def _beat(self, link: Link) -> None:
-        """Send heartbeats until the connection ends or the car misses three. Raises MotorcadeError then."""
-        missed = 0
-        while not link.closed and missed < MISSES:
+    async def _use(self, link: Link) -> None:
+        """Send heartbeats until the connection ends or the car misses three; then raise MotorcadeError."""
+        is_car, missed = bool(self.place.host) or await link.settle(), 0
+        if is_car:
+            self._link = link
+        while is_car and not link.ended.done() and missed < MISSES:
             heard_s = self._heard_s
-            if not self._loading:
-                kind = self.wanted or ASK
-                link.send(kind).add_done_callback(partial(self._take, kind))
-            await link.pause(BEAT_S)
-            if self._loading:
+            if not self._loads:
+                self._send(link, self.wanted or ASK)
+            await asyncio.wait([link.ended], timeout=BEAT_S)
+            if self._loads:
                 # Its answers to the upload tell as much.
-                self._heard_s = self._options.now_s()
+                self._heard_s = monotonic()
             missed = missed + 1 if self._heard_s == heard_s else 0
             if missed:
                 self._answers.clear()
                 self.is_known.set()
-        if link.is_strange or not (self.place.host or link.heard):
+        if not is_car or link.is_strange or not (self.place.host or link.heard):
             raise MotorcadeError("no-car-at-port", port=self.place.address)
         raise MotorcadeError("car-away", car=self.name)
 
-    def _take(self, kind: str, answer: "asyncio.Future[dict[str, str]]") -> None:
-        """Note an answer, and whether it confirms the last stop or go."""
-        if answer.cancelled():
-            return
-        refusal = answer.exception()
-        if isinstance(refusal, MotorcadeError):
-            # It is a car, but one that doesn't know the request.
-            self._heard_s, self._problem = self._options.now_s(), refusal
-            self.is_known.set()
-        else:
-            self._hear(answer.result())
-        self._answers.set()
-        if kind == self.wanted:
-            self.wanted = ""
+    def _send(self, link: Link, kind: str) -> None:
+        link.send(kind).add_done_callback(partial(self._take, kind))
 
-    def _hear(self, fields: dict[str, str]) -> None:
-        self._fields, self._heard_s, self._problem = fields, self._options.now_s(), None
+    def _take(self, kind: str, answer: asyncio.Future[Answer]) -> None:
+        """Note an answer, and whether it confirms the last stop or go."""
+        if not answer.cancelled():
+            self._hear(answer.result())
+            if kind == self.wanted and not self._problem:
+                self.wanted = ""
+
+    def _hear(self, answer: Answer) -> None:
+        if isinstance(answer, MotorcadeError):
+            # It is a car, but one that doesn't know the request.
+            self._problem = answer
+        else:
+            self._fields, self._problem = answer, None
+        self._heard_s = monotonic()
         self.is_known.set()
+        self._answers.set()
 
 
 class DriveContact(Contact):
     """A drive server: its telemetry is the heartbeat."""
 
-    def __init__(self, place: Place, options: ContactOptions) -> None:
-        super().__init__(place, options)
-        self._ordered = asyncio.Event()
-        name = (place.name or None) if options.tls else None
-        self._client = DriveClient(
-            place.host, place.port, telemetry_port=place.telemetry_port, keys=options.tls, car=name
-        )
+    def __init__(self, place: Place, tls: ssl.SSLContext | None, baud: int) -> None:
+        super().__init__(place, tls, baud)
+        name = (place.name or None) if tls else None
+        self._client = DriveClient(place.host, place.port, telemetry_port=place.telemetry_port, keys=tls, car=name)
 
     def status(self) -> CarStatus:
         telemetry, known = self._client.telemetry, super().status()
         if telemetry is None:
             return known._replace(away=True)
         return known._replace(state=telemetry.state, battery_mv=telemetry.battery_mv, away=False)
-
-    def order(self, kind: str) -> None:
-        super().order(kind)
-        self._ordered.set()
 
     async def ask(self, kind: str, name: str = "") -> None:
         raise MotorcadeError("car-only-drives", car=self.name)
@@ -273,19 +258,16 @@ class DriveContact(Contact):
         client.begin()
         try:
             while True:
+                self._problem = client.problem
                 if client.telemetry:
-                    self._heard_s = self._options.now_s()
+                    self._heard_s = monotonic()
                     if kind := self.wanted:
                         with suppress(MotorcadeError):
                             await (client.stop() if kind == STOP else client.clear())
                             self.wanted = "" if self.wanted == kind else self.wanted
-                self._problem = client.problem
                 if client.telemetry or client.problem:
                     self.is_known.set()
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(_AGAIN_S):
-                        await self._ordered.wait()
-                self._ordered.clear()
+                await asyncio.sleep(_ORDER_S)
         finally:
             await client.end()
 

@@ -2,7 +2,6 @@
 
 import asyncio
 import ipaddress
-from collections import Counter
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
@@ -25,23 +24,6 @@ _LOOK_UP_MS = 2000
 _PORTS_EVERY_S = 1.0
 
 
-@asynccontextmanager
-async def finding(finder: "Finder", interfaces: Sequence[str] = ()) -> AsyncIterator[None]:
-    """Look for cars at this computer's serial ports and in the network, while the block runs.
-
-    Args:
-        finder: what looks.
-        interfaces: addresses of this computer at which to look in the network; all where none are given.
-    """
-    tasks = [asyncio.create_task(finder.watch_ports()), asyncio.create_task(finder.watch_network(interfaces))]
-    try:
-        yield
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-
 class Finder:
     """Find cars, and add them to ``cars``.
 
@@ -54,11 +36,24 @@ class Finder:
         self.others: dict[str, Place] = {}
         self.problem: MotorcadeError | None = None
         self._cars = cars
-        self._hosts: Counter[str] = Counter()
         self._found: asyncio.Queue[str] = asyncio.Queue(_MOST_WAITING)
 
-    async def watch_ports(self) -> None:
-        """Ask at each serial port with a known board, once after it is plugged in; until cancelled."""
+    @asynccontextmanager
+    async def looking(self, interfaces: Sequence[str] = ()) -> AsyncIterator[None]:
+        """Look at this computer's serial ports and in the network, while the block runs.
+
+        ``interfaces`` are addresses of this computer at which to look in the network; all where none are given.
+        """
+        tasks = [asyncio.create_task(self._watch_ports()), asyncio.create_task(self._watch_network(interfaces))]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _watch_ports(self) -> None:
+        """Ask at each serial port with a known board, once after it is plugged in."""
         known: set[str] = set()
         while True:
             there = {port.device for port in await asyncio.to_thread(ports) if port.rank == BOARD}
@@ -69,24 +64,24 @@ class Finder:
             known = there
             await asyncio.sleep(_PORTS_EVERY_S)
 
-    async def watch_network(self, interfaces: Sequence[str]) -> None:
-        """Add what announces itself, until cancelled; a record that outlives its car does no harm."""
+    async def _watch_network(self, interfaces: Sequence[str]) -> None:
+        """Add what announces itself; a record that outlives its car does no harm."""
         try:
             from zeroconf import InterfaceChoice
             from zeroconf.asyncio import AsyncServiceBrowser, AsyncZeroconf
+
+            network = AsyncZeroconf(interfaces=list(interfaces) or InterfaceChoice.All)
         except ModuleNotFoundError:
             self.problem = MotorcadeError("finding-needs-zeroconf", command=install_command("fleet"))
             return
-
-        def note(name: str, state_change: Any, **_: Any) -> None:
-            with suppress(asyncio.QueueFull):
-                self._found.put_nowait(name)
-
-        try:
-            network = AsyncZeroconf(interfaces=list(interfaces) or InterfaceChoice.All)
         except OSError as problem:
             self.problem = MotorcadeError("network-not-searched", reason=problem.strerror or problem)
             return
+
+        def note(name: str, **_: Any) -> None:
+            with suppress(asyncio.QueueFull):
+                self._found.put_nowait(name)
+
         browser = AsyncServiceBrowser(network.zeroconf, SERVICE, handlers=[note])
         try:
             await asyncio.gather(*(self._look_up(network) for _ in range(_MOST_LOOKED_UP)))
@@ -106,12 +101,10 @@ class Finder:
                     self._take(info.parsed_addresses(), info.port, info.decoded_properties)
 
     def _take(self, hosts: list[str], port: int, properties: dict[str, str | None]) -> None:
-        host = next((each for each in hosts if _is_near(each)), None)
+        host = next((each for each in hosts if _is_near(each)), "")
         kind, name = properties.get("kind") or "", safe_name(properties.get("name") or "")
-        if host is None or kind not in (CAR, DRIVE, CLASS, STUDIO):
-            return
-        self._hosts[host] += 1
-        if self._hosts[host] > _MOST_OF_A_HOST and not ipaddress.ip_address(host).is_loopback:
+        known = [*(each.place for each in self._cars.contacts.values()), *self.others.values()]
+        if not host or sum(each.host == host for each in known) >= _MOST_OF_A_HOST:
             return
         telemetry = properties.get("telemetry") or ""
         telemetry_port = int(telemetry) if telemetry.isdecimal() and len(telemetry) < 6 else 0
@@ -119,7 +112,7 @@ class Finder:
         place = network_place(host, port, name if kind != CAR else "", kind, telemetry_port)
         if kind in (CAR, DRIVE):
             self._cars.add(place)
-        elif len(self.others) < _MOST_OF_A_HOST:
+        elif kind in (CLASS, STUDIO) and len(self.others) < _MOST_OF_A_HOST:
             self.others[place.address] = place
 
 

@@ -4,7 +4,7 @@ import unicodedata
 from pathlib import Path
 from typing import NamedTuple
 
-from motorcade.config.files import parse, read_text
+from motorcade.config.cars import read_cars
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.sockets import DRIVE_PORT, host_and_port
 
@@ -12,7 +12,7 @@ CAR, DRIVE, CLASS, STUDIO = "car", "drive", "class", "studio"
 # Where `motorcade car run` listens unless somebody chooses another port.
 UPLOAD_PORT = 7001
 _LONGEST_NAME = 40
-_SCHEMES = {"socket://": CAR, "drive://": DRIVE}
+_SCHEMES = {"socket": CAR, "drive": DRIVE}
 
 
 class Place(NamedTuple):
@@ -41,16 +41,14 @@ def place_of(address: str, name: str = "") -> Place:
     ``HOST:PORT`` and ``socket://HOST:PORT`` are cars, ``drive://HOST[:PORT]`` is a drive server; anything else is a
     serial port. Raises MotorcadeError for an address that can't be one.
     """
-    kind, rest = "", address.strip()
-    for scheme, meant in _SCHEMES.items():
-        if rest.startswith(scheme):
-            kind, rest = meant, rest.removeprefix(scheme)
+    scheme, _, rest = address.strip().rpartition("://")
+    kind = _SCHEMES.get(scheme, "")
     host, _, port = rest.rpartition(":")
     # COM3 and /dev/ttyUSB0 have no colon; a path such as /dev/serial/by-id/… may.
-    if not kind and (not host or rest.startswith("/") or not port.isdecimal()):
-        if not rest or not rest.isprintable():
-            raise MotorcadeError("not-a-port-name", port=rest)
-        return Place(rest, name)
+    if not kind and (scheme or not host or rest.startswith("/") or not port.isdecimal()):
+        if not rest or not address.isprintable():
+            raise MotorcadeError("not-a-port-name", port=address)
+        return Place(address.strip(), name)
     return network_place(*host_and_port(rest, DRIVE_PORT if kind == DRIVE else UPLOAD_PORT), name, kind or CAR)
 
 
@@ -63,23 +61,7 @@ def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemet
 
 def read_list(path: Path) -> list[Place]:
     """Return the places in a ``cars.toml``: lines of ``name = "port or address"``. Raises MotorcadeError."""
-    document = parse(read_text(path, str(path)), "TOML", str(path))
-    places = []
-    for name, address in document.items():
-        if not isinstance(address, str):
-            raise MotorcadeError("car-list-value", file=path, name=name)
-        places.append(place_of(address, safe_name(name)))
-    addresses = [place.address for place in places]
-    for place in places:
-        if addresses.count(place.address) > 1 and len(addresses) < 100:
-            raise MotorcadeError("car-list-twice", file=path, address=place.address)
-    return places
-
-
-def list_text(places: list[Place]) -> str:
-    """Return the text of a ``cars.toml`` with these places."""
-    quoted = [(place.name.replace("\\", "\\\\").replace('"', '\\"'), place.address) for place in places]
-    return "".join(f'"{name}" = "{address}"\n' for name, address in quoted)
+    return [place_of(address, safe_name(name)) for name, address in read_cars(path).items()]
 
 
 def safe_name(text: str) -> str:

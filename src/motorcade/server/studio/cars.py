@@ -9,14 +9,15 @@ from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.cars import Cars
-from motorcade.fleet.contact import CarStatus, Contact, ContactOptions, Verdict
-from motorcade.fleet.finding import Finder, finding
+from motorcade.fleet.contact import CarStatus, Contact, Verdict
+from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import Place
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import sentences
 from motorcade.service.world_messages import CarRow, CarsOrder, CarsShown
 from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.request import BLINK, GO, STOP
 
 _EVERY_S = 0.25
 
@@ -75,12 +76,10 @@ class CarList:
             await page.serve(CarsOrder, obey, [show])
 
     async def _obey(self, order: CarsOrder) -> None:
-        if order.do == "stop":
-            self._cars.stop()
-        elif order.do == "go":
-            self._cars.go()
+        if order.do in ("stop", "go"):
+            self._cars.order(STOP if order.do == "stop" else GO)
         elif order.do == "blink":
-            await self._cars.blink(order.where)
+            await self._cars.ask(order.where, BLINK)
         elif order.image is not None:
             try:
                 parse_image_bytes(order.image)
@@ -111,10 +110,10 @@ class CarList:
         """Look for cars while any page shows them."""
         async with self._lock:
             if self._pages == 0:
-                self._cars = Cars(self._places, ContactOptions(tls=self._keys))
+                self._cars = Cars(self._places, self._keys)
                 self._finder = Finder(self._cars)
                 await self._resources.enter_async_context(self._cars)
-                await self._resources.enter_async_context(finding(self._finder))
+                await self._resources.enter_async_context(self._finder.looking())
             self._pages += 1
         try:
             yield
