@@ -29,7 +29,7 @@ MARKERS |= {"server": "server", "classroom": "server", "upload": "server", "came
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark each test by its folder, and leave out those that `make soak` runs."""
+    """Mark each test by its folder, and leave out those that `make soak` and ``-m soak`` run."""
     for item in items:
         folder = item.path.relative_to(HERE).parts[0]
         if folder in MARKERS:
@@ -37,7 +37,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     # Not above: pytest chooses the profile after it has read this file.
     from support.soak import SOAK
 
-    waiting = [] if SOAK else [item for item in items if item.get_closest_marker("soak")]
+    wanted = SOAK or "soak" in config.option.markexpr
+    waiting = [item for item in items if not wanted and item.get_closest_marker("soak")]
     if waiting:
         config.hook.pytest_deselected(items=waiting)
         items[:] = [item for item in items if not item.get_closest_marker("soak")]
