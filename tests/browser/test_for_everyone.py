@@ -40,6 +40,16 @@ def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
 
 
+def test_escape_closes_a_dialog_and_the_hint_in_it_at_once(open_page) -> None:
+    studio = open_page()
+    studio.open_dialog("library")
+    hint = studio.page.get_by_role("tooltip")
+    studio.page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close")).hover()
+    expect(hint).to_be_visible()
+    studio.page.keyboard.press("Escape")
+    expect(hint.or_(studio.page.get_by_role("dialog"))).to_have_count(0)
+
+
 def test_an_empty_page_and_its_tour_have_no_barriers(open_page) -> None:
     assert_no_barriers(open_page(tour=True))
 
@@ -96,6 +106,15 @@ def test_on_a_phone_the_stage_stays_and_touch_builds(open_page) -> None:
     expect(studio.editor("leader")).to_be_hidden()
     expect(studio.mat_button("play")).to_be_visible()
     assert_fits_screen(studio)
+
+
+def test_a_tab_stays_under_the_finger_that_has_scrolled_to_it(open_page) -> None:
+    """The tap, which focuses it, comes before the page hears of the scrolling, as where there is little to do."""
+    studio = open_page(size=PHONE)
+    words = studio.page.get_by_role("tab", name=studio.say("drawer.words"), exact=True)
+    expect(words).not_to_be_in_viewport()
+    words.evaluate("(tab) => { tab.scrollIntoView(); tab.focus({ preventScroll: true }) }")
+    expect(words).to_be_in_viewport(ratio=1)
 
 
 def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:

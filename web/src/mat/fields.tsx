@@ -15,9 +15,8 @@ import {
   SliderThumb,
   SliderTrack,
   ToggleButton,
-  Tooltip,
-  TooltipTrigger,
 } from "react-aria-components";
+import { Hinted } from "../ui/controls";
 import { Icon, type IconName } from "../ui/icons";
 import fields from "./fields.module.css";
 import controls from "../ui/controls.module.css";
@@ -39,12 +38,7 @@ export function ToolButton({ icon, label, wide = false, tone = "plain", ...props
     </Button>
   );
   if (wide === true) return button;
-  return (
-    <TooltipTrigger delay={500}>
-      {button}
-      <Tooltip className={controls.tooltip}>{label}</Tooltip>
-    </TooltipTrigger>
-  );
+  return <Hinted hint={label}>{button}</Hinted>;
 }
 
 interface ToolSwitchProps {

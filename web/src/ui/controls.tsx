@@ -1,6 +1,6 @@
 /** Buttons and dialogs as they look everywhere on the page. */
 
-import type { ReactNode } from "react";
+import { type ReactNode, useEffect, useState } from "react";
 import {
   Button,
   CheckboxButton,
@@ -13,6 +13,7 @@ import {
   TooltipTrigger,
   type ButtonProps,
 } from "react-aria-components";
+import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
 import { classes } from "./classes";
 import { Icon, type IconName } from "./icons";
@@ -25,14 +26,31 @@ interface IconButtonProps extends Omit<ButtonProps, "children"> {
   label: string;
 }
 
+/** A button with a hint, shown on hover and focus. */
+export function Hinted({ hint, children }: { hint: string; children: ReactNode }) {
+  const [isOpen, setOpen] = useState(false);
+  useEffect(() => {
+    if (!isOpen) return;
+    // While a hint is open React Aria keeps Escape for it; so it goes first, and the key still closes the dialog around it.
+    const close = ({ key }: KeyboardEvent) => key === "Escape" && flushSync(() => setOpen(false));
+    window.addEventListener("keydown", close, true);
+    return () => window.removeEventListener("keydown", close, true);
+  }, [isOpen]);
+  return (
+    <TooltipTrigger delay={500} isOpen={isOpen} onOpenChange={setOpen}>
+      {children}
+      <Tooltip className={controls.tooltip}>{hint}</Tooltip>
+    </TooltipTrigger>
+  );
+}
+
 export function IconButton({ icon, label, ...props }: IconButtonProps) {
   return (
-    <TooltipTrigger delay={500}>
+    <Hinted hint={label}>
       <Button {...props} className={buttons.iconButton} aria-label={label}>
         <Icon name={icon} />
       </Button>
-      <Tooltip className={controls.tooltip}>{label}</Tooltip>
-    </TooltipTrigger>
+    </Hinted>
   );
 }
 
