@@ -301,13 +301,7 @@ class StudioPage:
         tab = self.page.get_by_role("tab", name=self.say(f"drawer.{panel}"), exact=True)
         if not self.page.locator("#drawer[data-open]").count() or tab.get_attribute("aria-selected") != "true":
             tab.click()
-        shown = self.page.get_by_role("tabpanel", name=self.say(f"drawer.{panel}"), exact=True)
-        try:
-            expect(shown).to_be_visible(timeout=5000)
-        except AssertionError:
-            # The first tap after blocks were dragged by a finger may only close what Blockly has open.
-            tab.click()
-        expect(shown).to_be_visible()
+        expect(self.page.get_by_role("tabpanel", name=self.say(f"drawer.{panel}"), exact=True)).to_be_visible()
 
     @property
     def words_table(self) -> Locator:

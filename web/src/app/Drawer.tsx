@@ -82,13 +82,16 @@ export function Drawer({ session }: { session: Session }) {
         onSelectionChange={(key) => useSettings.setState({ drawer: { tab: key as DrawerTab, open: drawer.open } })}
       >
         <div className={css.bar} onPointerDownCapture={noteBefore} onKeyDownCapture={noteBefore}>
-          <TabList className={css.tablist} aria-label={t("drawer.title")}>
-            {panels.map(({ id }) => (
-              <Tab key={id} id={id} className={css.tab} onPress={() => (openBefore.current === id ? setOpen(false) : openDrawer(id))}>
-                {t(`drawer.${id}`)}
-              </Tab>
-            ))}
-          </TabList>
+          {/* What scrolls is not the list itself: React Aria would scroll that back, away from under a finger, when it gets the focus. */}
+          <div className={css.scroller}>
+            <TabList className={css.tablist} aria-label={t("drawer.title")}>
+              {panels.map(({ id }) => (
+                <Tab key={id} id={id} className={css.tab} onPress={() => (openBefore.current === id ? setOpen(false) : openDrawer(id))}>
+                  {t(`drawer.${id}`)}
+                </Tab>
+              ))}
+            </TabList>
+          </div>
           <UploadAgain />
           <IconButton
             icon={open ? "down" : "up"}
