@@ -59,6 +59,25 @@ def test_a_teacher_reads_and_prints_the_notes_of_a_mission(open_page):
     expect(page.get_by_role("list", name=studio.say("missions.goals"))).to_be_visible()
 
 
+def print_run(studio):
+    """On paper are the stage, the name, and the words as they are in the table; nothing else of the page."""
+    page = studio.page
+    page.get_by_role("button", name=studio.say("run.open")).press("Enter")
+    sheet = page.get_by_role("dialog")
+    sheet.get_by_label(studio.say("run.name")).fill("<b>小林")
+    stage = sheet.get_by_role("img", name=studio.say("run.stage"))
+    assert stage.evaluate("(image) => image.decode().then(() => image.naturalWidth)") > 100
+    assert serious_barriers(page) == []
+    page.emulate_media(media="print")
+    expect(page.locator("#stage")).to_be_hidden()
+    expect(sheet.get_by_role("button")).to_have_count(0)
+    expect(sheet.get_by_text("<b>小林")).to_be_visible()
+    # A header, a word of the leader's and one of the followers'.
+    expect(sheet.locator("tbody tr")).to_have_count(3)
+    page.emulate_media(media="screen")
+    page.keyboard.press("Escape")
+
+
 def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     """Two tries bring a hint; flipping the right bits brings the stars, which the map keeps after a reload."""
     studio = open_page(language="zh")
@@ -91,6 +110,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     bits.and_(page.get_by_role("button", name="第 22 位")).nth(1).press(" ")
     run_to_the_end(studio, "两个位能数 0 到 3")
     expect(page.locator("li[data-progress=met]")).to_have_count(3)
+    print_run(studio)
     page.reload()
     studio.wait_until_ready()
     open_map(studio)

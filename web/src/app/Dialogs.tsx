@@ -21,6 +21,7 @@ const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> 
   pair: lazy(async () => ({ default: (await import("../pair/PairDialog")).PairDialog })),
   missions: lazy(async () => ({ default: (await import("../missions/MissionMap")).MissionMap })),
   notes: lazy(async () => ({ default: (await import("../missions/NotesDialog")).NotesDialog })),
+  run: lazy(async () => ({ default: (await import("../timeline/RunSheet")).RunSheet })),
   help: lazy(async () => ({ default: (await import("./HelpDialog")).HelpDialog })),
 };
 

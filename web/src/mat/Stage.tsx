@@ -5,6 +5,7 @@ import { watchCertainty } from "../certainty/watch";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio, useWords } from "../state/studio";
+import { danceOf } from "../missions/dance";
 import { useMission } from "../missions/store";
 import { ChaseView } from "./ChaseView";
 import { ToolButton } from "./fields";
@@ -52,7 +53,7 @@ export function Stage({ session }: { session: Session }) {
   );
 }
 
-/** Let the stage sound as long as sound is on. */
+/** Let the stage sound as long as sound is on; with stars the cars dance. */
 function useSound(session: Session): void {
   useEffect(() => {
     const sound = new Sound();
@@ -64,7 +65,10 @@ function useSound(session: Session): void {
       if (!isHeard() || !useMat.getState().state?.playing) sound.silence();
     };
     const stars = useMission.subscribe(({ result }, before) => {
-      if (result && result !== before.result && result.stars.length && isHeard()) sound.celebrate(result.stars.length);
+      if (!result?.stars.length || result === before.result) return;
+      if (isHeard()) sound.celebrate(result.stars.length);
+      const words = useStudio.getState().compiled?.words ?? [];
+      useMat.getState().scene?.celebrate(danceOf(words, "leader"), danceOf(words, "followers"));
     });
     const ends = [end, stars, useSettings.subscribe(mute), useStudio.subscribe(mute), useMat.subscribe(mute)];
     return () => {

@@ -4,6 +4,7 @@ import { Container, Graphics, Sprite, type Texture } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
 import { carColour, LEDS, plateColour, type WordColours, type MatTheme } from "./colours";
 import { LAMPS, TREADS } from "./carPaint";
+import { poseAt, type Move, type Pose } from "./dance";
 import { numberTexture, type Textures } from "./textures";
 
 /** The least size on the screen, so that cars stay visible on a large mat. */
@@ -51,6 +52,7 @@ export class CarLayer {
   ringed: readonly number[] = [];
   /** Nothing moves but the cars themselves. */
   still = false;
+  private dance: { leader: readonly Move[]; followers: readonly Move[]; sinceMs: number } | null = null;
 
   constructor(
     private readonly textures: Textures,
@@ -132,6 +134,16 @@ export class CarLayer {
     if (rig) rig.blinksUntil = atMs + BLINK_MS;
   }
 
+  /** Let the cars dance from now on, unless nothing may move. */
+  celebrate(leader: readonly Move[], followers: readonly Move[], atMs: number): void {
+    if (!this.still) this.dance = { leader, followers, sinceMs: atMs };
+  }
+
+  /** How a car dances now; null once its dance is over. */
+  private poseOf(k: number, atMs: number): Pose | null {
+    return this.dance && poseAt(this.leads.has(k) ? this.dance.leader : this.dance.followers, atMs - this.dance.sinceMs);
+  }
+
   take(picture: Picture, colours: WordColours): void {
     for (let k = 0; k < picture.cars; k++) {
       this.bodies.children[k]!.tint = carColour(colours, picture.index[k]!, picture.flags[k]!);
@@ -155,10 +167,13 @@ export class CarLayer {
     const side = Math.max(this.diameter, LEAST_PX / scale);
     let lasts = false;
     for (let k = 0; k < drawn.x.length; k++) {
-      const x = drawn.x[k]! * 1000;
-      const y = drawn.y[k]! * 1000;
-      const heading = drawn.heading[k]!;
-      const size = this.leads.has(k) ? side * 1.15 : side;
+      const pose = this.poseOf(k, atMs);
+      const size = (this.leads.has(k) ? side * 1.15 : side) * (1 + (pose?.lift ?? 0));
+      const ahead = ((pose?.ahead ?? 0) * size) / 2;
+      const x = drawn.x[k]! * 1000 + ahead * Math.cos(drawn.heading[k]!);
+      const y = drawn.y[k]! * 1000 + ahead * Math.sin(drawn.heading[k]!);
+      const heading = drawn.heading[k]! + (pose?.turn ?? 0);
+      lasts ||= pose !== null;
       const body = this.bodies.children[k]!;
       place(body, x, y, size);
       body.rotation = heading;
@@ -168,6 +183,7 @@ export class CarLayer {
       lasts = this.drawMark(k, x, y, scale, side, atMs) || lasts;
     }
     this.drawRings(drawn, side, scale);
+    if (!lasts) this.dance = null;
     return lasts;
   }
 

@@ -11,7 +11,7 @@ import { type Mark, marksOf } from "./floorMarks";
 import { skyOver } from "./floors";
 import { aheadOf, circleAt, type Eye } from "./perspective";
 import { roadAreas } from "./roadMarks";
-import type { Sight } from "./scene";
+import type { Sight } from "./sight";
 import { DARK, LAMPS } from "./carPaint";
 
 const FARTHEST_M = 14;

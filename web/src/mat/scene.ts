@@ -4,14 +4,16 @@ import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
-import { AirLayer, type Wave } from "./airLayer";
+import { AirLayer } from "./airLayer";
 import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
-import { CarLayer, type Drawn, Motion } from "./carLayer";
+import { CarLayer, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
+import type { Move } from "./dance";
 import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
 import { withFloor } from "./floors";
 import { Drawings, hasFastWebGl } from "./graphics";
+import type { Sight } from "./sight";
 import { makeTextures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
 import type { MissionZone } from "../generated/messages";
@@ -23,21 +25,6 @@ const MOST_PASSED_MS = 50;
 /** High contrast has no pictures on the floor. */
 function isContrast(): boolean {
   return useSettings.getState().theme === "contrast" || matchMedia("(forced-colors: active)").matches;
-}
-
-/** What a view from another side draws. */
-export interface Sight {
-  mat: Mat | null;
-  zones: readonly MissionZone[];
-  drawn: Drawn;
-  picture: Picture | null;
-  leads: ReadonlySet<number>;
-  carM: number;
-  colours: WordColours;
-  theme: MatTheme;
-  floor: FloorName;
-  contrast: boolean;
-  waves: readonly Wave[];
 }
 
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
@@ -284,6 +271,19 @@ export class Scene {
   /** Ask for a drawing with the screen's next picture. */
   draw(): void {
     this.drawings.request();
+  }
+
+  /** Let leaders and followers dance. */
+  celebrate(leader: readonly Move[], followers: readonly Move[]): void {
+    this.cars.celebrate(leader, followers, performance.now());
+    this.draw();
+  }
+
+  /** The stage as it is now, as the address of a PNG. */
+  png(): string {
+    // A canvas of WebGL keeps its picture only until the end of the task that drew it.
+    this.renderer.render(this.stage);
+    return this.renderer.canvas.toDataURL("image/png");
   }
 
   private drawNow(): void {

@@ -167,6 +167,9 @@ function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[
       <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => openDialog("missions")}>
         {t("missions.next")}
       </Button>
+      <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("run")}>
+        {t("run.open")}
+      </Button>
     </>
   );
 }

@@ -10,6 +10,7 @@ import { Choice } from "../mat/fields";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { openNotes, useDialogs } from "../state/dialogs";
+import { usePrintedSheet } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { Sheet } from "../ui/controls";
 import { playMission } from "./store";
@@ -80,13 +81,7 @@ export function NotesDialog({ onClose }: { onClose: () => void }) {
   useEffect(() => {
     if (id) void attempt(async () => setNotes(await request("missions/notes", { id })));
   }, [id]);
-  // The style sheet prints this sheet in place of the page.
-  useEffect(() => {
-    document.documentElement.dataset.print = "sheet";
-    return () => {
-      delete document.documentElement.dataset.print;
-    };
-  }, []);
+  usePrintedSheet();
   return (
     <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} onClose={onClose} wide>
       {id && missions.length > 0 && (

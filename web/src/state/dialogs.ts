@@ -3,7 +3,7 @@
 import { create } from "zustand";
 import { type Studio, useStudio } from "./studio";
 
-export type DialogName = "upload" | "library" | "examples" | "share" | "pair" | "missions" | "notes" | "help";
+export type DialogName = "upload" | "library" | "examples" | "share" | "pair" | "missions" | "notes" | "run" | "help";
 export type Tone = "info" | "success" | "warning" | "error";
 
 export interface Notice {

@@ -7,7 +7,7 @@ import fields from "../mat/fields.module.css";
 import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt, download, fileName } from "../projects/actions";
-import { notify } from "../state/dialogs";
+import { notify, openDialog } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
@@ -35,7 +35,12 @@ export function Downloads({ session }: { session: Session }) {
     await saveStageFilm(session).finally(() => setFilming(false));
   };
   const stage: RunFile = { id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm };
-  const files = kind ? [table, stage] : [table];
+  const print = () => {
+    openDialog("run");
+    return Promise.resolve();
+  };
+  const paper: RunFile = { id: "run", name: t("run.open"), make: print };
+  const files = kind ? [paper, table, stage] : [paper, table];
   return (
     <MenuTrigger>
       <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty || filming}>

@@ -104,3 +104,13 @@ export function usePrinting(): boolean {
 export function reload(): void {
   location.reload();
 }
+
+/** While the component is shown, its sheet is printed in place of the page. */
+export function usePrintedSheet(): void {
+  useEffect(() => {
+    document.documentElement.dataset.print = "sheet";
+    return () => {
+      delete document.documentElement.dataset.print;
+    };
+  }, []);
+}

@@ -1,0 +1,71 @@
+/** A run on paper: the stage with the cars' tracks, whose it is, and the program's words. */
+
+import { useState } from "react";
+import { Button, Input, Label, TextField } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { inLanguage } from "../i18n";
+import { useMat } from "../mat/store";
+import { Stars } from "../missions/Stars";
+import { useMission } from "../missions/store";
+import { useSettings } from "../state/settings";
+import { useStudio, useWords } from "../state/studio";
+import { usePrintedSheet } from "../ui/areas";
+import { classes } from "../ui/classes";
+import { Sheet } from "../ui/controls";
+import { storyOf } from "../words/story";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./timeline.module.css";
+
+export function RunSheet({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  // The stage as it is when the sheet opens.
+  const [picture] = useState(() => useMat.getState().scene?.png() ?? "");
+  const [by, setBy] = useState(useSettings.getState().userName ?? "");
+  const mission = useMission((now) => now.mission);
+  const result = useMission((now) => now.result);
+  const name = useStudio((studio) => studio.name);
+  const profile = useStudio((studio) => studio.profileFigures);
+  const words = useWords();
+  usePrintedSheet();
+  return (
+    <Sheet title={mission ? inLanguage(mission.name) : name} onClose={onClose} wide>
+      <TextField className={classes(css.name, controls.unprinted)} value={by} onChange={setBy} maxLength={60}>
+        <Label>{t("run.name")}</Label>
+        <Input />
+      </TextField>
+      <article className={css.run}>
+        {by && <p className={css.by}>{by}</p>}
+        {mission && result && <Stars stars={[...new Set(mission.goals.map(({ star }) => star))].sort()} earned={result.stars} />}
+        <img src={picture} alt={t("run.stage")} />
+        {profile && words.length > 0 && (
+          <table>
+            <thead>
+              <tr>
+                {(["part", "word", "story"] as const).map((column) => (
+                  <th key={column} scope="col">
+                    {t(`run.${column}`)}
+                  </th>
+                ))}
+              </tr>
+            </thead>
+            <tbody>
+              {words.map((word, k) => (
+                <tr key={k}>
+                  <td>{t(`run.${word.part}`)}</td>
+                  <td className={css.hex}>{word.hex.toUpperCase()}</td>
+                  <td>{storyOf(word, profile)}</td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        )}
+      </article>
+      <footer className={controls.sheetFoot}>
+        <Button className={classes(buttons.button, buttons.primary)} onPress={() => window.print()}>
+          {t("run.print")}
+        </Button>
+      </footer>
+    </Sheet>
+  );
+}
