@@ -107,7 +107,7 @@ MAY_IMPORT = {
     | modules_of("boards", BOARDS)
     | {f"motorcade.boards.on_chip.{path.stem}" for path in ON_CHIP}
     | OF_BOARDS
-    | {"motorcade.errors"},
+    | {"motorcade.errors", "struct"},
 }
 
 

@@ -48,9 +48,10 @@ function verdictKey(car: CarRow): Key | null {
   switch (car.holds) {
     case "":
       return null;
+    case "away":
+      return "missed";
     case "new":
     case "old":
-    case "away":
       return car.holds;
     default:
       return "unknown";

@@ -19,7 +19,7 @@ export function CarsPart({ view }: { view: ClassView }) {
   const [missed, setMissed] = useState<readonly string[]>([]);
   const stop = () => attempt(async () => setMissed(await askTeacher("stop-all")));
   return (
-    <section aria-label={t("cars")}>
+    <section className={css.stack} aria-label={t("cars")}>
       <div className={css.row}>
         {view.stopped ? (
           <Action onPress={() => void attempt(() => askTeacher("release-all"))}>{t("releaseAll")}</Action>

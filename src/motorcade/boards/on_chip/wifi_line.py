@@ -2,8 +2,8 @@
 
 Portable. MicroPython's modules are arguments. The chip connects by itself, also after the network was away.
 
-There are no keys because the chip can't have those of driving: MicroPython's TLS is 1.2, and its handshake computes for
-some tenths of a second in one piece, in which the car couldn't steer or stop.
+There are no keys because the chip can't have those of driving: they need TLS 1.3, MicroPython's TLS on the chip is 1.2,
+and its handshake computes in one piece, far longer than a tick may take.
 """
 
 # For the type checker alone: MicroPython has no typing.

@@ -14,7 +14,7 @@ from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import Place
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
-from motorcade.service.messages import sentences
+from motorcade.service.messages import Sentence
 from motorcade.service.world_messages import CarRow, CarsOrder, CarsShown
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.request import BLINK, GO, STOP
@@ -131,7 +131,7 @@ class CarList:
         return CarsShown(
             [self._row(each) for each in self._cars.statuses()],
             [f"{each.name} ({each.address})" for each in self._finder.others.values()],
-            sentences(problem) if problem else None,
+            _sentence(problem),
         )
 
     def _row(self, status: CarStatus) -> CarRow:
@@ -144,8 +144,12 @@ class CarList:
             **fields,
             # The seconds of a car that answers would make each picture of the list a new one.
             silent_s=round(silent_s) if status.away and silent_s is not None else None,
-            problem=sentences(problem) if problem else None,
+            problem=_sentence(problem),
             sent=self._sent.get(status.where),
             holds=verdict.holds if verdict else "",
-            error=sentences(error) if error else None,
+            error=_sentence(error),
         )
+
+
+def _sentence(problem: MotorcadeError | None) -> Sentence | None:
+    return problem.to_dict("page")["sentence"] if problem else None
