@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
+from support.barriers import wait_for_picture
 from support.layout import SIZES, Windows
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
@@ -112,3 +113,43 @@ def test_a_long_number_shows_whole(open_page) -> None:
     coordinate.press("Tab")
     expect(coordinate).to_have_value("100,000")
     assert Windows(studio.page, FEW["en"]).faults("a long number") == []
+
+
+@pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark")])
+def test_the_bits_beside_blocks_are_apart_and_cover_none(open_page, language, theme) -> None:
+    studio = open_page(plain=True, project=FOLLOWED, language=language, theme=theme)
+    for width, height in SIZES:
+        studio.page.set_viewport_size({"width": width, "height": height})
+        wait_for_picture(studio.page)
+        wait_for_picture(studio.page)
+        bits = studio.page.evaluate(_BITS)
+        assert bits["faults"] == [], f"{width}×{height}"
+        # Both editors in so narrow a page have no room for both words; the table shows them.
+        assert bits["words"] == 2 or width == 768, f"{width}×{height}"
+
+
+# How many words the leader's blocks have beside them, and which digits, words and blocks lie over one another.
+_BITS = """() => {
+  const host = document.querySelector("#leader-blocks"), view = host.getBoundingClientRect(), faults = [];
+  const over = (a, b) => a.left < b.right - 0.5 && b.left < a.right - 0.5 && a.top < b.bottom - 0.5 && b.top < a.bottom - 0.5;
+  // Without the knob at the lower left.
+  const body = (block) => {
+    const { left, top, right, bottom } = block.getBoundingClientRect();
+    return { left, top, right, bottom: bottom - 10 };
+  };
+  const words = [...host.querySelectorAll(".blocklyBlockCanvas > g[aria-hidden=true] > g")];
+  const boxes = words.map((word) => word.getBoundingClientRect());
+  const blocks = [...host.querySelectorAll(".blocklyBlockCanvas .blocklyDraggable > .blocklyPath")];
+  for (const [k, box] of boxes.entries()) {
+    if (box.left < view.left || box.right > view.right) faults.push(`word ${k} is cut off`);
+    if (boxes.some((other, j) => j > k && over(box, other))) faults.push(`word ${k} lies over the next`);
+    if (blocks.some((block) => over(box, body(block)))) faults.push(`word ${k} lies over a block`);
+    const digits = [...words[k].querySelectorAll("text")].flatMap((text) =>
+      [...text.textContent].map((_, at) => text.getExtentOfChar(at)).map(({ x, y, width }) => ({ x, y, width })));
+    digits.sort((a, b) => a.y - b.y || a.x - b.x);
+    for (const [at, { x, y, width }] of digits.entries())
+      if (digits[at + 1]?.y === y && digits[at + 1].x < x + width) faults.push(`digit ${at} of word ${k} lies over the next`);
+    if (digits.length !== 32) faults.push(`word ${k} has ${digits.length} bits`);
+  }
+  return { words: words.length, faults };
+}"""
