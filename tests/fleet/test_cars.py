@@ -14,7 +14,7 @@ from motorcade import Program, compile_program, forward, led
 from motorcade.boards.lines import PseudoTerminal
 from motorcade.car.loop import Car
 from motorcade.drive.tls.certificates import CarKeys, list_keys, make_keys
-from motorcade.drive.tls.keys import client_context, peer_number, server_context
+from motorcade.drive.tls.keys import client_context, name_in, peer_number, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.announcing import SERVICE, announced
 from motorcade.fleet.cars import Cars
@@ -250,7 +250,7 @@ def test_a_serial_device_that_is_no_car_is_left_alone_and_one_that_vanishes_is_a
 
     async def test():
         line = PseudoTerminal()
-        contact = Contact(Place(line.address), None, 115200)
+        contact = Contact(Place(line.address, found=True), None, 115200)
         task = asyncio.create_task(contact.run())
         while not task.done():
             line.write(b"$GPGGA,,,,,,0,,,,,,,,*66\r\n")
@@ -288,6 +288,23 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
         assert asyncio.run(reached(eve)) == "car-0"
 
 
+@pytest.mark.parametrize(("named", "problem"), [("", None), ("bo", "car-keys-refused")])
+def test_an_announced_car_has_to_prove_the_name_that_it_announces(named, problem, tmp_path):
+    """That of its keys, since a router gives it another address each day."""
+    make_keys(tmp_path, [CarKeys("ada")], ["bea"], datetime.now(UTC))
+    keys = tmp_path / "car-ada.pem"
+
+    async def test():
+        async with Cars(tls=client_context(tmp_path / "driver-bea.pem")) as cars, Finder(cars).looking(["127.0.0.1"]):
+            (status,) = await until(lambda: [each for each in cars.statuses() if each.problem or not each.away])
+            return status.problem and status.problem.code
+
+    with simulated_cars(1, tls=server_context(keys)) as made:
+        listener = ("127.0.0.1", int(made[0].address.rpartition(":")[2]))
+        with announced(CAR, "", listener, on_loopback=True, keys=named or name_in(keys)):
+            assert asyncio.run(test()) == problem
+
+
 def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
     """Real multicast DNS at the loopback interface."""
     from zeroconf import ServiceInfo, Zeroconf
@@ -298,7 +315,7 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
             await until(lambda: finder.others)
             network = Zeroconf(interfaces=["127.0.0.1"])
             try:
-                for number in range(100):
+                for number in range(1000):
                     text = {"kind": CAR, "name": "<b>../../" + "x" * 90}
                     name = f"car {number}.{SERVICE}"
                     info = ServiceInfo(

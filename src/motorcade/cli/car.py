@@ -136,7 +136,7 @@ def _run(
         return
     with ExitStack() as resources:
         parts = open_parts(resources, options, chosen, _observer(chosen, as_json), battery)
-        resources.enter_context(announcing(parts))
+        resources.enter_context(announcing(parts, options.keys))
         stops = _stops(resources, watchdog)
         made = _board(parts.equipment, pins if board == BoardName.RASPBERRY_PI else None, chosen, gpio_chip)
         key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
@@ -276,16 +276,17 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
 
 
 @contextmanager
-def announcing(parts: CarParts) -> "Iterator[None]":
+def announcing(parts: CarParts, keys: Path | None) -> "Iterator[None]":
     """Announce a car that others in the network can upload to, while the block runs."""
     if not parts.address.startswith("socket://"):
         yield
         return
+    from motorcade.drive.tls.keys import name_in
     from motorcade.fleet.announcing import announced
     from motorcade.fleet.places import CAR
 
     language, listener = current_language(), host_and_port(parts.address.removeprefix("socket://"))
-    with announced(CAR, parts.equipment.name, listener, lambda found: print_note(found.sentence(language))):
+    with announced(CAR, "", listener, lambda found: print_note(found.sentence(language)), keys=name_in(keys)):
         yield
 
 

@@ -98,7 +98,7 @@ def _serve(
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
-    from motorcade.drive.tls.keys import server_context
+    from motorcade.drive.tls.keys import name_in, server_context
     from motorcade.fleet.announcing import announced
     from motorcade.fleet.places import DRIVE
 
@@ -148,6 +148,7 @@ def _serve(
             (host, port),
             lambda problem: notes.append(problem.sentence(language)),
             telemetry=telemetry_port,
+            keys=name_in(keys),
         ):
             asyncio.run(serve(car, chosen, serving))
     if not as_json:

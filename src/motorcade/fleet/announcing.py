@@ -38,17 +38,17 @@ def announced(
         listener: the address and the port where it listens. What only this computer reaches is announced to nobody,
             except with ``on_loopback``.
         problem: called in another thread where that isn't possible; others then need a list.
-        properties: more for those who find it, such as ``telemetry``.
+        properties: more for those who find it, as `motorcade.fleet.places.Place` has it: ``telemetry``, ``keys``.
     """
     host, port = listener
     address = ipaddress.ip_address(host.partition("%")[0])
     if address.is_loopback and not on_loopback:
         yield
         return
-    if address.is_unspecified:
-        host = way_out() or host
-    name = (name or ("" if kind == CAR else socket.gethostname()))[:_MOST_OF_A_NAME]
-    text = {"kind": kind, "name": name} | {key: str(value) for key, value in properties.items()}
+    host = (way_out() if address.is_unspecified else None) or host
+    # A car says its own name, which may change.
+    name = "" if kind == CAR else name or socket.gethostname()
+    text = {"kind": kind, "name": name[:_MOST_OF_A_NAME]} | {key: str(value) for key, value in properties.items()}
     # In the background, since asking whether the name is free takes a second.
     with ThreadPoolExecutor(1) as background:
         registering = background.submit(_register, text, host, port, problem)

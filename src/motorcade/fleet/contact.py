@@ -154,7 +154,7 @@ class Contact:
                     self._answers.clear()
             except MotorcadeError as problem:
                 self._problem = problem
-                if problem.code == "no-car-at-port" and not self.place.name:
+                if problem.code == "no-car-at-port" and self.place.found:
                     return
             finally:
                 self.is_known.set()
@@ -193,10 +193,10 @@ class Contact:
 
     async def _use(self, link: Link) -> None:
         """Send heartbeats until the connection ends or the car misses three; then raise MotorcadeError."""
-        is_car, missed = bool(self.place.host) or await link.settle(), 0
-        if is_car:
-            self._link = link
-        while is_car and not link.ended.done() and missed < MISSES:
+        if not self.place.host:
+            await link.settle()
+        self._link, missed = link, 0
+        while not (link.is_strange or link.ended.done()) and missed < MISSES:
             heard_s = self._heard_s
             if not self._loads:
                 self._send(link, self.wanted or ASK)
@@ -208,7 +208,7 @@ class Contact:
             if missed:
                 self._answers.clear()
                 self.is_known.set()
-        if not is_car or link.is_strange or not (self.place.host or link.heard):
+        if link.is_strange or not (self.place.host or link.heard):
             raise MotorcadeError("no-car-at-port", port=self.place.address)
         raise MotorcadeError("car-away", car=self.name)
 
@@ -238,7 +238,7 @@ class DriveContact(Contact):
 
     def __init__(self, place: Place, tls: ssl.SSLContext | None, baud: int) -> None:
         super().__init__(place, tls, baud)
-        name = (place.name or None) if tls else None
+        name = (place.keys or place.name or None) if tls else None
         self._client = DriveClient(place.host, place.port, telemetry_port=place.telemetry_port, keys=tls, car=name)
 
     def status(self) -> CarStatus:

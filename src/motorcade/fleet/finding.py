@@ -60,7 +60,7 @@ class Finder:
             for device in known - there:
                 self._cars.remove(device)
             for device in there - known:
-                self._cars.add(Place(device))
+                self._cars.add(Place(device, found=True))
             known = there
             await asyncio.sleep(_PORTS_EVERY_S)
 
@@ -102,14 +102,13 @@ class Finder:
 
     def _take(self, hosts: list[str], port: int, properties: dict[str, str | None]) -> None:
         host = next((each for each in hosts if _is_near(each)), "")
-        kind, name = properties.get("kind") or "", safe_name(properties.get("name") or "")
+        kind, name, telemetry = (properties.get(key) or "" for key in ("kind", "name", "telemetry"))
         known = [*(each.place for each in self._cars.contacts.values()), *self.others.values()]
         if not host or sum(each.host == host for each in known) >= _MOST_OF_A_HOST:
             return
-        telemetry = properties.get("telemetry") or ""
         telemetry_port = int(telemetry) if telemetry.isdecimal() and len(telemetry) < 6 else 0
-        # A car says its own name; what announces it may be older.
-        place = network_place(host, port, name if kind != CAR else "", kind, telemetry_port)
+        place = network_place(host, port, safe_name(name), kind, telemetry_port)
+        place = place._replace(keys=properties.get("keys") or "", found=True)
         if kind in (CAR, DRIVE):
             self._cars.add(place)
         elif kind in (CLASS, STUDIO) and len(self.others) < _MOST_OF_A_HOST:

@@ -7,6 +7,7 @@ import ssl
 import threading
 from collections.abc import Callable
 from contextlib import closing, suppress
+from time import monotonic
 
 import serial
 
@@ -77,17 +78,14 @@ class Link(asyncio.Protocol):
         finally:
             self._uploaded = None
 
-    async def settle(self) -> bool:
-        """Wait until a serial device, which may be starting, is silent. Returns False where it never is."""
-        loop = asyncio.get_running_loop()
-        end_s = loop.time() + _LONGEST_NOISE_S
-        while loop.time() < end_s:
-            self.heard = False
+    async def settle(self) -> None:
+        """Wait until a serial device, which may be starting, is silent; one that never is, is strange."""
+        end_s = monotonic() + _LONGEST_NOISE_S
+        self.heard = True
+        while self.heard and not self.is_strange:
+            self.heard, self.is_strange = False, monotonic() > end_s
             await self._more(_SILENCE_S)
-            if not self.heard:
-                self._strange_lines = 0
-                return True
-        return False
+        self._strange_lines = 0
 
     def close(self) -> None:
         """End the connection."""
@@ -102,7 +100,7 @@ class Link(asyncio.Protocol):
         self._came.clear()
 
     def _write(self, data: bytes) -> None:
-        if self._transport and data and not self.ended.done():
+        if self._transport and data and not (self.is_strange or self.ended.done()):
             self._transport.write(data)
 
     # What asyncio calls
@@ -155,7 +153,7 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             port = await asyncio.to_thread(open_port, place.address, baud)
             return (await loop.create_connection(lambda: Link(baud), sock=_socket_of(port)))[1]
         # The name in a car's keys is its own, or its address.
-        name = (place.name or place.host) if tls else None
+        name = (place.keys or place.name or place.host) if tls else None
         async with asyncio.timeout(CONNECT_S):
             connecting = loop.create_connection(lambda: Link(0), place.host, place.port, ssl=tls, server_hostname=name)
             return (await connecting)[1]

@@ -25,6 +25,8 @@ class Place(NamedTuple):
         host: where it is at a network; empty for a serial port.
         port: of a network.
         telemetry_port: of a drive server.
+        keys: the name in its keys, as it announces that; empty where it doesn't.
+        found: whether it was found, and named by nobody: then it may be no car.
     """
 
     address: str
@@ -33,6 +35,8 @@ class Place(NamedTuple):
     host: str = ""
     port: int = 0
     telemetry_port: int = 0
+    keys: str = ""
+    found: bool = False
 
 
 def place_of(address: str, name: str = "") -> Place:

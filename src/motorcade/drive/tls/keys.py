@@ -65,6 +65,11 @@ def peer_number(line: ssl.SSLObject | ssl.SSLSocket | None) -> int | None:
     return int(str(number), 16) if number else None
 
 
+def name_in(keys: Path | None) -> str:
+    """The name in a car's keys file; empty without one. Raises MotorcadeError."""
+    return _text(keys).partition("\n")[0].removeprefix(title(CAR, "")) if keys else ""
+
+
 def title(role: str, name: str) -> str:
     """The first line of a keys file."""
     return _TITLE.format(role=role, name=name)
