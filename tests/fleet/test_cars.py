@@ -20,7 +20,7 @@ from motorcade.fleet.announcing import SERVICE, announced
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.contact import Contact
 from motorcade.fleet.finding import Finder
-from motorcade.fleet.places import CAR, STUDIO, Place, place_of, read_list
+from motorcade.fleet.places import CAR, CLASS, STUDIO, Place, place_of, read_list
 from motorcade.words.request import BLINK, GO, NAME, STOP, check_request
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
 from support.waiting import until
@@ -81,6 +81,12 @@ def test_all_are_stopped_and_all_begin_anew():
             cars.order(STOP)
             assert await cars.confirmed(30) == []
             assert [car.wheels for car in made] == [(0, 0)] * 3
+            # One that is found later is stopped, too.
+            with simulated_cars(1) as (late,):
+                cars.add(place_of(late.address))
+                await until(lambda: cars.contacts[late.address].status().state == "stopped")
+                assert late.wheels == (0, 0)
+                cars.remove(late.address)
             # What is loaded meanwhile waits, too.
             assert [each.error for each in await cars.load(SECOND, ["all"])] == [None] * 3
             assert [car.wheels for car in made] == [(0, 0)] * 3
@@ -315,17 +321,21 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
             await until(lambda: finder.others)
             network = Zeroconf(interfaces=["127.0.0.1"])
             try:
-                for number in range(1000):
-                    text = {"kind": CAR, "name": "<b>../../" + "x" * 90}
-                    name = f"car {number}.{SERVICE}"
+
+                def announce(number, text, host):
+                    name = f"it {number}.{SERVICE}"
                     info = ServiceInfo(
-                        SERVICE, name, 1 + number, 0, 0, text, "h.local.", parsed_addresses=["192.168.255.1"]
+                        SERVICE, name, 1 + number, 0, 0, text, f"h{host[-1]}.local.", parsed_addresses=[host]
                     )
                     network.registry.async_add(info)
                     network.async_send(network.generate_service_broadcast(info, 60))
-                await until(lambda: len(cars.statuses()) >= 60)
-                await asyncio.sleep(0)
-                assert len(cars.statuses()) <= 65
+
+                for number in range(1000):
+                    announce(number, {"kind": CAR, "name": "<b>../../" + "x" * 90}, "192.168.255.1")
+                announce(1000, {"kind": CLASS, "name": "last"}, "192.168.255.2")
+                await until(lambda: "last" in [each.name for each in finder.others.values()])
+                # 64 of the hostile host, and ada.
+                assert len(cars.statuses()) == 65
             finally:
                 network.close()
             return cars.statuses(), [each.name for each in finder.others.values()]
@@ -341,7 +351,7 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
             found, others = asyncio.run(test())
     assert problems == []
     assert [each.name for each in found if not each.away] == ["ada"]
-    assert others == ["<i>"]
+    assert others == ["<i>", "last"]
 
 
 @pytest.mark.parametrize(

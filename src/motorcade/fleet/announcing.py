@@ -49,33 +49,28 @@ def announced(
     # A car says its own name, which may change.
     name = "" if kind == CAR else name or socket.gethostname()
     text = {"kind": kind, "name": name[:_MOST_OF_A_NAME]} | {key: str(value) for key, value in properties.items()}
+    label = "-".join(re.findall(r"\w+", f"{kind} {host} {port}"))
+
+    def register() -> "Zeroconf | None":
+        network = None
+        try:
+            from zeroconf import ServiceInfo, Zeroconf
+
+            network = Zeroconf(interfaces=[host])
+            server = f"motorcade-{label}.local."
+            info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
+            network.register_service(info, allow_name_change=True)
+        except ModuleNotFoundError:
+            problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
+        except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
+            problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
+        return network
+
     # In the background, since asking whether the name is free takes a second.
     with ThreadPoolExecutor(1) as background:
-        registering = background.submit(_register, text, host, port, problem)
+        registering = background.submit(register)
         try:
             yield
         finally:
             if network := registering.result():
                 network.close()
-
-
-def _register(
-    text: dict[str, str], host: str, port: int, problem: Callable[[MotorcadeError], None]
-) -> "Zeroconf | None":
-    label = "-".join(re.findall(r"\w+", f"{text['kind']} {host} {port}"))
-    network = None
-    try:
-        from zeroconf import ServiceInfo, Zeroconf
-
-        network = Zeroconf(interfaces=[host])
-        server = f"motorcade-{label}.local."
-        info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
-        network.register_service(info, allow_name_change=True)
-    except ModuleNotFoundError:
-        problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
-    except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
-        problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
-        if network:
-            network.close()
-            network = None
-    return network

@@ -49,7 +49,9 @@ class Cars:
         tasks = list(self._tasks.values())
         for address in list(self._tasks):
             self.remove(address)
-        await asyncio.gather(*tasks, return_exceptions=True)
+        if tasks:
+            # Not by gather, which would make another's cancellation its own.
+            await asyncio.wait(tasks)
 
     def add(self, place: Place) -> None:
         """Ask also at ``place``; at most `MOST_CARS` places are kept."""
@@ -93,8 +95,9 @@ class Cars:
 
     def _named(self, name: str) -> Contact:
         # What somebody wrote counts before what a car, maybe a stranger's, says.
-        written = [each for each in self.contacts.values() if name in (each.place.address, each.place.name)]
-        found = written or [each for each in self.contacts.values() if name == each.name]
+        known = self.contacts.values()
+        written = [each for each in known if name in (each.place.address, each.place.name) and not each.place.found]
+        found = written or [each for each in known if name in (each.place.address, each.name)]
         if not found:
             raise MotorcadeError("no-such-car", car=safe_name(name))
         if len(found) > 1:

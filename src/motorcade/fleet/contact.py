@@ -3,7 +3,7 @@
 import asyncio
 import ssl
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from functools import partial
 from time import monotonic
 from typing import NamedTuple
@@ -78,8 +78,7 @@ class Contact:
 
     Args:
         place: where it is.
-        tls: a driver's keys (`motorcade.drive.tls.keys.client_context`), for cars that require them.
-        baud: of serial ports, bits a second.
+        tls, baud: as of `motorcade.fleet.cars.Cars`.
 
     Attributes:
         is_known: set once the car has answered, or a try to reach it has failed.
@@ -145,18 +144,15 @@ class Contact:
         """Stay connected, and ask again and again until cancelled; return where what nobody named is no car."""
         while True:
             try:
-                link = await connect(self.place, self._tls, self._baud)
-                try:
+                with closing(await connect(self.place, self._tls, self._baud)) as link:
                     await self._use(link)
-                finally:
-                    link.close()
-                    self._link = None
-                    self._answers.clear()
             except MotorcadeError as problem:
                 self._problem = problem
                 if problem.code == "no-car-at-port" and self.place.found:
                     return
             finally:
+                self._link = None
+                self._answers.clear()
                 self.is_known.set()
             await asyncio.sleep(_AGAIN_S)
 
@@ -187,8 +183,7 @@ class Contact:
             await asyncio.sleep(BEAT_S)
         if holds == AWAY:
             # What is wrong with a port says more.
-            port_problem = None if self.place.host else self._problem
-            error = port_problem or MotorcadeError("car-away", car=self.name)
+            error = (None if self.place.host else self._problem) or MotorcadeError("car-away", car=self.name)
         return Verdict(self.name, self.place.address, holds, error)
 
     async def _use(self, link: Link) -> None:
@@ -213,14 +208,13 @@ class Contact:
         raise MotorcadeError("car-away", car=self.name)
 
     def _send(self, link: Link, kind: str) -> None:
-        link.send(kind).add_done_callback(partial(self._take, kind))
+        def take(answer: asyncio.Future[Answer]) -> None:
+            if not answer.cancelled():
+                self._hear(answer.result())
+                if kind == self.wanted and not self._problem:
+                    self.wanted = ""
 
-    def _take(self, kind: str, answer: asyncio.Future[Answer]) -> None:
-        """Note an answer, and whether it confirms the last stop or go."""
-        if not answer.cancelled():
-            self._hear(answer.result())
-            if kind == self.wanted and not self._problem:
-                self.wanted = ""
+        link.send(kind).add_done_callback(take)
 
     def _hear(self, answer: Answer) -> None:
         if isinstance(answer, MotorcadeError):
@@ -244,7 +238,7 @@ class DriveContact(Contact):
     def status(self) -> CarStatus:
         telemetry, known = self._client.telemetry, super().status()
         if telemetry is None:
-            return known._replace(away=True)
+            return known
         return known._replace(state=telemetry.state, battery_mv=telemetry.battery_mv, away=False)
 
     async def ask(self, kind: str, name: str = "") -> None:
@@ -259,14 +253,13 @@ class DriveContact(Contact):
         try:
             while True:
                 self._problem = client.problem
-                if client.telemetry:
-                    self._heard_s = monotonic()
-                    if kind := self.wanted:
-                        with suppress(MotorcadeError):
-                            await (client.stop() if kind == STOP else client.clear())
-                            self.wanted = "" if self.wanted == kind else self.wanted
+                self._heard_s = monotonic() if client.telemetry else self._heard_s
                 if client.telemetry or client.problem:
                     self.is_known.set()
+                if client.telemetry and (kind := self.wanted):
+                    with suppress(MotorcadeError):
+                        await (client.stop() if kind == STOP else client.clear())
+                        self.wanted = "" if self.wanted == kind else self.wanted
                 await asyncio.sleep(_ORDER_S)
         finally:
             await client.end()

@@ -50,7 +50,7 @@ class Finder:
         finally:
             for task in tasks:
                 task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await asyncio.wait(tasks)
 
     async def _watch_ports(self) -> None:
         """Ask at each serial port with a known board, once after it is plugged in."""

@@ -26,8 +26,8 @@ _MOST_LINES = 40
 # A serial device that sends by itself for so long is no car. Boards say something when they start.
 _SILENCE_S, _LONGEST_NOISE_S = 0.4, 3.0
 
+# The fields of a car's answer, or why it refuses.
 Answer = dict[str, str] | MotorcadeError
-"""The fields of a car's answer, or why it refuses."""
 
 
 class Link(asyncio.Protocol):
@@ -54,7 +54,7 @@ class Link(asyncio.Protocol):
         # What came for an upload; None where there is none.
         self._uploaded: bytes | None = None
         self._came = asyncio.Event()
-        self._transport: asyncio.WriteTransport | None = None
+        self._transport: asyncio.WriteTransport
 
     def send(self, kind: str, name: str = "") -> asyncio.Future[Answer]:
         """Send a request at once. Returns its answer to come; it is cancelled where the connection ends first."""
@@ -89,8 +89,7 @@ class Link(asyncio.Protocol):
 
     def close(self) -> None:
         """End the connection."""
-        if self._transport:
-            self._transport.abort()
+        self._transport.abort()
 
     async def _more(self, seconds: float) -> None:
         """Wait until bytes have come, the connection has ended, or ``seconds`` have passed."""
@@ -100,7 +99,7 @@ class Link(asyncio.Protocol):
         self._came.clear()
 
     def _write(self, data: bytes) -> None:
-        if self._transport and data and not (self.is_strange or self.ended.done()):
+        if data and not (self.is_strange or self.ended.done()):
             self._transport.write(data)
 
     # What asyncio calls

@@ -22,8 +22,7 @@ class Place(NamedTuple):
         address: a serial port, such as /dev/ttyUSB0, or HOST:PORT.
         name: what the list or the announcement calls the car; text of a stranger, made safe by `safe_name`.
         kind: CAR, or DRIVE for a drive server.
-        host: where it is at a network; empty for a serial port.
-        port: of a network.
+        host, port: where it is in a network; host is empty for a serial port.
         telemetry_port: of a drive server.
         keys: the name in its keys, as it announces that; empty where it doesn't.
         found: whether it was found, and named by nobody: then it may be no car.

@@ -120,9 +120,9 @@ class CarList:
         finally:
             self._pages -= 1
             async with self._lock:
-                if self._pages == 0:
+                if self._pages == 0 and self._loads:
                     # A page that is loaded anew finds its uploads at their end.
-                    await asyncio.gather(*self._loads, return_exceptions=True)
+                    await asyncio.wait(self._loads)
                 if self._pages == 0:
                     await self._resources.aclose()
 
