@@ -198,8 +198,8 @@ BREAKS = (
         "the-horn-goes-on",
         "driving",
         "drive/motors.py",
-        "or age_ms > self._fresh_ms\n",
-        "or False\n",
+        "        self._fresh_ms = fresh_ms\n",
+        "        self._fresh_ms = 20 * fresh_ms\n",
     ),
     # A class.
     Break(

@@ -39,9 +39,9 @@ class Driver:
         self._hold = self._broken_hold = 0
         self._holds: dict[tuple[int, int, int], int] = {}
 
-    def freeze(self) -> None:
+    def freeze(self, seconds: float | None = None) -> None:
         self.run.world.count("freeze")
-        self.process.freeze(self.random.choice((0.1, 0.4, 1.0, 5.0)))
+        self.process.freeze(seconds or self.random.choice((0.1, 0.4, 1.0, 5.0)))
 
     def note_words(self, data: bytes) -> None:
         """Commands are sent: remember when."""
@@ -65,7 +65,7 @@ class Driver:
     def note_moved(self, setpoint: tuple[int, int, int]) -> None:
         """A command of this driver moves the wheels: not one of a stick that was held while the connection broke."""
         if not self.rearm:
-            is_new = self._holds[setpoint] > self._broken_hold
+            is_new = self._holds[setpoint] > self._broken_hold or self.run.pins.is_disturbed
             self.run.world.keep("held-stick", is_new, "a stick that was held while the connection broke moves the car")
 
     def start(self) -> None:
@@ -73,7 +73,7 @@ class Driver:
 
     async def _drive(self) -> None:
         run, random = self.run, self.random
-        await asyncio.sleep(random.uniform(0.0, 0.5))
+        await asyncio.sleep(run.others_begin_s + random.uniform(0.0, 0.5))
         self.client = client = DriveClient("car", _COMMANDS, rearm=self.rearm)
         connection = client.begin
         connection()
@@ -102,10 +102,21 @@ class Driver:
         elif what < 0.75:
             await asyncio.sleep(random.uniform(0.1, 0.6))
         elif what < 0.85:
-            client.steer(0.0, 0.0)
-            await asyncio.sleep(0.1)
+            await self._honk(client, end_s)
         else:
             await self._ask(client)
+
+    async def _honk(self, client: DriveClient, end_s: float) -> None:
+        """Honk while the car stands; sometimes the program is frozen meanwhile."""
+        run = self.run
+        if self.random.random() < 0.3:
+            run.world.after(0.3, lambda: None if run.is_healed else self.freeze(2.5))
+        while run.world.now_s < end_s and not run.is_healed:
+            with suppress(CarError):
+                client.steer(0.0, 0.0, horn=1)
+            await asyncio.sleep(_PERIOD_S)
+        client.steer(0.0, 0.0)
+        await asyncio.sleep(0.1)
 
     async def _ask(self, client: DriveClient) -> None:
         pins, what = self.run.pins, self.random.choice(("request", "release", "stop", "clear"))
@@ -173,6 +184,8 @@ class SeedDriver(Driver):
                         throttle, steering = self._position()
                         writer.write(pack_word(stick_word(0.0 if stands else throttle, steering)))
                         await asyncio.sleep(0.05)
+                    if random.random() < 0.2:
+                        break
                     await asyncio.sleep(random.choice((0.0, 0.4, 1.0, 5.2)))
                 writer.transport.abort()
             await asyncio.sleep(0.3)
@@ -211,9 +224,13 @@ class Watcher:
 
     async def stop_with(self, client: DriveClient) -> None:
         """Stop the car; where it has answered nothing moves until somebody begins to lift the stop."""
-        clears, car = self._clears, self.run.car
+        clears, car = self._clears_before(), self.run.car
         await client.stop()
         self._halt(clears, car)
+
+    def _clears_before(self) -> int:
+        """How often somebody began to lift a stop; -1 where that goes on: the car may get it after a new stop."""
+        return -1 if self._clearing else self._clears
 
     def _halt(self, clears: int, car: Process) -> None:
         """A stop was answered: it holds, unless somebody began to lift it meanwhile, or the server started again."""
@@ -240,7 +257,7 @@ class Watcher:
     async def _stop_as_newcomer(self) -> None:
         """Stop by a new connection, which needs no place, while strangers take all places."""
         run = self.run
-        clears, car, is_calm = self._clears, run.car, not run.pins.is_disturbed and not run.car.is_dead
+        clears, car, is_calm = self._clears_before(), run.car, not run.pins.is_disturbed and not run.car.is_dead
         begin_s = run.world.now_s
         with suppress(OSError, asyncio.IncompleteReadError, TimeoutError):
             async with asyncio.timeout(2.0):
@@ -280,14 +297,15 @@ class Stranger:
         await asyncio.sleep(self.random.uniform(0.2, 2.0))
         writers = []
         reads = self.random.random() < 0.5
-        for _ in range(self.random.choice((3, 12, 48))):
+        count = self.random.choice((3, 12, 100))
+        for _ in range(count):
             with suppress(OSError):
                 _, writer = await asyncio.open_connection("car", self.random.choice((_COMMANDS, _TELEMETRY)))
                 writers.append(writer)
                 if not reads:
                     writer.transport.pause_reading()
                 writer.write(self._bytes() * self.random.choice((1, 1, 1, 300)))
-            await asyncio.sleep(self.random.uniform(0.0, 0.05))
+            await asyncio.sleep(self.random.uniform(0.0, 0.6 / count))
         while True:
             await asyncio.sleep(0.3)
             for writer in writers:

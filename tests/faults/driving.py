@@ -40,8 +40,10 @@ _pins: Pins | None = None
 def rescue() -> None:
     """Stop the wheels from the guard; the pins of a process are free only some time after its end."""
     assert _pins
-    if world().random.random() < 0.3:
+    if _pins.held < 2 and world().random.random() < 0.3:
+        _pins.held += 1
         raise OSError("the pins are held")
+    _pins.held = 0
     _pins.neutral("guard")
     for name in Board.switches:
         _pins.switch(name, False)
@@ -62,6 +64,8 @@ class Board(DriveBoard):
             pins.world.count("hardware hangs")
             pins.disturb(hangs_s)
             pins.is_hanging = True
+            # The command that hangs is the last one that came.
+            pins.moved_s = pins.world.now_s
             pins.world.sleep(hangs_s)
             pins.is_hanging = False
         if pins.fails > 0:
@@ -105,8 +109,11 @@ class Driving:
         self.network.link("watcher", 0.003)
         self.network.watch = self._connected
         self.drivers = [Driver(self, 0, rearm=True), Driver(self, 1, rearm=False)]
-        if random.random() < 0.3:
+        # Where others drive too, their commands with speed 0 would hide that a client moves a car without arming it.
+        self.others_begin_s = _FAULTS_S if random.random() < 0.15 else 0.0
+        if self.others_begin_s or random.random() < 0.3:
             self.drivers.append(SeedDriver(self, 2, rearm=True))
+            self.pins.unstamped.add(2)
         self.watcher = Watcher(self)
         self.strangers = [Stranger(self, number) for number in range(4) if random.random() < 0.1]
         self.pins.has_strangers = bool(self.strangers)

@@ -81,8 +81,8 @@ PROMISES = (
         ("driving:stands-in-time", "driving:gone-stops"),
         ("without a fresh command the wheels stop within 300 ms", "没有新指令时，车轮在 300 毫秒内停下"),
         (
-            "time since the last command; 330 ms where a server is killed or frozen, at once where a driver leaves",
-            "最后一条指令之后的时间；服务被终止或冻结时为 330 毫秒；驾驶者离开时立即停下",
+            "300 ms after the last command, 330 ms after a server is killed or frozen, at once after a driver has left",
+            "最后一条指令之后 300 毫秒；服务被终止或冻结之后 330 毫秒；驾驶者离开之后立即停下",
         ),
     ),
     Promise(
