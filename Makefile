@@ -46,8 +46,10 @@ test: setup
 	$(BIN)/python hatch_build.py test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
-soak: setup ## the same tests with many more examples; slow
+soak: setup ## the same tests with many more examples; then bytes made by a fuzzer, and code that is changed; slow
 	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m tests.fuzz --seconds 300
+	$(BIN)/python -m tests.mutants
 
 lint: setup
 	$(BIN)/ruff check .

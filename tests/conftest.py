@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from filelock import FileLock
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 # Tests start hundreds of processes, each of which would compile all of Motorcade anew where Python may store nothing.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -18,6 +18,9 @@ sys.dont_write_bytecode = False
 # The same examples in each run, so that a failure comes from the change; `make soak` draws many more.
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=40)
 settings.register_profile("few", deadline=None, derandomize=True, max_examples=20)
+# For code that was changed on purpose: which example fails doesn't matter, so none is made smaller.
+phases = (Phase.explicit, Phase.generate)
+settings.register_profile("mutants", settings.get_profile("few"), phases=phases, database=None)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
 settings.load_profile("quick")
 

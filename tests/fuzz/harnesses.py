@@ -1,0 +1,322 @@
+"""What comes from others, one program for each kind: whatever comes, the answer is a sentence or the thing itself."""
+
+import asyncio
+import json
+import struct
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import msgspec
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from msgspec import structs
+from starlette.websockets import WebSocketDisconnect
+from tests.fuzz import documents
+from tests.fuzz.documents import damaged
+
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.car import brain, frames
+from motorcade.car.senses import NOTHING
+from motorcade.classroom.app import REQUESTS
+from motorcade.classroom.pairs import Pairs
+from motorcade.classroom.record import from_bytes, to_bytes
+from motorcade.classroom.room import Classroom
+from motorcade.classroom.views import class_view, pupil_view
+from motorcade.config.profile import built_in_profile, levels_of
+from motorcade.errors import MotorcadeError
+from motorcade.mats.document import check_mat, document_of, mat_of, parse_mat
+from motorcade.missions.document import OWN, parse_mission
+from motorcade.program.decompiler import decompile
+from motorcade.program.python_reader import read_python
+from motorcade.program.python_writer import python_text, updated_text
+from motorcade.runs.recorder import open_recording
+from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.remote.page_session import PageSession
+from motorcade.server.request_filter import ServerSettings
+from motorcade.server.studio.driving import build_world
+from motorcade.service.documents import open_file, open_text, project_text
+from motorcade.service.messages import Blocks, decode
+from motorcade.service.programs import compile_blocks, error_answer
+from motorcade.service.world_messages import WorldMessage
+from motorcade.service.world_session import WorldSession
+from motorcade.words import upload
+from motorcade.words.check import check_request
+from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
+from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
+from motorcade.words.request import car_request
+from motorcade.words.ticks import later_ms
+from support.classrooms import MAT as NO_MAT
+from support.classrooms import with_pupils
+from support.recorded_run import record, world
+from support.soak import SOAK
+from support.socketless_car import Car, ask, command, receive
+from support.strategies import tagged_frames
+from support.upload_ends import NO_PROGRAM, events_of, images
+from support.upload_ends import Car as ReceivingCar
+
+PROFILE = built_in_profile("classroom")
+LEVELS = levels_of(PROFILE)
+HARNESSES: dict[str, Any] = {}
+BITS = st.integers(0, (1 << 32) - 1)
+
+
+def harness(*arguments: Any) -> Callable[[Callable[..., None]], Any]:
+    """Make a function of such arguments a test by Hypothesis, whose ``fuzz_one_input`` takes bytes."""
+
+    def made(function: Callable[..., None]) -> Any:
+        few = settings(max_examples=1000 if SOAK else 8, suppress_health_check=list(HealthCheck))
+        HARNESSES[function.__name__] = few(given(*arguments)(function))
+        return HARNESSES[function.__name__]
+
+    return made
+
+
+@contextmanager
+def refused() -> Iterator[None]:
+    """Where Motorcade refuses, it says why, in each language."""
+    try:
+        yield
+    except MotorcadeError as problem:
+        answer = error_answer(problem)
+    else:
+        return
+    assert msgspec.json.encode(answer)
+    assert all(answer.sentence.values())
+
+
+@harness(st.lists(st.tuples(tagged_frames() | BITS, st.integers(0, 40_000), st.integers(0, 1)), max_size=20))
+def infrared_frames(heard):
+    s, now = [0] * brain.SIZE, 0
+    brain.switch_on(s, 1, now)
+    for frame, wait_ms, is_busy in heard:
+        now = later_ms(now, wait_ms)
+        brain.follower_step(s, now, LEVELS)
+        is_good = parity_is_even(frame) and (check_is_good(frame) if tag_of(frame) else frame & 0x7FE == 0)
+        assert frames.follower_hears(s, frame, now, LEVELS) != frames.BEGUN or is_good
+        if frames.follower_sends(s, is_busy, now, LEVELS):
+            assert parity_is_even(frames.follower_frame(s))
+        assert 0 <= brain.wheels(s, NOTHING, now, LEVELS) < 12
+        assert all(0 <= each < 1 << 32 for each in s)
+
+
+@harness(st.lists(st.tuples(BITS, st.integers(-70, 70), st.lists(st.integers(0, 20_000), max_size=3)), max_size=4))
+def marks_and_spaces(sent):
+    receiver = FrameReceiver()
+    for frame, stretch_us, noise in sent:
+        # A receiver makes all marks longer and all spaces shorter, or the other way round.
+        exact = enumerate(frame_durations_us(frame))
+        clean = [us + (stretch_us if place % 2 == 0 else -stretch_us) for place, us in exact]
+        for place, us in enumerate((*noise, *([5000] if len(noise) % 2 else []), *clean, 40_000)):
+            receiver.receive_mark(us) if place % 2 == 0 else receiver.receive_space(us)
+        found = list(iter(receiver.next_frame, None))
+        assert noise or found == [frame]
+
+
+@harness(images() | st.binary(max_size=60), st.lists(st.tuples(st.integers(0, 100), st.integers(0, 255)), max_size=3))
+def image_files(data, changes):
+    content = bytearray(data)
+    for at, byte in changes:
+        content[at : at + 1] = bytes([byte])
+    data, car = bytes(content), ReceivingCar()
+    car.take(data, 0)
+    car.take(b"", 600)
+    is_image = False
+    with refused():
+        is_image = words_to_bytes(image_words(parse_image_bytes(data))) == data
+        assert decompile(bytes_to_words(data)).as_json()
+    assert is_image == (car.stored == data) or data == NO_PROGRAM
+
+
+@cache
+def _sendings() -> st.SearchStrategy[bytes]:
+    made = st.builds(check_request, BITS, st.integers(0, 255)) | st.builds(
+        car_request, st.sampled_from("abnsg?"), st.integers(0, 255), st.text("abc-_", max_size=32)
+    )
+    return st.one_of(images(), st.binary(max_size=12), made, st.just(upload.READBACK_REQUEST))
+
+
+@harness(
+    st.lists(st.tuples(_sendings(), st.integers(0, 60), st.sampled_from([0, 1, 499, 500, 9999, 10_000])), max_size=8),
+    st.integers(12, 40),
+    st.integers(1, 40),
+)
+def upload_receiver(sent, most_words, work_words):
+    end, stored = upload.CarEnd(most_words, work_words), b""
+    arrivals = [(part, wait_ms) for data, cut, wait_ms in sent for part in (data[:cut], data[cut:])]
+    for event in events_of(end, [*arrivals, *[(b"", 600)] * 60, (b"", 10_000)], 0):
+        assert event.answer == b"" or event.answer.isascii()
+        if event.kind == upload.IMAGE:
+            stored = event.image
+            assert len(stored) <= 4 * most_words
+            parse_image_bytes(stored)
+    image = bytes.fromhex("02000000 65800000 6a800000")
+    events = events_of(end, [(image, 0), *[(b"", 1)] * 4], 100_000)
+    assert [event.image for event in events if event.kind == upload.IMAGE] == [image]
+
+
+@harness(
+    st.lists(
+        st.tuples(
+            st.integers(0, 2),
+            st.one_of(st.builds(command, st.integers(0, 180), st.integers(0, 255)), st.binary(max_size=40)),
+            damaged(documents.DRIVE_REQUESTS),
+            st.sampled_from([0, 10, 100, 299, 301, 5001]),
+        ),
+        max_size=12,
+    )
+)
+def drive_wire(sent):
+    car = Car()
+    drivers = [car.commands(port)[0] for port in range(3)]
+    channels = [car.telemetry(2000 + port)[0] for port in range(3)]
+    for number, data, text, wait_ms in sent:
+        car.now_ms += wait_ms
+        receive(drivers[number], data)
+        request = text.encode(errors="replace")
+        if channels[number].line:
+            channels[number].data_received(struct.pack(">I", len(request)) + request)
+        car.control.beat()
+        car.tell()
+    channel, line = car.telemetry(3000, "192.168.1.9")
+    assert ask(channel, line, do="stop")["ok"]
+    assert car.control.telemetry()[:4] == ("stopped", 90, 1, 0)
+
+
+@harness(st.lists(st.tuples(damaged(documents.WORLD_MESSAGES), st.integers(0, 600)), max_size=6))
+def studio_messages(sent):
+    session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 30), (1 << 20, 1 << 18))
+    now_s, answers = 0.0, session.connect()
+    answers += session.receive(decode(documents.WORLD_MESSAGES[1], WorldMessage))
+    for text, wait_ms in sent:
+        with refused():
+            answers += session.receive(decode(text.encode(errors="replace"), WorldMessage))
+        now_s += wait_ms / 1000
+        answers += session.advance(now_s)
+    for answer in answers:
+        assert isinstance(answer, bytes) or msgspec.json.encode(answer)
+    assert session.state().t_ms >= 0
+
+
+_ASKED = sorted(name for name, (kind, _) in REQUESTS.items() if kind in (Classroom, Pairs))
+
+
+@harness(
+    st.lists(
+        st.tuples(
+            st.sampled_from(_ASKED), damaged(documents.CLASS_MESSAGES), st.sampled_from(["01", "02", "03", "09"])
+        ),
+        max_size=8,
+    )
+)
+def class_messages(sent):
+    room = with_pupils("Mia", "Ben", "小明", cars=["red"])
+    pairs, now_s = Pairs(room), 0.0
+    pairs.begin("01", "02", "Ours")
+    for name, text, who in sent:
+        now_s += 1.0
+        kind, exchange = REQUESTS[name]
+        given_ = {"asks": None, "who": who, "now_s": now_s}
+        with refused():
+            message = decode(text.encode(errors="replace"), exchange.message)
+            owner = room if kind is Classroom else pairs
+            exchange.method(owner, **{each: given_[each] for each in exchange.given}, **structs.asdict(message))
+        assert from_bytes(to_bytes(room.record), "class.json") == room.record
+        msgspec.json.encode(class_view(room, NO_MAT, now_s))
+        for pupil in room.record.pupils:
+            msgspec.json.encode(pupil_view(room, pupil, NO_MAT, pairs.view(pupil.id)))
+
+
+class _Page:
+    """The WebSocket of a page that sends texts and leaves; the server's other tasks run between them."""
+
+    client, query_params = ("192.168.1.7", 5000), {"name": "Mia"}
+
+    def __init__(self, texts: list[str], sent: list[bytes | str]) -> None:
+        self._texts = iter(texts)
+        self.send_text = self.send_bytes = self._send
+        self._sent = sent
+
+    async def _send(self, data: bytes | str) -> None:
+        self._sent.append(data)
+
+    async def receive(self) -> dict[str, Any]:
+        for _ in range(4):
+            await asyncio.sleep(0)
+        text = next(self._texts, None)
+        return {"type": "websocket.disconnect"} if text is None else {"type": "websocket.receive", "text": text}
+
+    async def close(self, code: int) -> None:
+        raise WebSocketDisconnect(code)
+
+
+@harness(st.lists(damaged(documents.REMOTE_MESSAGES), max_size=12))
+def remote_messages(texts):
+    car, sent = Car(), []
+    page = _Page([documents.REMOTE_MESSAGES[0], *(text.encode(errors="replace").decode() for text in texts)], sent)
+    clock = ServerSettings(clock=lambda: car.now_ms / 1000)
+    asyncio.run(PageSession(page, SingleCar(car.control), clock).serve())
+    assert all(json.loads(each)["is"] in ("hello", "telemetry", "received", "error") for each in sent)
+    # Who has left moves nothing, whatever was sent.
+    assert car.control.telemetry().speed == 0
+    assert car.control.telemetry().driver is None
+
+
+@harness(damaged(documents.projects()))
+def project_files(text):
+    with refused():
+        project = open_file(text)
+        stored = project_text(project)
+        assert open_text(stored) == project
+        compile_blocks(Blocks(project.leader, project.followers, project.profile))
+
+
+@harness(damaged(documents.python_texts()))
+def python_programs(text):
+    with refused():
+        read = read_python(text)
+        again = read_python(python_text(read.program)).program
+        assert again.as_json() == read.program.as_json()
+        assert read_python(updated_text(read, read.program)).program.as_json() == again.as_json()
+
+
+@harness(damaged(documents.toml_files("examples/mats")))
+def mat_files(text):
+    with refused():
+        mat = parse_mat(text, "mat.toml", "TOML")
+        check_mat(mat, PROFILE)
+        assert document_of(mat_of(document_of(mat), "again")) == document_of(mat)
+
+
+@harness(damaged(documents.toml_files("src/motorcade/missions/gallery")))
+def mission_files(text):
+    with refused():
+        assert parse_mission(text, OWN, "TOML").goals
+
+
+@cache
+def _recording() -> tuple[tempfile.TemporaryDirectory[str], Path, bytes]:
+    """A folder, which is removed at the end, a short recording in it, and its bytes."""
+    folder = tempfile.TemporaryDirectory(prefix="motorcade-")
+    path = Path(folder.name) / "run.mcap"
+    record([path], world(seeds=7), 300)
+    return folder, path, path.read_bytes()
+
+
+@harness(st.integers(0, 1 << 32), st.lists(st.tuples(st.integers(0, 1 << 14), st.binary(max_size=8)), max_size=4))
+def recordings(seed, changes):
+    _, path, data = _recording()
+    content, random = bytearray(data), Random(seed)
+    for at, replaced in changes:
+        at %= len(content)
+        content[at : at + len(replaced)] = replaced
+    path.write_bytes(content[: random.randrange(len(content))] if seed % 4 == 0 else content)
+    with refused():
+        opened = open_recording(path)
+        assert opened.last_ms >= 0
+        assert len([*opened.moments(), *opened.events()]) >= 0
+        msgspec.json.encode(opened.about.to_dict())
