@@ -45,10 +45,9 @@ from motorcade.service.programs import compile_blocks, error_answer
 from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
 from motorcade.words import upload
-from motorcade.words.check import check_request
 from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
-from motorcade.words.request import car_request
+from motorcade.words.request import car_request, check_request
 from motorcade.words.ticks import later_ms
 from support.classrooms import MAT as NO_MAT
 from support.classrooms import with_pupils
