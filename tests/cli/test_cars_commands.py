@@ -13,6 +13,7 @@ from motorcade.config.cars import cars_text
 from motorcade.upload import ports
 from support.command_line import data, refusal, run
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
+from support.terminal_process import terminal
 from support.waiting import wait_until
 
 LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
@@ -131,3 +132,23 @@ def test_many_simulated_cars_are_one_process_and_a_list(tmp_path):
             process.terminate()
             assert process.wait() == 0
             process.stdout.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_table_in_a_terminal_is_live_stops_all_by_a_key_and_leaves_the_terminal_as_it_was(tmp_path):
+    import termios
+
+    def echoes():
+        return bool(termios.tcgetattr(user.handle)[3] & termios.ECHO)
+
+    with simulated_cars(2) as cars:
+        room = listed(tmp_path, cars, ("cable", "/dev/nowhere"))
+        with terminal("cars", "--list", room) as user:
+            user.wait_for("There is no port /dev/nowhere")
+            user.wait_for("2 here, 1 away")
+            user.wait(lambda: not echoes())
+            user.wait(lambda: user.type(b"s") or [car.wheels for car in cars] == [(0, 0)] * 2)
+            user.wait_for("stopped")
+            user.type(b"q")
+            user.wait(lambda: user.process.poll() is not None)
+            assert (user.process.returncode, echoes()) == (0, True)

@@ -5,8 +5,8 @@ import re
 import sys
 import time
 from binascii import crc32
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager, nullcontext
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -153,31 +153,43 @@ async def _show_cars(search: Search) -> None:
     async with _looking(search) as (cars, finder):
         ended = asyncio.Event()
         actions = {"s": lambda: cars.order(STOP), "g": lambda: cars.order(GO), "q": ended.set}
-        _read_keys(lambda key: loop.call_soon_threadsafe(actions.get(key.lower(), lambda: None)), ended)
-        with Live(_table(cars.statuses(), finder), auto_refresh=False, screen=False) as live:
+        live = Live(_table(cars.statuses(), finder), auto_refresh=False, screen=False)
+        with _reading_keys(lambda key: loop.call_soon_threadsafe(actions.get(key, lambda: None))), live:
             while not ended.is_set():
                 await asyncio.sleep(_DRAW_S)
                 live.update(_table(cars.statuses(), finder), refresh=True)
 
 
-def _read_keys(pressed: Callable[[str], object], ended: asyncio.Event) -> None:
+@contextmanager
+def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
     """Call ``pressed`` with each key, in a thread; without the library for keys, Ctrl-C alone ends the table."""
     import threading
 
-    try:
-        from blessed import Terminal
-    except ModuleNotFoundError:
-        return
-    terminal = Terminal()
+    over = threading.Event()
 
     def read() -> None:
+        # It asks the terminal what it is, and waits for seconds where that doesn't answer.
+        terminal = Terminal()
         with terminal.cbreak():
-            while not ended.is_set():
+            while not over.is_set():
                 if key := terminal.inkey(timeout=_DRAW_S):
-                    pressed(str(key))
+                    pressed(str(key).lower())
 
-    if sys.stdin and sys.stdin.isatty():
-        threading.Thread(target=read, daemon=True).start()
+    thread = threading.Thread(target=read, daemon=True)
+    try:
+        from blessed import Terminal
+
+        if sys.stdin and sys.stdin.isatty():
+            thread.start()
+    except ModuleNotFoundError:
+        pass
+    try:
+        yield
+    finally:
+        over.set()
+        if thread.is_alive():
+            # It gives the terminal its echo back.
+            thread.join(_DRAW_S * 5)
 
 
 def _table(rows: "Sequence[CarStatus]", finder: "Finder") -> "Table":
@@ -191,6 +203,8 @@ def _table(rows: "Sequence[CarStatus]", finder: "Finder") -> "Table":
     lines = [counted, translated("cars-keys")]
     if others:
         lines.append(translated("cars-others", list=", ".join(others)))
+    problems = [f"{row.name}: {row.problem.sentence(current_language())}" for row in rows if row.problem]
+    lines += problems[:_MOST_BARS]
     if finder.problem:
         lines.append(finder.problem.sentence(current_language()))
     from rich.text import Text
@@ -205,11 +219,8 @@ def _cells(row: "CarStatus") -> "list[Any]":
     from rich.text import Text
 
     program = "" if row.crc32 is None else translated("cars-program", words=row.words or 0, crc32=row.crc32)
-    if row.problem:
-        seen = row.problem.sentence(current_language())
-    else:
-        silent_s = row.silent_s or 0
-        seen = translated("cars-away", seconds=round(silent_s)) if row.away else translated("cars-here")
+    silent = "cars-silent" if row.silent_s is None else "cars-away"
+    seen = translated(silent, seconds=round(row.silent_s or 0)) if row.away else translated("cars-here")
     cells = [
         row.name,
         "" if row.number is None else str(row.number),
@@ -259,7 +270,7 @@ def _verdict_table(verdicts: "Sequence[Verdict]", checksum: str) -> "Table":
     for each in verdicts:
         holds = translated(f"load-{each.holds}", crc32=checksum)
         why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
-        table.add_row(Text(each.car), Text(each.where), Text(f"{holds} {why}".strip()))
+        table.add_row(Text(each.car), Text(each.where), Text(f"{holds}\n{why}".strip()))
     return table
 
 
