@@ -200,7 +200,7 @@ def test_a_profile_that_was_asked_for_and_is_not_there_gets_one_sentence(tmp_pat
 
 @pytest.mark.parametrize("typed", ["compile", "decompile", "inspect", "simulate", "upload --port no-such-port"])
 def test_a_file_that_is_not_there_and_a_directory_are_usage_errors(typed, tmp_path):
-    for path, says in ((tmp_path / "nothing.json", "does not exist"), (tmp_path, "is a directory")):
+    for path, says in ((tmp_path / "nothing.json", "there is no file"), (tmp_path, "is a folder")):
         ran = run(*typed.split(), path)
         assert (ran.code, ran.out) == (2, "")
         assert says in ran.err

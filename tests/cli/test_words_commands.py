@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -80,12 +81,33 @@ def test_no_arguments_print_the_help():
     assert ran.out.strip() == run("--help").out.strip()
 
 
-@pytest.mark.parametrize("typed", ["fly", "--fly", "decode", "decode control", "encode", "compile", "upload it"])
-def test_missing_or_unknown_arguments_are_usage_errors(typed):
+@pytest.mark.parametrize(
+    ("typed", "says"),
+    [
+        ("fly", "there is no command 'fly'"),
+        ("--fly", "there is no option --fly here"),
+        ("studio --jsn", "there is no option --jsn here; similar ones: --json"),
+        ("studio --json=1", "the option '--json' takes no value"),
+        ("studio --port", "the option '--port' needs a value"),
+        ("studio --port x", "'--port': 'x' is no whole number"),
+        ("studio --port 99999", "'--port': 99999 is outside 0<=x<=65535"),
+        ("car run --board toaster", "'--board': 'toaster' is not allowed; choose one of 'simulated', 'raspberry-pi'"),
+        ("drive", "a command is missing"),
+        ("encode", "'FORMAT' is missing"),
+        ("decode control", "'WORD...' is missing"),
+        ("upload it", "'PROJECT|IMAGE': there is no file 'it'"),
+        ("ports more", "this is too much: more"),
+    ],
+)
+def test_missing_or_unknown_arguments_are_told_in_both_languages(typed, says, monkeypatch):
+    monkeypatch.setenv("LC_ALL", "en_GB.UTF-8")
     ran = run(*typed.split())
     assert (ran.code, ran.out) == (2, "")
-    assert "Usage:" in ran.err
-    assert "Traceback" not in ran.err
+    assert ran.err.startswith(f"motorcade: {says}; `motorcade ")
+    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    told = run(*typed.split()).err
+    assert re.search("[\u4e00-\u9fff]", told.partition("`")[0])
+    assert told != ran.err
 
 
 @pytest.mark.parametrize("command", ["decode", "decompile", "inspect"])

@@ -12,16 +12,22 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import car, cars, classroom, drive, missions, pages, runs, uploads, words
-from motorcade.cli.language import current_language, language_in, request_language, translate_help
-from motorcade.cli.options import Json, print_json
+from motorcade.cli.language import (
+    HELP_OPTIONS,
+    current_language,
+    language_in,
+    request_language,
+    translate_help,
+    translated,
+    usage_sentence,
+)
+from motorcade.cli.options import Json, print_json, print_note
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
 
-_HELP = ("-h", "--help")
-
 app = typer.Typer(
     name="motorcade",
-    context_settings={"help_option_names": list(_HELP)},
+    context_settings={"help_option_names": list(HELP_OPTIONS)},
     pretty_exceptions_enable=False,
     add_completion=False,
 )
@@ -45,15 +51,22 @@ def main() -> NoReturn:
     arguments = sys.argv[1:]
     command = typer.main.get_command(app)
     request_language(language_in(arguments))
-    if not arguments or set(_HELP) & set(arguments):
+    if not arguments or set(HELP_OPTIONS) & set(arguments):
         translate_help(command)
     try:
-        command()
+        sys.exit(command(standalone_mode=False) or 0)
     except (MotorcadeError, OSError) as error:
-        sentence = error.sentence(current_language()) if isinstance(error, MotorcadeError) else str(error)
-        print(f"motorcade: {sentence}", file=sys.stderr)
+        print_note(error.sentence(current_language()) if isinstance(error, MotorcadeError) else str(error))
         sys.exit(error.exit_code if isinstance(error, MotorcadeError) else USAGE)
-    sys.exit(0)
+    except typer.TyperException as error:
+        # Where a group of commands has printed its help there is nothing to add.
+        if message := error.format_message():
+            context = getattr(error, "ctx", None)
+            path = context.command_path if context else app.info.name
+            print_note(translated("usage-help", problem=usage_sentence(message), command=path))
+        sys.exit(USAGE)
+    except typer.Abort:
+        sys.exit(1)
 
 
 def _use_utf8() -> None:

@@ -7,6 +7,7 @@ A file has these parts:
 - ``errors``: the sentence of each code of `motorcade.errors.MotorcadeError` and of each diagnostic of a program.
 - ``phrases``: parts of sentences, by key.
 - ``command_line``: what commands print besides errors.
+- ``usage``: what Typer says of a wrong command line, by its own English sentence.
 - ``help``: the help of each command and, behind a full stop, of its parameters; ``.name`` is for all commands.
 - ``meanings``: what each field of Motorcade's words means.
 - ``page``: the texts of the page; ``page.errors`` replaces a sentence of ``errors`` that speaks of the command line.

@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -267,13 +268,15 @@ def missions(folder: str = GALLERY) -> tuple[Mission, ...]:
 
 @cache
 def built_in_mission(name: str) -> Mission:
-    """The mission with an id. Raises MotorcadeError no-mission, which lists all."""
+    """The mission with an id. Raises MotorcadeError no-mission, with a similar id or all of them."""
     for folder in (GALLERY, LITERATURE):
         if name in _names(folder):
             text = (resources.files("motorcade.missions") / folder / f"{name}.toml").read_text(encoding="utf-8")
             return mission_of(tomllib.loads(text), name)
-    known = ", ".join([*_names(GALLERY), *_names(LITERATURE)])
-    raise MotorcadeError("no-mission", name=name[:40], known=known)
+    known = [*_names(GALLERY), *_names(LITERATURE)]
+    near = get_close_matches(name[:40], known, 1)
+    hint = Phrase("did-you-mean", name=near[0]) if near else Phrase("missions-are", known=", ".join(known))
+    raise MotorcadeError("no-mission", name=name[:40], hint=hint)
 
 
 def _names(folder: str) -> list[str]:
