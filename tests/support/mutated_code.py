@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 
 # Functions that make formats, masks and tables while modules are imported, which is before mutmut changes anything.
-_ON_IMPORT = re.compile(r"motorcade\.(words\.(field|formats)\.|words\.infrared\.x__mask|car\.arbiter\.x__rows)")
+ON_IMPORT = re.compile(r"motorcade\.(words\.(field|formats)\.|words\.infrared\.x__mask|car\.arbiter\.x__rows)")
 
 
 def pytest_configure(config):
     """Forget all modules that could have run such a function; each changed copy has a process of its own."""
-    if _ON_IMPORT.match(os.environ.get("MUTANT_UNDER_TEST", "")):
+    if ON_IMPORT.match(os.environ.get("MUTANT_UNDER_TEST", "")):
         for name in [each for each in sys.modules if each.partition(".")[0] in ("motorcade", "support", "tests")]:
             del sys.modules[name]
 

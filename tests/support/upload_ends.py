@@ -24,7 +24,8 @@ def images(draw):
     # Control words as an image holds them: bits 11-1 (reserved) and 0 (parity) are 0.
     row = st.lists(st.integers(0, 0x1FFFFF).map(lambda upper_bits: upper_bits << 11), max_size=5)
     leader, followers = draw(row), draw(row)
-    return words_to_bytes(image_words(Image(leader, followers, draw(st.integers(0, 7)), 0)))
+    tagged = draw(st.integers(0, 1)) if followers else 0
+    return words_to_bytes(image_words(Image(leader, followers, draw(st.integers(0, 7)), tagged)))
 
 
 programs = images().filter(lambda image: image != NO_PROGRAM)

@@ -111,6 +111,30 @@ def test_a_frame_is_found_though_each_duration_is_off(frame, off_percent):
     assert hear(FrameReceiver(), jittered_us) == [frame]
 
 
+# Longest and shortest durations: of marks and spaces half a unit around what they can be, of a header a quarter.
+@pytest.mark.parametrize(
+    ("position", "least_us", "most_us", "bit"),
+    [
+        (0, 6_720, 11_200, 0),
+        (1, 3_360, 5_600, 0),
+        (2, 281, 1_119, 0),
+        (66, 281, 1_119, 0),
+        (3, 281, 1_120, 0),
+        (3, 1_121, 2_799, 1),
+    ],
+)
+def test_a_duration_counts_as_what_it_is_nearest_to(position, least_us, most_us, bit):
+    frame = bit << 31
+    for duration_us in (least_us, most_us):
+        durations_us = frame_durations_us(frame)
+        durations_us[position] = duration_us
+        assert hear(FrameReceiver(), durations_us) == [frame]
+    for duration_us in (least_us - 1, most_us + 1):
+        durations_us = frame_durations_us(frame)
+        durations_us[position] = duration_us
+        assert hear(FrameReceiver(), durations_us) != [frame]
+
+
 @pytest.mark.parametrize("frame", [0, 0x65800000, 0xFFFFFFFF])
 @pytest.mark.parametrize("lengthened_us", [-200, 200])
 def test_a_frame_is_found_by_a_sensor_that_stretches_marks_or_spaces(frame, lengthened_us):

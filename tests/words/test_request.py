@@ -82,7 +82,8 @@ def test_an_older_car_keeps_its_program():
 
 
 @pytest.mark.parametrize(
-    ("name", "may"), [("ada", 1), ("阿达-2_x", 1), ("", 0), ("a b", 0), ("a=b", 0), ("é" * 17, 0), ("a\n", 0)]
+    ("name", "may"),
+    [("ada", 1), ("阿达-2_x", 1), ("", 0), ("a b", 0), ("a=b", 0), ("é" * 17, 0), ("a\n", 0), ("\x7f", 0), ("\x80", 1)],
 )
 def test_names_are_letters_of_any_language(name, may):
     assert request.is_car_name(name) == bool(may)
