@@ -76,6 +76,9 @@ def test_another_program_ends_the_meter_and_without_a_goal_there_is_none(open_pa
     part = page.get_by_role("region", name=studio.say("luck.title"))
     expect(part).to_contain_text(studio.say("luck.noGoal"))
     expect(part.get_by_role("meter")).to_have_count(0)
+    part.get_by_role("button", name=studio.say("luck.missions")).press("Enter")
+    expect(studio.dialog("missions.title")).to_be_visible()
+    page.keyboard.press("Escape")
     open_mission(studio, noisy_mission(tmp_path / "noisy.mission.json"))
     # It opens where it was left.
     page.get_by_role("button", name=studio.say("drawer.open")).press("Enter")

@@ -378,3 +378,11 @@ def test_the_teacher_gets_a_report_of_all_work_against_a_mission(tmp_path):
         assert rows == [("01 Mia/Mine.motorcade.json", "★★★"), ("02 小明/Mine.motorcade.json", "–")]
         assert room.teacher.client.get("/api/teacher/report.html?mission=none").status_code == 404
         assert mia.client.get("/api/teacher/report.html?mission=forward-and-stop").status_code == 401
+        # A mission of the teacher's own comes as a file: here with one goal.
+        own = {**built_in_mission("forward-and-stop").document, "name": "Mine"}
+        own["goal"] = own["goal"][:1]
+        answer = room.teacher.client.post("/api/teacher/report.html?language=en", json={"text": json.dumps(own)})
+        assert "Mine" in answer.text
+        assert re.findall(r"<th scope=row>.*?</th><td>(.*?)</td>", answer.text) == ["★", "–"]
+        answer = room.teacher.client.post("/api/teacher/report.html", json={"text": "{}"})
+        assert answer.json()["error"]["code"] == "not-a-mission"

@@ -40,7 +40,8 @@ from motorcade.server.studio.app import TEACHERS_CARS
 from motorcade.server.studio.app import routes as studio_routes
 from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
-from motorcade.service.messages import Nothing, decode, sentences
+from motorcade.service.messages import Nothing, Text, decode, sentences
+from motorcade.service.missions import mission_in
 from motorcade.sockets import network_of
 
 _API, _TEACHER = "/api/", "/api/teacher/"
@@ -88,7 +89,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
             WebSocketRoute(f"{_TEACHER}mat", walls.serve_mat),
             WebSocketRoute(TEACHERS_CARS, room_cars.serve),
             Route(f"{_TEACHER}work.zip", partial(_work, running)),
-            Route(f"{_TEACHER}report.html", partial(_report, running)),
+            Route(f"{_TEACHER}report.html", partial(_report, running), methods=["GET", "POST"]),
             *(
                 Route(f"{_API}{path}/{{name:path}}", partial(_answer, running, handlers), methods=["POST"])
                 for path in ("class", "teacher")
@@ -170,11 +171,15 @@ def _language(request: Request) -> str:
 
 
 async def _report(running: RunningClass, request: Request) -> Response:
-    """Answer with the report about all work and the query's ``mission``, as a page to be stored."""
+    """Answer with the report about all work and the query's ``mission``, or the one in a file's text that is sent."""
     language, pupils = _language(request), list(running.room.record.pupils)
-    mission = built_in_mission(request.query_params.get("mission", ""))
+    if request.method == "POST":
+        async with running.bodies.loaded(request) as data:
+            mission = mission_in(decode(data, Text))
+    else:
+        mission = built_in_mission(request.query_params.get("mission", ""))
     async with running.reporting:
-        page = await running.with_files(class_report, running.folder, pupils, mission.id, language)
+        page = await running.with_files(class_report, running.folder, pupils, mission, language)
     name = f'attachment; filename="{mission.id}.html"'
     return HTMLResponse(page, headers={"content-disposition": name})
 

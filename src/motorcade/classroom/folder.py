@@ -3,6 +3,7 @@
 The folder is the whole class: a copy of it is a backup. A file is replaced whole, so a copy made at any time is good.
 """
 
+import json
 import re
 import shutil
 import subprocess
@@ -23,6 +24,8 @@ from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, new_record
 from motorcade.config.files import disk_reason, locked, replace_file
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.missions.document import OWN
+from motorcade.missions.model import Mission
 from motorcade.server.studio.library import FolderStorage
 from motorcade.service.documents import project_text
 from motorcade.service.library import LONGEST_NAME, Limits, iso_time, mission_library
@@ -209,7 +212,7 @@ def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], tit
         archive.writestr(_OVERVIEW, overview(works, title, language))
 
 
-def class_report(folder: ClassFolder, pupils: Iterable[Pupil], mission: str, language: str) -> bytes:
+def class_report(folder: ClassFolder, pupils: Iterable[Pupil], mission: Mission, language: str) -> bytes:
     """Return the page of `motorcade check` about all work of these pupils; a process of its own computes it.
 
     Raises MotorcadeError where it can't be made, or takes ten minutes.
@@ -221,7 +224,11 @@ def class_report(folder: ClassFolder, pupils: Iterable[Pupil], mission: str, lan
             with zipfile.ZipFile(file) as archive:
                 archive.extractall(work, [each for each in archive.namelist() if each != _OVERVIEW])
         work.mkdir(exist_ok=True)
-        command = [sys.executable, "-m", "motorcade", "check", mission, str(work), "-o", str(page), "--json"]
+        asked = mission.id
+        if mission.id == OWN:
+            asked = str(Path(name) / f"{OWN}.json")
+            Path(asked).write_text(json.dumps(mission.document), encoding="utf-8")
+        command = [sys.executable, "-m", "motorcade", "check", asked, str(work), "-o", str(page), "--json"]
         with suppress(subprocess.TimeoutExpired):
             subprocess.run([*command, "--language", language], capture_output=True, timeout=_REPORT_S, check=False)
         if not page.exists():

@@ -242,13 +242,17 @@ def _told(mission: model.Mission) -> dict[str, Any]:
     }
 
 
-def open_mission_text(file: Text) -> Mission:
+def mission_in(file: Text) -> model.Mission:
     """Return the mission in a file's text, TOML or JSON. Raises MotorcadeError, which names the place of a fault."""
     if "motorcade-mission" not in file.text:
         raise MotorcadeError("not-a-mission")
     kind = "JSON" if file.text.lstrip("\ufeff \t\r\n").startswith("{") else "TOML"
-    parsed = parse_mission(file.text, OWN, kind)  # type: ignore[arg-type]
-    return open_mission(MissionChoice(document=parsed.document), {})
+    return parse_mission(file.text, OWN, kind)  # type: ignore[arg-type]
+
+
+def open_mission_text(file: Text) -> Mission:
+    """Return what the page shows of the mission in a file's text. Raises MotorcadeError as `mission_in`."""
+    return open_mission(MissionChoice(document=mission_in(file).document), {})
 
 
 def mission_text(choice: MissionChoice) -> Text:

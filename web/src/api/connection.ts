@@ -3,13 +3,13 @@
 import type { ErrorAnswer } from "../generated/messages";
 import { RefusedError, type Stream, type StreamListeners, UnreachableError } from "./service";
 
-/** The answer to a request. Throws RefusedError or UnreachableError. */
+/** The answer to a request; the text of a page. Throws RefusedError or UnreachableError. */
 export async function post(path: string, message: unknown): Promise<unknown> {
   const request = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(message ?? {}) };
   const response = await fetch(path, request).catch(() => null);
   // A proxy between page and server answers 502 to 504 where the server itself is gone.
   if (response === null || (response.status >= 502 && response.status <= 504)) throw new UnreachableError();
-  if (response.ok) return response.json();
+  if (response.ok) return response.headers.get("Content-Type")?.startsWith("text/html") ? response.text() : response.json();
   const body = (await response.json().catch(() => null)) as { error?: ErrorAnswer } | null;
   const plain = `${response.status} ${response.statusText}`;
   throw new RefusedError(body?.error?.code ?? plain, body?.error?.sentence ?? { en: plain, zh: plain });

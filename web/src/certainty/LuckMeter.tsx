@@ -8,6 +8,7 @@ import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useDraft } from "../missions/draft";
 import { useMission } from "../missions/store";
+import { openDialog } from "../state/dialogs";
 import { openDrawer } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
@@ -67,7 +68,12 @@ export function LuckPart({ session, stream, onCompare }: LuckProps) {
     <section className={css.part} aria-label={t("luck.title")}>
       <h3>{t("luck.title")}</h3>
       {!hasGoal && !isWritten ? (
-        <p>{t("luck.noGoal")}</p>
+        <>
+          <p>{t("luck.noGoal")}</p>
+          <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("missions")}>
+            {t("luck.missions")}
+          </Button>
+        </>
       ) : (
         <>
           <LuckBar />

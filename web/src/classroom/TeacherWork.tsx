@@ -4,7 +4,8 @@ import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
 import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
-import { askTeacher } from "./ask";
+import { chooseFile, download, fileName } from "../ui/files";
+import { askReport, askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
@@ -24,12 +25,24 @@ function useProgress(): ClassProgress | null {
   return progress;
 }
 
-/** Check all work against a mission. */
+/** Check all work against a mission, one of the built-in or one in a file. */
 function Report({ missions }: { missions: ClassProgress["missions"] }) {
   const t = useTexts();
   const inLanguage = useSentences();
   const language = useLanguage((state) => state.language);
   const [mission, setMission] = useState(missions[0]?.id ?? "");
+  const { problem, attempt } = useAttempt();
+  const [checking, setChecking] = useState(false);
+  const checkOwn = async () => {
+    const file = await chooseFile(".json,.toml,application/json");
+    if (!file) return;
+    setChecking(true);
+    await attempt(async () => {
+      const page = await askReport(await file.text(), language);
+      download(fileName(file.name.split(".")[0]!, "-report.html"), page, "text/html");
+    });
+    setChecking(false);
+  };
   return (
     <section className={css.row} aria-label={t("checkReport")}>
       <p>{t("checkAbout")}</p>
@@ -43,6 +56,9 @@ function Report({ missions }: { missions: ClassProgress["missions"] }) {
       <a className={css.linkButton} href={`/api/teacher/report.html?${new URLSearchParams({ mission, language }).toString()}`} download>
         {t("checkReport")}
       </a>
+      <Action onPress={() => void checkOwn()} disabled={checking}>{t("checkOwn")}</Action>
+      <p role="status">{checking && t("checking")}</p>
+      <Problem text={problem} />
     </section>
   );
 }

@@ -63,6 +63,11 @@ export async function askTeacher<Name extends keyof TeacherRequests>(
   return (await post(`/api/teacher/${name}`, message)) as TeacherRequests[Name]["answer"];
 }
 
+/** The page of a report about all work and the mission in a file's text. Throws RefusedError or UnreachableError. */
+export async function askReport(text: string, language: string): Promise<string> {
+  return (await post(`/api/teacher/report.html?language=${language}`, { text })) as string;
+}
+
 interface Told {
   is: string;
   code?: string;

@@ -8,6 +8,7 @@ import { inLanguage } from "../i18n";
 import { notify, openDialog, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { wordsCsv } from "../words/bits";
+import { chooseFile, download, fileName } from "../ui/files";
 import { BLANK, markSaved, markUnsaved, openProject, replaceBy, saveNamed } from "./project";
 import { fragmentOf, projectIn } from "./share";
 
@@ -103,31 +104,4 @@ export async function exportPicture(kind: "svg" | "png"): Promise<void> {
     if (kind === "svg") download(name, picture.svg, "image/svg+xml");
     else download(name, await pngOf(picture), "image/png");
   }
-}
-
-export function download(name: string, content: BlobPart, type: string): void {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([content], { type }));
-  link.download = name;
-  link.click();
-  // The browser takes the content when it starts the download, after this turn.
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-}
-
-/** A file's name that every system takes. */
-export function fileName(name: string, ending: string): string {
-  // eslint-disable-next-line no-control-regex
-  const plain = name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, " ").trim().slice(0, 80);
-  return `${plain || "motorcade"}${ending}`;
-}
-
-export function chooseFile(accept: string): Promise<File | null> {
-  return new Promise((resolve) => {
-    const input = document.createElement("input");
-    input.type = "file";
-    input.accept = accept;
-    input.addEventListener("change", () => resolve(input.files?.[0] ?? null));
-    input.addEventListener("cancel", () => resolve(null));
-    input.click();
-  });
 }

@@ -3,7 +3,8 @@
 import i18next from "i18next";
 import { request } from "../api/service";
 import { notify } from "../state/dialogs";
-import { attempt, chooseFile, download } from "./actions";
+import { chooseFile, download } from "../ui/files";
+import { attempt } from "./actions";
 
 /** The service takes no larger file. */
 const MOST_MB = 32;
