@@ -62,6 +62,9 @@ def test_cars_are_shown_loaded_stopped_named_and_loaded_again(tmp_path):
             "new"
         ] * 3
         assert [car.image for car in cars] == [SECOND] * 3
+        # A program has the name of its file in the current folder.
+        (tmp_path / "broken.motorcade.json").write_text("{", encoding="utf-8")
+        assert [row["program"] for row in data("cars", "--list", room)] == ["it"] * 3
 
 
 def test_an_upload_that_some_cars_miss_ends_with_their_code(tmp_path):

@@ -6,13 +6,23 @@ import sys
 import time
 from binascii import crc32
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
-from contextlib import asynccontextmanager, contextmanager, nullcontext
+from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from motorcade.cli.language import current_language, translated
-from motorcade.cli.options import Search, listed, print_json, print_note, print_result, print_table, wants_json
+from motorcade.cli.options import (
+    DEFAULT_PROFILE,
+    Search,
+    listed,
+    print_json,
+    print_note,
+    print_result,
+    print_table,
+    wants_json,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import NO_ANSWER
 
@@ -27,6 +37,8 @@ _DRAW_S = 0.2
 _LOOK_S = 0.02
 # What is a port or an address, and no name.
 _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
+# Files of the current folder whose programs are known by name.
+_PROGRAMS, _MOST_PROGRAMS = ("*.motorcade.json", "*.image"), 200
 # With more cars than this one bar stands for all.
 _MOST_BARS = 20
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
@@ -123,28 +135,40 @@ async def _order(kind: str, search: Search) -> "tuple[int, list[CarStatus]]":
     return count, missing
 
 
+def _program_names() -> dict[str, str]:
+    """Return the names of the programs in the current folder, by the CRC-32 of their images (hexadecimal)."""
+    names = {}
+    for file in [each for pattern in _PROGRAMS for each in sorted(Path().glob(pattern))][:_MOST_PROGRAMS]:
+        from motorcade.program.files import image_in
+
+        with suppress(MotorcadeError):
+            names[f"{crc32(image_in(file, DEFAULT_PROFILE)[0]):08x}"] = file.name.partition(".")[0]
+    return names
+
+
 def print_cars(search: Search) -> None:
     """Print what is known of all cars as JSON."""
-    asyncio.run(_print_cars(search))
+    asyncio.run(_print_cars(search, _program_names()))
 
 
-async def _print_cars(search: Search) -> None:
+async def _print_cars(search: Search, programs: dict[str, str]) -> None:
     async with _looking(search) as (cars, finder):
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
         rows = [each._asdict() for each in cars.statuses()]
         _note(finder)
     for row in rows:
+        row["program"] = programs.get(row["crc32"], "")
         row["problem"] = row["problem"].to_dict() if row["problem"] else None
     print_json(rows)
 
 
 def show_cars(search: Search) -> None:
     """Draw the live table until Ctrl-C or q; s stops all cars, g lets them go."""
-    asyncio.run(_show_cars(search))
+    asyncio.run(_show_cars(search, _program_names()))
 
 
-async def _show_cars(search: Search) -> None:
+async def _show_cars(search: Search, programs: dict[str, str]) -> None:
     from rich.live import Live
 
     from motorcade.words.request import GO, STOP
@@ -153,11 +177,11 @@ async def _show_cars(search: Search) -> None:
     async with _looking(search) as (cars, finder):
         ended = asyncio.Event()
         actions = {"s": lambda: cars.order(STOP), "g": lambda: cars.order(GO), "q": ended.set}
-        live = Live(_table(cars.statuses(), finder), auto_refresh=False, screen=False)
+        live = Live(_table(cars.statuses(), finder, programs), auto_refresh=False, screen=False)
         with _reading_keys(lambda key: loop.call_soon_threadsafe(actions.get(key, lambda: None))), live:
             while not ended.is_set():
                 await asyncio.sleep(_DRAW_S)
-                live.update(_table(cars.statuses(), finder), refresh=True)
+                live.update(_table(cars.statuses(), finder, programs), refresh=True)
 
 
 @contextmanager
@@ -192,12 +216,12 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
             thread.join(_DRAW_S * 5)
 
 
-def _table(rows: "Sequence[CarStatus]", finder: "Finder") -> "Table":
+def _table(rows: "Sequence[CarStatus]", finder: "Finder", programs: dict[str, str]) -> "Table":
     from rich.table import Table
 
     table = Table(*(translated(f"cars-column-{name}") for name in _COLUMNS), title_justify="left")
     for row in rows:
-        table.add_row(*_cells(row))
+        table.add_row(*_cells(row, programs.get(row.crc32 or "", "")))
     counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
     others = [f"{each.name} ({each.address})" for each in finder.others.values()]
     lines = [counted, translated("cars-keys")]
@@ -214,11 +238,11 @@ def _table(rows: "Sequence[CarStatus]", finder: "Finder") -> "Table":
     return table
 
 
-def _cells(row: "CarStatus") -> "list[Any]":
-    """Return a row's cells; text of a stranger is no markup."""
+def _cells(row: "CarStatus", program: str) -> "list[Any]":
+    """Return a row's cells; text of a stranger is no markup. ``program`` is the name of the car's, if it is known."""
     from rich.text import Text
 
-    program = "" if row.crc32 is None else translated("cars-program", words=row.words or 0, crc32=row.crc32)
+    image = "" if row.crc32 is None else translated("cars-program", words=row.words or 0, crc32=row.crc32)
     silent = "cars-silent" if row.silent_s is None else "cars-away"
     seen = translated(silent, seconds=round(row.silent_s or 0)) if row.away else translated("cars-here")
     cells = [
@@ -227,7 +251,7 @@ def _cells(row: "CarStatus") -> "list[Any]":
         str(Phrase(f"role-{row.role}").sentence(current_language())) if row.role in ("leader", "follower") else "",
         row.board or row.kind,
         row.where,
-        program,
+        f"{program}\n{image}".strip(),
         row.state,
         "" if row.battery_mv is None else f"{row.battery_mv / 1000:.2f} V",
         row.version,
