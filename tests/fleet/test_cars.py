@@ -83,10 +83,13 @@ def test_all_are_stopped_and_all_begin_anew():
             assert [car.wheels for car in made] == [(0, 0)] * 3
             # One that is found later is stopped, too.
             with simulated_cars(1) as (late,):
-                cars.add(place_of(late.address))
+                cars.add(place_of(late.address)._replace(found=True))
                 await until(lambda: cars.contacts[late.address].status().state == "stopped")
                 assert late.wheels == (0, 0)
-                cars.remove(late.address)
+                for car in (late, made[0]):
+                    cars.remove(car.address)
+            # What somebody named stays.
+            assert list(cars.contacts) == [car.address for car in made]
             # What is loaded meanwhile waits, too.
             assert [each.error for each in await cars.load(SECOND, ["all"])] == [None] * 3
             assert [car.wheels for car in made] == [(0, 0)] * 3

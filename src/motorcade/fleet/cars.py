@@ -46,12 +46,11 @@ class Cars:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        tasks = list(self._tasks.values())
-        for address in list(self._tasks):
-            self.remove(address)
-        if tasks:
+        for task in self._tasks.values():
+            task.cancel()
+        if self._tasks:
             # Not by gather, which would make another's cancellation its own.
-            await asyncio.wait(tasks)
+            await asyncio.wait(list(self._tasks.values()))
 
     def add(self, place: Place) -> None:
         """Ask also at ``place``; at most `MOST_CARS` places are kept."""
@@ -66,8 +65,9 @@ class Cars:
             task.add_done_callback(lambda ended: self.remove(at) if self._tasks.get(at) is ended else None)
 
     def remove(self, address: str) -> None:
-        """Forget a place, such as a serial port that was unplugged."""
-        if self.contacts.pop(address, None):
+        """Forget a place that was found, such as a serial port that was unplugged; one that somebody named stays."""
+        if address in self.contacts and self.contacts[address].place.found:
+            del self.contacts[address]
             self._tasks.pop(address).cancel()
 
     def statuses(self) -> list[CarStatus]:
