@@ -211,9 +211,11 @@ def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
 
 
 @contextmanager
-def car_at_a_cable():
-    """Run a car at a pseudo-terminal; yields it, its port, and a function that pulls the cable."""
-    line, pulled = PseudoTerminal(), threading.Event()
+def car_at_a_cable(folder):
+    """Run a car at a pseudo-terminal; yields it, its port in ``folder``, and a function that pulls the cable."""
+    line, pulled, port = PseudoTerminal(), threading.Event(), folder / "cable"
+    # Another process may soon have the terminal's own name.
+    port.symlink_to(line.address)
     car = SimulatedCar(7, line)
 
     def run():
@@ -223,17 +225,21 @@ def car_at_a_cable():
             driven.tick()
         line.close()
 
+    def pull():
+        port.unlink(missing_ok=True)
+        pulled.set()
+
     thread = threading.Thread(target=run)
     thread.start()
     try:
-        yield car, line.address, pulled.set
+        yield car, str(port), pull
     finally:
         pulled.set()
         thread.join()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-def test_a_cable_that_is_pulled_in_an_upload_is_one_verdict_and_the_others_go_on():
+def test_a_cable_that_is_pulled_in_an_upload_is_one_verdict_and_the_others_go_on(tmp_path):
     async def test():
         async with Cars([Place(port), *places(made)]) as cars:
             await cars.known(30)
@@ -246,7 +252,7 @@ def test_a_cable_that_is_pulled_in_an_upload_is_one_verdict_and_the_others_go_on
             verdicts = await cars.load(LARGEST, ["all"], pull)
             return {each.where: each for each in verdicts}
 
-    with simulated_cars(2) as made, car_at_a_cable() as (pulled, port, pull_cable):
+    with simulated_cars(2) as made, car_at_a_cable(tmp_path) as (pulled, port, pull_cable):
         verdicts = asyncio.run(test())
         assert [verdicts[car.address].holds for car in made] == ["new", "new"]
         assert (verdicts[port].error.code, pulled.image) == ("went-away", FIRST)
