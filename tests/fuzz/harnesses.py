@@ -4,6 +4,7 @@ import asyncio
 import json
 import struct
 import tempfile
+from binascii import crc32
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -47,7 +48,7 @@ from motorcade.service.world_session import WorldSession
 from motorcade.words import upload
 from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
-from motorcade.words.request import car_request, check_request
+from motorcade.words.request import REQUEST_BEGINS, answer_line, car_request, check_request, read_request
 from motorcade.words.ticks import later_ms
 from support.classrooms import MAT as NO_MAT
 from support.classrooms import with_pupils
@@ -136,7 +137,13 @@ def _sendings() -> st.SearchStrategy[bytes]:
     made = st.builds(check_request, BITS, st.integers(0, 255)) | st.builds(
         car_request, st.sampled_from("abnsg?"), st.integers(0, 255), st.text("abc-_", max_size=32)
     )
-    return st.one_of(images(), st.binary(max_size=12), made, st.just(upload.READBACK_REQUEST))
+    strange = st.binary(min_size=36, max_size=36).map(_with_sum)
+    return st.one_of(images(), st.binary(max_size=12), made, strange, st.just(upload.READBACK_REQUEST))
+
+
+def _with_sum(text: bytes) -> bytes:
+    """A request of any text, whose checksum is right."""
+    return REQUEST_BEGINS + text + bytes(64 + (crc32(text) >> shift & 15) for shift in range(28, -4, -4))
 
 
 @harness(
@@ -153,6 +160,8 @@ def upload_receiver(sent, most_words, work_words):
             stored = event.image
             assert len(stored) <= 4 * most_words
             parse_image_bytes(stored)
+        if event.kind == upload.REQUEST and (asked := read_request(event.image)):
+            assert answer_line(asked, ()).startswith(b"OK car=")
     image = bytes.fromhex("02000000 65800000 6a800000")
     events = events_of(end, [(image, 0), *[(b"", 1)] * 4], 100_000)
     assert [event.image for event in events if event.kind == upload.IMAGE] == [image]

@@ -3,7 +3,7 @@
 from binascii import crc32
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.words import receiver, request, upload
@@ -32,9 +32,31 @@ def test_a_car_reads_what_was_asked(kind, number, name):
     assert (len(data), min(data) >= 32) == (request.REQUEST_BYTES, True)
     assert request.read_request(data) == (kind, f"{number:02x}", name)
     line = request.answer_line(request.read_request(data), (("name", name), ("battery", "")))
-    assert request.read_answer(b"\xff noise " + line) == {"car": f"{kind}{number:02x}"} | (
-        {"name": name} if name else {}
-    )
+    fields = {"car": f"{kind}{number:02x}"} | ({"name": name} if name else {})
+    assert request.read_answer(line) == request.read_answer(b"\xff noise " + line) == fields
+
+
+@given(parts=st.lists(images() | REQUESTS, max_size=4), data=st.data())
+def test_a_stream_is_split_into_uploads_and_requests_wherever_it_is_cut(parts, data):
+    whole, uploads, requests, rest = b"".join(parts), b"", [], b""
+    for piece in data.draw(pieces(whole)) if len(whole) > 1 else [whole]:
+        taken, found, rest = request.split_requests(rest + piece)
+        uploads, requests = uploads + taken, requests + found
+    assert requests == [each for each in parts if each.startswith(request.REQUEST_BEGINS)]
+    assert uploads + rest == b"".join(each for each in parts if not each.startswith(request.REQUEST_BEGINS))
+
+
+@given(text=st.binary(min_size=36, max_size=36))
+@example(text=b"a\xe9\xe9 ".ljust(36))
+def test_what_a_stranger_asks_is_read_or_is_no_request(text):
+    """A car that failed here would start again and again."""
+    digits = bytes(64 + (crc32(text) >> shift & 15) for shift in range(28, -4, -4))
+    asked = request.read_request(request.REQUEST_BEGINS + text + digits)
+    assert asked is None or request.answer_line(asked, ()).startswith(b"OK car=")
+
+
+def test_only_the_spaces_behind_a_name_are_no_part_of_it():
+    assert request.read_request(request.car_request("n", 0, "\u3000ada")).name == "\u3000ada"
 
 
 @given(asked=REQUESTS, before=st.sampled_from([b"", NEW, request.check_request(crc32(NEW), 1)]), start_ms=STARTS_MS)

@@ -102,10 +102,11 @@ def read_request(data: bytes) -> Request | None:
     if data[:KIND_AT] != REQUEST_BEGINS or checksum != crc32(data[KIND_AT:SUM_AT]):
         return None
     try:
+        number = str(data[KIND_AT + 1 : KIND_AT + 3], "ascii")
         name = str(data[_NAME_AT:SUM_AT], "utf-8").strip(" ")
     except ValueError:
         return None
-    return Request(chr(data[KIND_AT]), str(data[KIND_AT + 1 : KIND_AT + 3], "ascii"), name)
+    return Request(chr(data[KIND_AT]), number, name)
 
 
 def split_requests(data: bytes) -> "tuple[bytes, list[bytes], bytes]":
