@@ -54,8 +54,8 @@ def install_lock() -> FileLock:
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """The number of processes that run the tests: half as many again as processors, since some tests wait."""
-    return 3 * (os.cpu_count() or 1) // 2
+    """The number of processes that run the tests: two more than processors, since some tests wait."""
+    return (os.cpu_count() or 1) + 2
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
