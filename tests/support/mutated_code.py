@@ -6,8 +6,8 @@ import re
 import sys
 from pathlib import Path
 
-# Functions that make formats, masks and tables while modules are imported, which is before mutmut changes anything.
-ON_IMPORT = re.compile(r"motorcade\.(words\.(field|formats)\.|words\.infrared\.x__mask|car\.arbiter\.x__rows)")
+# Functions that run on import, or whose results are kept: mutmut's process has called them before it changes anything.
+ON_IMPORT = re.compile(r"motorcade\.(words\.(field|formats|switches)\.|words\.infrared\.x__mask|car\.arbiter\.x__rows)")
 
 
 def pytest_configure(config):
