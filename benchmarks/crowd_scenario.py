@@ -22,7 +22,7 @@ VOICES = 600  # one a second
 PHYSICS = {"capture_ratio": 4, "beam_half_angle_deg": 170, "bit_error_rate": 0.0001}
 
 
-def programs() -> list[bytes]:
+def programs(tagged: bool = False) -> list[bytes]:
     """Images for the leaders, so that they send different words at a time; some words are passed on."""
     leader = [together(forward(3), led(0, 1)), left(1), wander(3), together(forward(2), voice())]
     words: list[Step] = [
@@ -34,7 +34,7 @@ def programs() -> list[bytes]:
     ]
     turned = [words[k:] + words[:k] for k in range(len(words))]
     return [
-        compile_program(Program([*leader, wander(1 + k % 3)], Followers(steps, tagged=False))).image
+        compile_program(Program([*leader, wander(1 + k % 3)], Followers(steps, tagged=tagged))).image
         for k, steps in enumerate(turned)
     ]
 

@@ -262,8 +262,13 @@ def _whole(kernels: dict[str, Code], target: Target) -> Any:
     """Return the optimised module of all kernels for a target."""
     import llvmlite.binding as llvm
 
+    # The code models of a compiler that runs what it makes keep two registers for the addresses of constants.
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
-        cpu=target.cpu, features=target.features, opt=3, reloc="default" if target.linker == "wasm-ld" else "pic"
+        cpu=target.cpu,
+        features=target.features,
+        opt=3,
+        reloc="default" if target.linker == "wasm-ld" else "pic",
+        codemodel="small",
     )
     whole = llvm.parse_assembly("")
     for name, (code, function, arguments) in kernels.items():

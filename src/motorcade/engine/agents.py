@@ -1,9 +1,11 @@
 """The kernels for cars that a program of the user steers: give each a word between two ticks, and read its senses."""
 
 from motorcade.car import brain, frames
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.senses import NOTHING
 from motorcade.engine import bodies, clearance, floor
-from motorcade.engine.state import DRIVEN, Arrays, Ints, Words
+from motorcade.engine.decorators import in_kernel
+from motorcade.engine.state import DRIVEN, Arrays, Ints, Now, Words
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 # No control word: a car that gets it keeps its own.
@@ -20,6 +22,16 @@ HEADING = 7  # binary angle
 SENSED = 8
 
 
+@in_kernel
+def _obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
+    """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``."""
+    look = float(look_mm) * 1000.0
+    _, seen = bodies.others_ahead(i, world, look, arrays.cars, arrays.cells, arrays.rules)
+    _, _, _, distance, _, _ = bodies.place_near(i, look, 0.0, 0.0, arrays.cars, arrays.place, arrays.rules)
+    nearest = min(seen, distance)
+    return bodies.obstacle_mm(nearest, arrays.rules) if nearest <= look else NOTHING_IN_SIGHT_MM
+
+
 def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
     """Let followers begin bare words before a tick, as if each had just heard its own by infrared.
 
@@ -29,7 +41,8 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
     cars, rules = arrays.cars, arrays.rules
     now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
     for i in range(cars.x.shape[0]):
-        word = int(words[i // per_world * per_world + int(cars.number[i])])
+        world = i // per_world
+        word = int(words[world * per_world + int(cars.number[i])])
         if word == KEEP or cars.program[i] > 0:
             continue
         s = cars.memory[:, i]
@@ -41,10 +54,20 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
         brain.begin_word(s, word, now)
         wheels = brain.wheels(s, NOTHING, now, rules.levels)
         if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
+            stood = bodies.stands(i, cars, rules)
             bodies.set_way(i, wheels, cars, rules)
             cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
+            if stood:
+                begin = world * per_world
+                last = Now(world, 0, 0, 0, tick - 1, now, brain.NO_VOICE, 0, 0, begin, begin + per_world)
+                clearance.wake_near(i, arrays, last)
         # Where the wheels depend on sensors, its turn in this tick sets them.
         cars.due[i] = now
+
+
+def read_obstacle(i: int, look_mm: int, arrays: Arrays, answer: Ints) -> None:
+    """Write what the ultrasonic sensor of car ``i`` in world 0 measures, up to ``look_mm``, into ``answer[0]``."""
+    answer[0] = _obstacle_ahead_mm(i, 0, look_mm, arrays)
 
 
 def read_senses(tick: int, worlds: int, look_mm: int, arrays: Arrays, sensed: Ints) -> None:
@@ -57,7 +80,7 @@ def read_senses(tick: int, worlds: int, look_mm: int, arrays: Arrays, sensed: In
     for i in range(cars.x.shape[0]):
         world = i // per_world
         row = sensed[world * per_world + int(cars.number[i])]
-        row[OBSTACLE_MM] = bodies.obstacle_ahead_mm(i, world, look_mm, arrays)
+        row[OBSTACLE_MM] = _obstacle_ahead_mm(i, world, look_mm, arrays)
         row[PERSON], row[DARK_FLOOR] = 0, 0
         if people.now_x.shape[1]:
             row[PERSON], _ = bodies.person_near(i, world, now, cars, people, arrays.rules)

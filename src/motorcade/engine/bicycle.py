@@ -17,13 +17,15 @@ from collections.abc import Sequence
 from itertools import chain
 from typing import NamedTuple
 
+from motorcade.car import brain
+from motorcade.car.senses import NOTHING
 from motorcade.config.profile import Profile
-from motorcade.engine import clearance
+from motorcade.engine import bodies, clearance
 from motorcade.engine.bodies import NOISE_MS, WAY_BITS
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
-from motorcade.engine.state import DRIVEN, Buffer, Cars, Driven, Floats, Rules
-from motorcade.words.ticks import TICKS_MASK
+from motorcade.engine.state import DRIVEN, Arrays, Buffer, Cars, Driven, Floats, Now, Rules
+from motorcade.words.ticks import TICKS_MASK, later_ms
 
 # Rows of a matrix of driven cars.
 WORLD = 0
@@ -67,15 +69,16 @@ def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
 
 
 @in_kernel
-def set_out(world: int, seed: int, tick: int, cars: Cars, driven: Driven, rules: Rules) -> None:
+def set_out(arrays: Arrays, now: Now) -> None:
     """Set the way of each driven car of a world for a tick, along the heading in the middle of its turn."""
+    cars, driven, rules = arrays.cars, arrays.driven, arrays.rules
     for k in range(driven.shape[1]):
-        if driven[WORLD, k] != world:
+        if driven[WORLD, k] != now.world:
             continue
-        i = driven[PLACE, k]
+        i = int(driven[PLACE, k])
         ahead, aside, turn = float(driven[AHEAD, k]), float(driven[ASIDE, k]), float(driven[TURN, k])
         if rules.wheel_noise > 0.0 and ahead != 0.0:
-            bits = mix(seed, cars.number[i], (tick * rules.tick_ms & TICKS_MASK) // NOISE_MS)
+            bits = mix(now.seed, cars.number[i], now.ms // NOISE_MS)
             left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
             right = 1.0 + rules.wheel_noise * rules.normals[bits >> 10 & 1023]
             share = (left + right) / 2.0
@@ -84,9 +87,11 @@ def set_out(world: int, seed: int, tick: int, cars: Cars, driven: Driven, rules:
         driven[TURNED, k] = int(turn)
         heading = int(cars.heading[i]) + int(turn) // 2
         ahead_x, ahead_y = cosine(heading, rules.cosines), sine(heading, rules.cosines)
+        if bodies.stands(i, cars, rules) and ahead != 0.0:
+            clearance.wake_near(i, arrays, now)
         cars.way_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)
         cars.way_y[i] = math.floor(ahead * ahead_y + aside * ahead_x + 0.5)
-        cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
+        cars.clear[i] = clearance.on_another_way(cars.clear[i], now.tick)
 
 
 @in_kernel
@@ -96,6 +101,20 @@ def turn_round(world: int, cars: Cars, driven: Driven) -> None:
         if driven[WORLD, k] == world:
             i = driven[PLACE, k]
             cars.heading[i] = (int(cars.heading[i]) + int(driven[TURNED, k])) & 0xFFFFFFFF
+
+
+def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
+    """Give the wheels of car ``i`` back to its program, between two ticks.
+
+    Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick
+    sets them. Other cars may have counted on it that the car stands.
+    """
+    now = tick * rules.tick_ms & TICKS_MASK
+    last = later_ms(now, -rules.tick_ms)
+    bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
+    cars.due[i] = now
+    for j in range(cars.x.shape[0]):
+        cars.clear[j] = clearance.due_now(tick)
 
 
 @in_kernel

@@ -14,7 +14,7 @@ import math
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
-from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at, cells_around
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import (
     FAR_UM,
@@ -25,7 +25,7 @@ from motorcade.engine.geometry import (
     segment_in_cone,
     sine,
 )
-from motorcade.engine.state import Arrays, Cars, Cells, People, Place, Rules
+from motorcade.engine.state import Cars, Cells, People, Place, Rules
 
 # The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.
 WAY_BITS = 12
@@ -33,6 +33,14 @@ WAY_BITS = 12
 NOISE_MS = 100
 # How much farther than necessary a car looks, so that it need not look again soon.
 LOOK_BEYOND_UM = 100_000.0
+# A car counts on being woken by those that stand so near to touching it.
+REST_UM = 100_000.0
+# The bit of Cars.clear that says that a car was pushed when it last looked for others.
+PUSHED = 1 << 16
+# What a car's cone must not reach is kept this far from its tip, since places are rounded to whole µm.
+_BEHIND_UM = 1_000.0
+# In a narrower cone that is too little.
+_NARROW = 0.005
 # Cars.push holds each coordinate of a push as int16.
 _MOST_PUSH_UM = 32_000.0
 
@@ -53,27 +61,34 @@ def stands(i: int, cars: Cars, rules: Rules) -> bool:
 
 
 @in_kernel
-def others_near(i: int, world: int, cars: Cars, cells: Cells, rules: Rules) -> tuple[float, float, float]:
+def others_near(
+    i: int, world: int, begin: int, end: int, cars: Cars, cells: Cells, rules: Rules
+) -> tuple[float, float, float, float]:
     """Look at the cars that touch car ``i`` of a world, or may touch it soon.
 
+    A car rests where it is in the part from ``begin`` to ``end``, stands, was not pushed when it last looked, and is
+    within REST_UM of touching: before it moves it wakes car ``i`` (`motorcade.engine.clearance.wake_near`).
+
     Returns:
-        How far away the nearest is, at least (µm), and the push, in x and y, of all cars that touch it.
+        How far away the nearest is, at least (µm), and the nearest that doesn't rest; and the push, in x and y, of all
+        cars that touch it.
     """
     x, y = float(cars.x[i]), float(cars.y[i])
-    near, touch = rules.contact + rules.beyond, rules.contact * rules.contact
-    wide = near + rules.drift
-    frame, first = cells.frame[world], cells.first[world]
-    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    # The nearest alone says for how long none can touch: no root, no division and no branch for each car.
-    nearest = near * near
+    near, touch, far = rules.contact + rules.beyond, rules.contact * rules.contact, FAR_UM * FAR_UM
+    rest = (rules.contact + REST_UM) * (rules.contact + REST_UM) if rules.wheel_noise == 0.0 else 0.0
+    first = cells.first[world]
+    left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
+    # The nearest alone say for how long none can touch: no root, no division and no branch for each car.
+    nearest, restless = near * near, near * near
     for row in range(bottom, top + 1):
-        for j in range(first[row * columns + left], first[row * columns + right + 1]):
+        low, high = first[row * columns + left], first[row * columns + right + 1]
+        may_rest = rest if (low >= begin) & (high <= end) else 0.0
+        for j in range(low, high):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
-            nearest = min(nearest, dx * dx + dy * dy if j != i else FAR_UM * FAR_UM)
+            squared = dx * dx + dy * dy if j != i else far
+            moves = int(cars.way_x[j]) | int(cars.way_y[j]) | int(cars.clear[j]) & PUSHED
+            nearest = min(nearest, squared)
+            restless = min(restless, far if (moves == 0) & (squared < may_rest) else squared)
     push_x, push_y = 0.0, 0.0
     if nearest < touch:
         for row in range(bottom, top + 1):
@@ -89,7 +104,7 @@ def others_near(i: int, world: int, cars: Cars, cells: Cells, rules: Rules) -> t
                         dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
                     push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
                     push_y -= math.floor(dy * overlap / (2.0 * distance) + 0.5)
-    return math.sqrt(nearest) - rules.contact, push_x, push_y
+    return math.sqrt(nearest) - rules.contact, math.sqrt(restless) - rules.contact, push_x, push_y
 
 
 @in_kernel
@@ -105,13 +120,8 @@ def others_ahead(i: int, world: int, look: float, cars: Cars, cells: Cells, rule
     near = rules.contact + look + LOOK_BEYOND_UM
     _, _, own = way_of(i, cars, rules)
     gap, obstacle = LOOK_BEYOND_UM, FAR_UM
-    wide = near + rules.drift
-    frame, first = cells.frame[world], cells.first[world]
-    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    first = cells.first[world]
+    left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
     for row in range(bottom, top + 1):
         for j in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
@@ -150,21 +160,22 @@ def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float
 @in_kernel
 def place_near(
     i: int, look: float, push_x: float, push_y: float, cars: Cars, place: Place, rules: Rules
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """Look at walls and obstacles around car ``i``, which other cars push by ``push_x`` and ``push_y``.
 
     However many cars push, they never push a car into a wall that it touches. In a corner only the walls push it.
 
     Returns:
-        For how many ticks nothing can matter if this car keeps its way; for how many nothing can touch it, whatever its
-        way; the distance that its sensor measures up to ``look`` (FAR_UM: nothing in the cone); and the push, in x and
-        y, of everything that touches it.
+        For how many ticks nothing can touch this car if it keeps its way; for how many whatever its way; for how many
+        its sensor sees nothing else if it keeps its way; the distance that the sensor measures up to ``look`` (FAR_UM:
+        nothing in the cone); and the push, in x and y, of everything that touches it.
     """
     way_x, way_y, own = way_of(i, cars, rules)
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
     # To a car that stands nothing here changes.
     ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
+    sees = ticks
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
@@ -191,11 +202,16 @@ def place_near(
         distance = math.sqrt(squared)
         surface = distance - thick
         if own > 0.0:
-            closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
-            ticks = min(ticks, (surface - around) / max(closing, 1.0))
+            closing = _closing(way_x * dx + way_y * dy, distance, own, rules)
+            ticks = min(ticks, (surface - rules.radius) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
-        if look > 0.0 and surface < look + rules.radius:
-            obstacle = min(obstacle, _place_in_cone(i, item, cars, place, rules))
+        if look > 0.0:
+            # What is beside the cone of a car that drives straight on never comes into it.
+            clear = _place_in_cone(i, item, _BEHIND_UM, cars, place, rules) - _BEHIND_UM
+            if own > 0.0:
+                sees = min(sees, ((clear if rules.cone_sin > _NARROW else surface - rules.radius) - look) / own)
+            if surface < look + rules.radius:
+                obstacle = min(obstacle, _place_in_cone(i, item, 0.0, cars, place, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
             share = (rules.radius - surface) / distance
             away_x -= math.floor(dx * share + 0.5)
@@ -208,14 +224,15 @@ def place_near(
     if pressed:
         push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
     push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
-    return ticks, gap / rules.fastest, obstacle, push_x, push_y
+    return ticks, gap / rules.fastest, sees, obstacle, push_x, push_y
 
 
 @in_kernel
-def _place_in_cone(i: int, item: int, cars: Cars, place: Place, rules: Rules) -> float:
+def _place_in_cone(i: int, item: int, back: float, cars: Cars, place: Place, rules: Rules) -> float:
+    """The distance of a wall or an obstacle in the cone of a sensor that is ``back`` µm behind a car's own."""
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
-    front_x = float(cars.x[i]) + rules.radius * ahead_x
-    front_y = float(cars.y[i]) + rules.radius * ahead_y
+    front_x = float(cars.x[i]) + (rules.radius - back) * ahead_x
+    front_y = float(cars.y[i]) + (rules.radius - back) * ahead_y
     segments = place.segments.shape[0]
     if item >= segments:
         disc = place.discs[item - segments]
@@ -237,16 +254,6 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
         return NOTHING_IN_SIGHT_MM
     whole = int(distance) // 1000
     return whole if whole <= rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
-
-
-@in_kernel
-def obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
-    """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``."""
-    look = float(look_mm) * 1000.0
-    _, seen = others_ahead(i, world, look, arrays.cars, arrays.cells, arrays.rules)
-    _, _, distance, _, _ = place_near(i, look, 0.0, 0.0, arrays.cars, arrays.place, arrays.rules)
-    nearest = min(seen, distance)
-    return obstacle_mm(nearest, arrays.rules) if nearest <= look else NOTHING_IN_SIGHT_MM
 
 
 @in_kernel

@@ -19,6 +19,17 @@ def cell_at(length: float, origin: float, per_um: float, most: int) -> int:
 
 
 @in_kernel
+def cells_around(x: float, y: float, wide: float, frame: Floats) -> tuple[int, int, int, int, int]:
+    """The columns and rows of cells within ``wide`` of a place: left, right, bottom, top; and how many columns are."""
+    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
+    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    return left, right, bottom, top, columns
+
+
+@in_kernel
 def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float) -> None:
     """Divide the rectangle around the cars of a world into cells ``side`` wide (µm); wider if there are too many."""
     low_x, high_x = cars.x[begin], cars.x[begin]

@@ -19,7 +19,7 @@ from typing import Literal, get_args
 
 from motorcade.car import frames
 from motorcade.engine import events
-from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at, cells_around
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
 from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Place, Rules, Voices
@@ -73,22 +73,20 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
     far = rules.range + rules.radius + 1.0
     wide = far + rules.drift
     frame, first = arrays.cells.frame[now.world], arrays.cells.first[now.world]
-    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    left, right, bottom, top, columns = cells_around(x, y, wide, frame)
     if first[bottom * columns] >= high or first[(top + 1) * columns] <= low:
         return
-    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     # List all cars around it once; those that don't belong there are overwritten, because a processor can't foresee
     # which these are.
-    count, room = 0, around.x.shape[1] - SPARE
+    count, room, inside, body = 0, around.x.shape[1] - SPARE, 0, rules.radius * rules.radius
     for row in range(bottom, top + 1):
         for i in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
+            squared = dx * dx + dy * dy
             at = min(count, room)
             around.x[share, at], around.y[share, at], around.car[share, at] = dx, dy, i
-            count += (dx * dx + dy * dy <= far * far) & (i != j)
+            count += (squared <= far * far) & (i != j)
+            inside += (squared < body) & (i != j)
     is_listed = count <= room
     base = 0
     if not is_listed:
@@ -112,7 +110,8 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
             if _is_hidden_by_place(x, y, x + dx, y + dy, distance, near, arrays.place):
                 continue
             if is_listed:
-                if _is_hidden_by_listed(dx, dy, count, share, around, rules):
+                # A body that the sender is inside of shades all others.
+                if inside > (squared < body) or _is_hidden_by_listed(dx, dy, squared, count, share, around, rules):
                     continue
             elif _is_hidden_by_cars(i, j, now.world, arrays):
                 continue
@@ -120,12 +119,22 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
 
 
 @in_kernel
-def _is_hidden_by_listed(dx: float, dy: float, count: int, share: int, around: Around, rules: Rules) -> bool:
-    """Whether a listed car shades the line of sight from the sender to another listed car."""
+def _is_hidden_by_listed(
+    dx: float, dy: float, squared: float, count: int, share: int, around: Around, rules: Rules
+) -> bool:
+    """Whether a listed car that the sender isn't inside of shades the line of sight from it to another listed car.
+
+    As `motorcade.engine.geometry.is_shaded`, with the sender at 0.
+    """
+    body = rules.radius * rules.radius
     # The other car shades itself.
     shades = 0
     for k in range((count + SPARE - 1) // SPARE * SPARE):
-        shades += is_shaded(0.0, 0.0, dx, dy, around.x[share, k], around.y[share, k], rules.radius)
+        to_x, to_y = around.x[share, k], around.y[share, k]
+        from_x, from_y = to_x - dx, to_y - dy
+        aside, dot = to_x * dy - to_y * dx, to_x * dx + to_y * dy
+        between = (dot > 0.0) & (dot < squared) & (aside * aside < body * squared)
+        shades += between | (from_x * from_x + from_y * from_y < body)
     return shades > 1
 
 

@@ -6,7 +6,7 @@ pushed and steered; without the bit it holds only while the car keeps its presen
 """
 
 from motorcade.car.brain import WORD
-from motorcade.engine import bodies, events, geometry
+from motorcade.engine import bodies, cells, events, geometry
 from motorcade.engine.decorators import in_kernel
 from motorcade.engine.state import Arrays, Now
 from motorcade.words.formats import CONTROL
@@ -85,45 +85,70 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         arrays, now: the world and the tick.
 
     Returns:
-        For how many ticks none of that can matter; the distance that the sensor measures (µm); and the push of other
-        cars and the place on the car, in x and y (µm).
+        For how many ticks the sensor can't find anything else if the car keeps its way; the distance that it measures
+        (µm); and the push of other cars and the place on the car, in x and y (µm).
     """
     cars, rules, world, tick = arrays.cars, arrays.rules, now.world, now.tick
     others, place_too = others_due(cars.clear[i], tick), place_due(cars.clear[i], tick)
     if look > 0.0:
         others, place_too = True, True
-    gap, place_ticks, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, 0.0
-    seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    gap, restless_gap, place_ticks, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0
+    ticks, seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
     if others and rules.collisions:
-        gap, push_x, push_y = bodies.others_near(i, world, cars, arrays.cells, rules)
+        gap, restless_gap, push_x, push_y = bodies.others_near(i, world, now.begin, now.end, cars, arrays.cells, rules)
     if (push_x != 0.0 or push_y != 0.0) and int(cars.clear[i]) & 1 == 0:
         # A car that stands may touch a wall, which doesn't push it but holds it.
         place_too = True
     if place_too:
-        place_ticks, place_anyhow, distance, push_x, push_y = bodies.place_near(
+        place_ticks, place_anyhow, ticks, distance, push_x, push_y = bodies.place_near(
             i, look, push_x, push_y, cars, arrays.place, rules
         )
-    place_free, pushed = place_ticks, 0
+    pushed = 0
     if push_x != 0.0 or push_y != 0.0:
+        if bodies.stands(i, cars, rules) and int(cars.clear[i]) & bodies.PUSHED == 0:
+            wake_near(i, arrays, now)
         cars.clear[i] = on_another_way(cars.clear[i], tick + 1)
-        place_free, pushed = place_anyhow, 1
+        pushed = 1
     elif arrays.floor.shape[0] and cars.memory[WORD, i] >> _FLOOR_AT & 1:
         # Who follows a line soon leaves its way.
-        place_free, pushed = place_anyhow, 1
-    # The time for others holds on any way, except for a car that stands: it waits for them.
-    stands = pushed == 0 and bodies.stands(i, cars, rules)
-    free = gap / (rules.fastest if stands else 2.0 * rules.fastest)
-    ticks = free
+        pushed = 1
     if look > 0.0:
         ahead_ticks, seen = bodies.others_ahead(i, world, look, cars, arrays.cells, rules)
         ticks = min(ticks, ahead_ticks)
     if others:
-        until = half(tick + whole_ticks(free), 0 if stands else 1)
-        cars.clear[i] = with_others(cars.clear[i], until)
+        free = gap / (2.0 * rules.fastest)
+        if pushed == 0:
+            _, _, own = bodies.way_of(i, cars, rules)
+            free = restless_gap / (own + rules.fastest)
+            if own > 0.0 and gap < restless_gap:
+                # When one of those that rest sets out, this car is still near enough to be woken, or it looks soon.
+                free = min(free, gap / own, bodies.REST_UM / (own + rules.fastest))
+        cars.clear[i] = with_others(cars.clear[i], half(tick + whole_ticks(free), pushed))
     if place_too:
-        until = half(tick + whole_ticks(place_free), pushed)
+        until = half(tick + whole_ticks(place_anyhow if pushed else place_ticks), pushed)
         cars.clear[i] = with_place(cars.clear[i], until)
-    return whole_ticks(min(ticks, place_ticks)), min(distance, seen), push_x, push_y
+    return whole_ticks(ticks), min(distance, seen), push_x, push_y
+
+
+@in_kernel
+def wake_near(i: int, arrays: Arrays, now: Now) -> None:
+    """Let the cars that count on it that car ``i`` stands look for others in the next tick, because it sets out."""
+    cars, rules = arrays.cars, arrays.rules
+    if rules.collisions == 0:
+        return
+    x, y, near, first = (
+        float(cars.x[i]),
+        float(cars.y[i]),
+        rules.contact + bodies.REST_UM,
+        arrays.cells.first[now.world],
+    )
+    left, right, bottom, top, columns = cells.cells_around(x, y, near + rules.drift, arrays.cells.frame[now.world])
+    for row in range(bottom, top + 1):
+        low, high = first[row * columns + left], first[row * columns + right + 1]
+        for j in range(max(low, now.begin), min(high, now.end)):
+            dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+            if dx * dx + dy * dy < near * near and not others_due(cars.clear[j], now.tick + 1):
+                cars.clear[j] = with_others(cars.clear[j], half(now.tick + 1, 0))
 
 
 @in_kernel
@@ -135,9 +160,9 @@ def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
     cars, rules = arrays.cars, arrays.rules
     push_x, push_y = 0.0, 0.0
     if rules.collisions and others_due(cars.clear[i], tick):
-        _, push_x, push_y = bodies.others_near(i, 0, cars, arrays.cells, rules)
+        _, _, push_x, push_y = bodies.others_near(i, 0, 0, 0, cars, arrays.cells, rules)
     if place_due(cars.clear[i], tick) or push_x != 0.0 or push_y != 0.0:
-        _, _, _, push_x, push_y = bodies.place_near(i, 0.0, push_x, push_y, cars, arrays.place, rules)
+        _, _, _, _, push_x, push_y = bodies.place_near(i, 0.0, push_x, push_y, cars, arrays.place, rules)
     if push_x == 0.0 and push_y == 0.0:
         return False
     whole_x, whole_y = bodies.whole_push(i, push_x, push_y, cars, rules)

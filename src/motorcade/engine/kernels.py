@@ -14,11 +14,10 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
-from motorcade.car.senses import NOTHING
 from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing, walls
 from motorcade.engine.decorators import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
-from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, Cars, ForBrain, Ints, Now, Rules, Words
+from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
@@ -106,12 +105,11 @@ class CarTurn(NamedTuple):
             look = float(looks_mm) * 1000.0
             ticks, distance, push_x, push_y = clearance.look_around(self.i, look, self.arrays, self.now)
             away = ticks * rules.tick_ms
-        person = 0
+        person, dark, any_um, ahead_um = 0, 0, geometry.FAR_UM, geometry.FAR_UM
         if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> _PIR_AT & 1:
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
             away = min(away, ticks * rules.tick_ms)
-        dark, any_um, ahead_um = 0, geometry.FAR_UM, geometry.FAR_UM
         if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> _FLOOR_AT & 1:
             dark, any_um, ahead_um = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
         seen_mm = bodies.obstacle_mm(distance, rules)
@@ -125,7 +123,10 @@ class CarTurn(NamedTuple):
         i, cars, rules = self.i, self.arrays.cars, self.arrays.rules
         looked, away = senses.looked, senses.away
         if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
+            stood = bodies.stands(i, cars, rules)
             bodies.set_way(i, wheels, cars, rules)
+            if stood and not bodies.stands(i, cars, rules):
+                clearance.wake_near(i, self.arrays, self.now)
             cars.clear[i] = clearance.on_another_way(cars.clear[i], self.now.tick)
             if looked:
                 # That time was computed for the way that the car has left.
@@ -137,8 +138,8 @@ class CarTurn(NamedTuple):
         if senses.floor_um < geometry.FAR_UM:
             ticks = floor.ticks_unchanged(cars.wheels[i], senses.floor_um, senses.floor_ahead_um, rules)
             away = min(away, ticks * rules.tick_ms)
-            if senses.push_x != 0.0 or senses.push_y != 0.0:
-                away = 0
+        if senses.push_x != 0.0 or senses.push_y != 0.0:
+            away = 0
         return looked, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
 
     def air_is_busy(self) -> int:
@@ -177,27 +178,50 @@ def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
     Returns:
         How many of them began a frame; ``cars.order`` lists their indices from ``begin`` on.
     """
-    cars, rules = arrays.cars, arrays.rules
-    senders = begin
+    senders, low = 0, begin
+    while low < end:
+        high = min(low + arrays.around.looks.shape[1], end)
+        senders += _step_some(low, high, begin + senders, arrays, now)
+        low = high
+    return senders
+
+
+@in_kernel
+def _step_some(begin: int, end: int, first_sender: int, arrays: Arrays, now: Now) -> int:
+    """Do the work of `step_cars` for as many cars as can be listed.
+
+    They are listed before anything is done, because a processor can't foresee which of them are due.
+    """
+    cars, rules, around, share = arrays.cars, arrays.rules, arrays.around, now.share
+    turns, looks, senders = 0, 0, 0
+    is_loud = now.said != brain.NO_VOICE or now.first_voice < now.last_voice
     for i in range(begin, end):
-        looked = False
-        hears = channel.voice_at(i, arrays, now) != brain.NO_VOICE
+        around.car[share, turns], around.looks[share, looks] = i, i
+        has_turn = is_loud | (reached(now.ms, cars.due[i]) > 0)
+        turns += has_turn
+        looks += (not has_turn) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
+    for k in range(turns):
+        i, looked = int(around.car[share, k]), False
+        hears = is_loud and channel.voice_at(i, arrays, now) != brain.NO_VOICE
         if hears or reached(now.ms, cars.due[i]):
             car = _turn_of(i, arrays, now)
             word_ms = 0 if hears else _only_sends_ms(car)
             if word_ms == 0:
                 looked, word_ms = step.act(car, now.ms)
             if step.send(car, now.ms):
-                cars.order[senders] = i
+                cars.order[first_sender + senders] = i
                 senders += 1
             _set_due(car, word_ms)
-        if rules.collisions and not looked and clearance.is_due(cars.clear[i], now.tick):
-            _, _, push_x, push_y = clearance.look_around(i, 0.0, arrays, now)
-            clearance.push(i, push_x, push_y, arrays, now)
-            if (push_x != 0.0 or push_y != 0.0) and cars.memory[brain.WORD, i] >> _FLOOR_AT & 1:
-                # Its floor sensors leave the way that was reckoned with.
-                cars.due[i] = later_ms(now.ms, 1)
-    return senders - begin
+        around.looks[share, looks] = i
+        looks += (not looked) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
+    for k in range(looks):
+        i = int(around.looks[share, k])
+        _, _, push_x, push_y = clearance.look_around(i, 0.0, arrays, now)
+        clearance.push(i, push_x, push_y, arrays, now)
+        if (push_x != 0.0 or push_y != 0.0) and cars.memory[brain.WORD, i] & _SENSES:
+            # Its sensors leave the way that was reckoned with.
+            cars.due[i] = later_ms(now.ms, 1)
+    return senders
 
 
 @in_kernel
@@ -254,12 +278,12 @@ def run(share: int, shares: int, first_tick: int, ticks: int, said: int, seeds: 
             while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
                 spoken += 1
             voice = said if tick == first_tick else brain.NO_VOICE
-            now = Now(world, world, share, seed, tick, ms, voice, first_voice, spoken)
+            now = Now(world, world, share, seed, tick, ms, voice, first_voice, spoken, begin, end)
             if tick == 0:
                 _switch_on(begin, end, arrays, now)
             if tick % rules.sort_every == 0:
                 _sort(world, begin, end, arrays)
-            bicycle.set_out(world, seed, tick, cars, driven, rules)
+            bicycle.set_out(arrays, now)
             senders = step_cars(begin, end, arrays, now)
             for k in range(begin, begin + senders):
                 channel.spread_frame(cars.order[k], begin, end, arrays, now)
@@ -287,15 +311,15 @@ def run_large(
     count, seed = cars.x.shape[0], seeds[0]
     senders, strips, first, frame = cell_lists.strips[0], cell_lists.strips[1], cell_lists.first[0], cell_lists.frame[0]
     ms = tick * rules.tick_ms & TICKS_MASK
-    first_voice = spoken = channel.voices_until((tick - 1) * rules.tick_ms, arrays.voices)
-    while spoken < arrays.voices.at_ms.shape[0] and arrays.voices.at_ms[spoken] <= ms:
-        spoken += 1
+    first_voice = channel.voices_until((tick - 1) * rules.tick_ms, arrays.voices)
+    spoken = channel.voices_until(tick * rules.tick_ms, arrays.voices)
     rows, columns = int(frame[cells.ROWS]), int(frame[cells.COLUMNS])
     parts = int(senders[MOST_PARTS])
     first_part, end_part = parts * share // shares, parts * (share + 1) // shares
+    whole = Now(0, 0, 0, seed, tick, ms, said, first_voice, spoken, 0, count)
     if phase == ORDER:
         if tick == 0:
-            _switch_on(0, count, arrays, Now(0, 0, 0, seed, tick, ms, said, first_voice, spoken))
+            _switch_on(0, count, arrays, whole)
         cells.fit(0, 0, count, cars, cell_lists, rules.cell)
         cells.order_by_cell(0, 0, count, cars, cell_lists)
     elif phase == SORT:
@@ -307,22 +331,26 @@ def run_large(
         if tick % rules.sort_every == 0:
             cells.clear_push(0, count, cars)
             bicycle.find(0, 0, count, cars, driven)
-        bicycle.set_out(0, seed, tick, cars, driven, rules)
+        bicycle.set_out(arrays, whole)
         # A frame that begins in one strip reaches the next strip at most.
         reach = int((rules.range + 2.0 * rules.drift) * frame[cells.PER_UM]) + 2
         parts = min(max(rows // reach, 1), MOST_PARTS)
         senders[MOST_PARTS] = parts
         for part in range(parts + 1):
             strips[part] = rows * part // parts
+            if 0 < part < parts and tick % rules.sort_every == 0:
+                # No car counts on being woken by a car of another strip.
+                for i in range(first[(strips[part] - 1) * columns], first[(strips[part] + 1) * columns]):
+                    cars.clear[i] = clearance.with_others(cars.clear[i], clearance.half(tick, 0))
     elif phase == STEP:
         for part in range(first_part, end_part):
             begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken)
+            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken, begin, end)
             senders[part] = step_cars(begin, end, arrays, now)
     elif phase == SPREAD:
         for part in range(first_part, end_part):
-            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken)
             begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
+            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken, begin, end)
             for other in range(max(part - 1, 0), min(part + 2, parts)):
                 begun = first[strips[other] * columns]
                 for k in range(begun, begun + senders[other]):
@@ -352,30 +380,14 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
         _sort(world, begin, end, arrays)
 
 
-def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
-    """Give the wheels of car ``i`` back to its program, between two ticks.
-
-    Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick
-    sets them.
-    """
-    now = tick * rules.tick_ms & TICKS_MASK
-    last = later_ms(now, -rules.tick_ms)
-    bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
-    cars.due[i] = now
-    cars.clear[i] = clearance.due_now(tick)
-
-
-def read_obstacle(i: int, look_mm: int, arrays: Arrays, answer: Ints) -> None:
-    """Write what the ultrasonic sensor of car ``i`` in world 0 measures, up to ``look_mm``, into ``answer[0]``."""
-    answer[0] = bodies.obstacle_ahead_mm(i, 0, look_mm, arrays)
-
-
 # All kernels, by name.
 KERNELS: Mapping[str, Callable[..., None]] = {
     each.__name__: each
     for each in (
-        *(run, run_large, wake, give_back, read_obstacle, judge),
+        *(run, run_large, wake, judge),
+        bicycle.give_back,
         agents.begin_words,
+        agents.read_obstacle,
         agents.read_senses,
         showing.read_moment,
         showing.pack_picture,

@@ -33,7 +33,7 @@ _SIGNED = ("x", "y", "way_x", "way_y")
 # Bytes of a car, with events and room for cells; without events it is about half.
 BYTES_A_CAR = 256
 # Cars are sorted by cells again before any of them can have gone farther.
-_DRIFT_UM = 60_000
+_DRIFT_UM = 100_000
 _LINE = 16  # cars in a cache line
 CELL_UM = 450_000.0
 # With so few cars, checking all of them is faster than cells.
@@ -167,12 +167,13 @@ def cells_of(worlds: int, per_world: int, memory: "Backend") -> Cells:
 
 
 def around_of(shares: int, per_world: int, memory: "Backend") -> Around:
-    """Allocate scratch memory for the cars around a sender."""
+    """Allocate scratch memory for lists of cars, for each share."""
     shape = shares, min(per_world, _MOST_AROUND) + SPARE
     return Around(
         x=memory.zeros("Around.x", shape, "float64"),
         y=memory.zeros("Around.y", shape, "float64"),
         car=memory.zeros("Around.car", shape, "int32"),
+        looks=memory.zeros("Around.looks", shape, "int32"),
     )
 
 

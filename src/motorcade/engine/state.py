@@ -164,11 +164,12 @@ class Rules(NamedTuple):
 
 
 class Around(NamedTuple):
-    """Scratch memory for the cars around a sender, at places from its own."""
+    """Scratch memory for lists of cars: those around a sender, or those that have something to do in a tick."""
 
-    x: Floats  # (shares, bodies): µm
+    x: Floats  # (shares, bodies): µm from the sender
     y: Floats
-    car: Lengths  # its index
+    car: Lengths  # its index, or that of a car that has a turn
+    looks: Lengths  # the index of a car that looks for bodies, besides its turn
 
 
 class Arrays(NamedTuple):
@@ -198,3 +199,5 @@ class Now(NamedTuple):
     said: int  # the voice command that every car hears: NO_VOICE, VOICE_STOP or VOICE_GO of the brain
     first_voice: int  # the mat's voices that are spoken in this tick: from first_voice to last_voice - 1
     last_voice: int
+    begin: int  # the cars of the world or of this part of it: from begin to end - 1
+    end: int
