@@ -1,6 +1,7 @@
 """The scenario for benchmarks of roads: rings of road side by side, and cars that follow them."""
 
 import math
+from itertools import pairwise
 
 from motorcade.mats import Mat, Pose
 from motorcade.mats.lines import Line, way_of
@@ -17,9 +18,9 @@ CARS_OF_LEADER = 10
 
 
 def road_programs() -> list[bytes]:
-    """An image for the leaders, one in each ring: all follow their ring, and pass on how fast."""
-    words = [together(follow_line(3, speed=3 - k % 2), led(0, k % 3), forward=True) for k in range(3)]
-    return [compile_program(Program([follow_line(3, speed=2)], Followers(words))).image]
+    """An image for the leaders, one in each ring: all follow their ring, equally fast, and pass their word on."""
+    words = [together(follow_line(3), led(3, k), forward=True) for k in range(3)]
+    return [compile_program(Program([follow_line(3)], Followers(words))).image]
 
 
 def road_mat(cars: int) -> Mat:
@@ -39,7 +40,7 @@ def road_mat(cars: int) -> Mat:
 
 def _places(way: list[tuple[float, float]], count: int) -> list[Pose]:
     """``count`` places at equal distances along a closed way, headed along it."""
-    lengths = [math.dist(here, there) for here, there in zip(way, way[1:], strict=False)]
+    lengths = [math.dist(here, there) for here, there in pairwise(way)]
     places, at, passed = [], 0, 0.0
     for k in range(count):
         wanted = sum(lengths) * k / count

@@ -17,6 +17,7 @@ from crowd_scenario import TICK_MS, crowd_mat, neighbours, programs
 from peers import ir_sim, memory_roof, plain_loop, vmas
 from rich.console import Console
 from rich.table import Table
+from road_scenario import road_mat, road_programs
 from timing import Contestant, take_turns
 
 from motorcade.config.profile import built_in_profile
@@ -31,6 +32,8 @@ TURNS, QUICK_TURNS = 5, 3
 ONE_WORLD_GOALS = {1_000_000: (2, 40, 20), 100_000: (2, 40, 20), 1_000: (1, 15, 8), 100: (1, 12, 6)}
 SCALING_GOAL = 1.3
 BYTES_GOAL = 144
+ROADS, ROADS_GOAL = "10,000 cars on rings of road, 1 thread", 12
+TAGGED = "10,000 cars, tagged words, 1 thread"
 START_GOAL_S, START_FLOOR_S = 1.0, 3.0
 START = """
 import sys
@@ -41,10 +44,12 @@ World(open_table(formation(5)), [bytes.fromhex(sys.argv[1])]).step()
 
 
 class Crowd:
-    """``worlds`` worlds of ``cars`` cars each, stepped by ``threads`` threads."""
+    """``worlds`` worlds of ``cars`` cars each, stepped by ``threads`` threads, in a hall or on rings of road."""
 
-    def __init__(self, cars: int, threads: int, worlds: int = 1) -> None:
-        mat, images = crowd_mat(cars), programs()
+    def __init__(self, cars: int, threads: int, worlds: int = 1, on: str = "bare") -> None:
+        mat, images = crowd_mat(cars), programs(on == "tagged")
+        if on == "roads":
+            mat, images = road_mat(cars), road_programs()
         copies = max(FEWEST_STEPS * TICK_MS // (cars * worlds * TIMED_MS), 1)
         seeds = np.arange(copies * worlds).reshape(copies, worlds)
         self.worlds = [World(mat, images, seeds=each.tolist(), threads=threads) for each in seeds]
@@ -133,7 +138,8 @@ def one_world(cars: int, threads: int) -> str:
 def crowds(quick: bool) -> dict[str, Crowd]:
     sizes = [(cars, threads) for cars, (threads, _, _) in ONE_WORLD_GOALS.items()]
     sizes += [(10_000, 1), (10_000, 2)]
-    return {one_world(*size): Crowd(*size) for size in sizes if not quick or size[0] < 1_000_000}
+    found = {one_world(*size): Crowd(*size) for size in sizes if not quick or size[0] < 1_000_000}
+    return {**found, TAGGED: Crowd(10_000, 1, on="tagged"), ROADS: Crowd(10_000, 1, on="roads")}
 
 
 def bytes_a_step(crowd: Crowd) -> float:
@@ -159,6 +165,8 @@ def add_crowds(report: Report, one: dict[str, Crowd], many_name: str, many: Crow
         if name in one:
             report.crowd(name, one[name], goal, floor)
     report.crowd(many_name, many, 45, 25)
+    report.figure(TAGGED, rates(one[TAGGED].contestant), quiet=one[TAGGED].contestant.repetitions)
+    report.crowd(ROADS, one[ROADS], ROADS_GOAL, ROADS_GOAL)
     report.table.add_section()
 
 
