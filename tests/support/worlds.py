@@ -105,11 +105,14 @@ def profiles(draw: st.DrawFn) -> Profile:
 
 
 def contents(world: World, which: int = 0) -> dict[str, np.ndarray]:
-    """All arrays and counts of one of the worlds, in the order of the cars' numbers."""
+    """All arrays and counts of one of the worlds, in the order of the cars' numbers.
+
+    Without the field clear: when cars look for others again depends on the strips into which a world is cut.
+    """
     part = slice(which * world.cars, (which + 1) * world.cars)
     state = world.state
     order = np.argsort(state.number[part])
-    names = [name for name in state._fields if name not in ("rows", "push", "order")]
+    names = [name for name in state._fields if name not in ("rows", "push", "order", "clear")]
     held = {name: getattr(state, name)[..., part][..., order] for name in names}
     counted = {name: counts[which] for name, counts in world.counts().items()}
     return held | counted
