@@ -28,7 +28,8 @@ def road_mat(cars: int) -> Mat:
     rings = math.ceil(cars / CARS_OF_RING)
     columns = math.ceil(math.sqrt(rings))
     wide, high = RING_M
-    lines, poses = [], []
+    lines: list[Line] = []
+    poses: list[Pose] = []
     for ring in range(rings):
         x, y = ring % columns * (wide + BETWEEN_M), ring // columns * (high + BETWEEN_M)
         corners = (x, y), (x + wide, y), (x + wide, y + high), (x, y + high)

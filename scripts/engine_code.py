@@ -113,19 +113,19 @@ def _to_index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> A
     return context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
 
 
-def _register_ones(ones: FunctionType) -> None:
+def _register_ones(ones: Callable[[int], int]) -> None:
     """Let an instruction count bits: every target has one, and LLVM doesn't find out what the function does."""
     from numba.core import types
     from numba.extending import intrinsic, overload
 
-    @intrinsic  # type: ignore[untyped-decorator]
+    @intrinsic
     def counted(_: Any, word: Any) -> Any:
         def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             return builder.ctpop(context.cast(builder, arguments[0], signature.args[0], types.int64))
 
         return types.int64(word), emit
 
-    overload(ones)(lambda word: lambda word: counted(word))
+    overload(ones)(lambda word: lambda word: counted(word))  # type: ignore[call-arg]  # Numba gives the context
 
 
 def _register_method(kind: type, name: str, method: FunctionType) -> None:
