@@ -91,6 +91,16 @@ def test_the_marks_and_spaces_of_a_frame_fill_its_air_time(frame, unit_us):
     assert sum(durations_us) == air_us(frame, unit_us)
 
 
+def test_only_the_last_mark_of_a_frame_says_that_it_ends_one():
+    receiver, ends = FrameReceiver(), []
+    for position, duration_us in enumerate([*frame_durations_us(0xA0000001), GAP_US, 9_000, 560, 560]):
+        if position % 2:
+            receiver.receive_space(duration_us)
+        elif receiver.receive_mark(duration_us):
+            ends.append(position)
+    assert ends == [66]
+
+
 def test_a_frame_is_a_header_then_its_bits_from_the_first():
     durations_us = frame_durations_us(0xA0000001)
     assert durations_us[:2] == [8_960, 4_480]

@@ -1,11 +1,13 @@
 """Both ends of a serial upload, joined in memory, at any pace and in any pieces."""
 
+from binascii import crc32
+
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.errors import Phrase
-from motorcade.words import upload
+from motorcade.words import request, upload
 from motorcade.words.image import parse_image_bytes
 from support.upload_ends import (
     BAD_HEADER,
@@ -75,6 +77,14 @@ def test_the_image_is_stored_when_its_last_byte_is_there_and_not_before():
     assert car.take(NEW[-1:], 0)[0] == [upload.IMAGE]
 
 
+def test_a_car_takes_no_more_memory_however_much_comes_at_once():
+    end = upload.CarEnd(12)
+    size = len(end._buffer)
+    events_of(end, [(request.check_request(crc32(NEW), 1) * 40 + NEW * 5, 0), (b"", 600)], 0)
+    assert len(end._buffer) == size
+    assert [event.answer for event in events_of(end, [(NEW, 0)], 1200)] == [NEW_OK]
+
+
 @pytest.mark.parametrize("start_ms", [0, LAST_TICK - 700, LAST_TICK - 250])
 def test_half_a_second_of_silence_makes_the_car_begin_anew(start_ms):
     car = Car(OLD)
@@ -128,7 +138,9 @@ def test_four_zeros_are_an_image_only_between_silences():
 @pytest.mark.parametrize("noise", [bytes(5), bytes(400), b"\0" + upload.READBACK_REQUEST, NO_PROGRAM + NEW])
 def test_zeros_that_a_loose_cable_leaves_do_not_clear_a_car(noise):
     car = Car(OLD)
-    assert car.take(noise, 0)[0] == [upload.REFUSED]
+    kinds, answer = car.take(noise, 0)
+    assert kinds == [upload.REFUSED]
+    assert answer == f"ERR the empty image has 4 bytes, {len(noise)} are here\n".encode()
     assert car.take(b"", 10_000) == ([], b"")
     assert car.stored == OLD
 
@@ -158,6 +170,10 @@ def test_an_answer_about_another_image_is_a_mismatch_that_shows_both(answer):
     assert outcome.kind == upload.MISMATCH
     assert f"'{answer.decode()}'" in str(outcome.detail)
     assert NEW_OK.decode().strip() in str(outcome.detail)
+
+
+def test_an_answer_that_was_cut_off_by_another_is_a_mismatch():
+    assert outcomes(waiting_uploader(), NEW_OK[:12] + NEW_OK, 10) == [upload.MISMATCH]
 
 
 @pytest.mark.parametrize("verify", [True, False])
