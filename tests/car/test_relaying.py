@@ -59,3 +59,18 @@ def test_a_leader_of_bare_words_waits_for_the_end_of_its_frame_and_a_pause():
     shortest_ms = frames.frame_ms(to_frame(QUIET_WORD), LEVELS) + LEVELS[brain.GAP_MS]
     assert len(begins_ms) > 20
     assert all(later - earlier >= shortest_ms for earlier, later in pairwise(begins_ms))
+
+
+def test_a_new_image_waits_for_the_end_of_the_old_ones_last_frame():
+    car = RadioCar(0, image(WORDS[:1], tagged=0))
+    car.switch_on(0)
+    step.step(car, 0)
+    over_ms = frames.frame_ms(car.sent, LEVELS) + LEVELS[brain.GAP_MS]
+    car.image = image(WORDS[1:2], tagged=0)
+    step.begin_program(car, 10)
+    for now in range(10, over_ms):
+        car.sent = None
+        step.step(car, now)
+        assert car.sent is None
+    step.step(car, over_ms)
+    assert car.sent == to_frame(WORDS[1])
