@@ -17,6 +17,7 @@ _FAULTS = """() => {
     return `${part.tagName.toLowerCase()} '${name.trim().slice(0, 40)}'`;
   };
   const modal = [...document.querySelectorAll("[role=dialog], [role=alertdialog], [role=menu], dialog[open]")].at(-1);
+  const sheet = modal?.matches("[role=menu]") ? null : modal?.getBoundingClientRect();
   const parts = (modal ?? document).querySelectorAll(`
     button, a[href]:not([href^="#"]), label, select, textarea, summary,
     input:not([type=radio], [type=checkbox], [type=range], [readonly]), output,
@@ -26,6 +27,8 @@ _FAULTS = """() => {
     if (part.closest("[inert], [aria-hidden=true]") || part.matches(":disabled")) continue;
     const box = part.getBoundingClientRect();
     if (box.width < 4 || box.height < 4) continue;
+    if (sheet && (box.left < sheet.left + 4 || box.right > sheet.right - 4))
+      faults.push(`${named(part)} touches the edge of its dialog`);
     let [left, top, right, bottom] = [0, 0, innerWidth, innerHeight], scrolls = false;
     for (let around = part.parentElement; around; around = around.parentElement) {
       const { overflowX, overflowY, position } = getComputedStyle(around);
@@ -43,7 +46,8 @@ _FAULTS = """() => {
       continue;
     }
     const over = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2);
-    if (!over || !(part.contains(over) || part.control?.contains(over)))
+    // A hint goes when the mouse moves on.
+    if (!over || !(part.contains(over) || part.control?.contains(over) || over.closest("[role=tooltip]")))
       faults.push(`${named(part)} is covered by ${over ? named(over) + "." + over.className : "nothing"}`);
     const text = part.matches("input") || part.innerText ? part : null;
     if (text && part.scrollWidth > part.clientWidth + 1 && getComputedStyle(part).textOverflow !== "ellipsis")

@@ -71,7 +71,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
   return (
     <Sheet title={t("missions.title")} onClose={onClose} wide>
       <p className={controls.quiet} role="status">
-        {missions ? t("missions.earned", { count: earned, most }) : isStarting && t("server.starting")}
+        {missions ? t("missions.earned", { count: earned, most }) : t(isStarting ? "server.starting" : "app.loading")}
       </p>
       {missions &&
         PATHS.map((path) => (
