@@ -242,6 +242,7 @@ def layouts(draw):
 @given(places=layouts(), word=ANY_WORD)
 @example(places=[("whole", 31, 0)], word=0xFFFFFFFF)
 @example(places=[("most", 31, 1), ("last", 0, 0)], word=0x80000001)
+@example(places=[("first", 31, 31), ("rest", 30, 0)], word=0x80000001)
 def test_any_layout_of_32_bits_makes_a_format(places, word):
     own = declared(*places)
     values = own.decode(word)._asdict()

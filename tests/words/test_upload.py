@@ -172,6 +172,21 @@ def test_an_answer_about_another_image_is_a_mismatch_that_shows_both(answer):
     assert NEW_OK.decode().strip() in str(outcome.detail)
 
 
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (b"ERR busy", "busy"),
+        (b"\xffERR busy", "busy"),
+        (b"\x7fERR busy", "busy"),
+        (b"xERR busy", None),
+        (b"~ERR a", None),
+    ],
+)
+def test_a_refusal_stands_at_the_beginning_or_behind_noise(line, reason):
+    """Behind text it is a message of the board itself."""
+    assert upload.refusal(line) == reason
+
+
 def test_an_answer_that_was_cut_off_by_another_is_a_mismatch():
     assert outcomes(waiting_uploader(), NEW_OK[:12] + NEW_OK, 10) == [upload.MISMATCH]
 
