@@ -70,7 +70,7 @@ def states(studio: StudioPage) -> Iterator[str]:
 
 
 # For `make test`: the smallest sizes upright and across, and the largest.
-FEW = {"en": (PHONE, (1440, 900)), "zh": ((768, 1024), (1024, 768))}
+FEW = {"en": (PHONE, (1440, 900)), "zh": (PHONE, (768, 1024), (1024, 768))}
 
 
 @pytest.mark.parametrize(("language", "theme"), [pytest.param("en", "light", marks=pytest.mark.soak), ("zh", "dark")])
