@@ -45,7 +45,7 @@ class Pins:
         self.moved: list[Callable[[int, Setpoint], None]] = []
         self.horn_sent_s = -10.0
         self.released_s: dict[int, float] = {}
-        self.wanted_by: int | None = None
+        self.wanted_by: set[int] = set()
         self.is_halted = self.has_strangers = self.is_ending = False
         self.is_armed = self.is_free = True
         self.has_guard = True
@@ -111,12 +111,11 @@ class Pins:
         world.keep("stop-holds", not self.is_halted, f"driver {driver} moves the car after an emergency stop")
         if driver != self.driver:
             may = (
-                self.has_strangers or self.is_free or self.is_ending or driver == self.wanted_by or self._has_released()
+                self.has_strangers or self.is_free or self.is_ending or driver in self.wanted_by or self._has_released()
             )
             world.keep("one-driver", may and self.setpoint[2] == 0, f"driver {driver} drives instead of {self.driver}")
         world.keep("guarded", self.has_guard or self.is_disturbed, "the car drives without its guard")
-        if driver == self.wanted_by:
-            self.wanted_by = None
+        self.wanted_by.discard(driver)
         self._gone_s = None
         for act in self.moved:
             act(driver, setpoint)
@@ -137,7 +136,7 @@ class Pins:
         if self.setpoint[2] and not self.is_hanging:
             # A command with speed 0 passes the wheel on to whoever has asked for it: that is no stop by itself.
             still_s = self.still_sent_s.get(self.driver or 0, -10.0)
-            is_handed_over = self.wanted_by is not None and still_s > self.moved_s - ANSWER_S - STALE_S
+            is_handed_over = bool(self.wanted_by) and still_s > self.moved_s - ANSWER_S - STALE_S
             self.is_armed = is_handed_over or self._has_released()
         self.setpoint = NEUTRAL
         self._gone_s = None
@@ -148,7 +147,8 @@ class Pins:
 
     def request(self, driver: int) -> None:
         """A driver asks for the wheel: from now on it may pass to that driver."""
-        self.wanted_by, self.is_free = driver, True
+        self.wanted_by.add(driver)
+        self.is_free = True
 
     def release(self, driver: int) -> None:
         """A driver gives the wheel back, perhaps some time later: the next one needs no command with speed 0."""
