@@ -157,7 +157,7 @@ static void new_line(void)
     const uint32_t random = draw();
     line_at = line_end = 0;
     if ((random & 7) == 0) put_word(random >> 3 & 1 ? 0 : MOTORCADE_RECEIVER_READBACK_HEADER);
-    const uint8_t begin = (random >> 4 & 1) ? MOTORCADE_CHECK_CHECK_BYTES : 0;
+    const uint8_t begin = (random >> 4 & 1) ? MOTORCADE_REQUEST_CHECK_BYTES : 0;
     const uint8_t leader_states = random >> 5 & 7, follower_words = random >> 8 & 7;
     const uint8_t at = line_end;
     line_end += begin;
@@ -168,11 +168,11 @@ static void new_line(void)
         const uint8_t end = line_end;
         const uint32_t crc = motorcade_blocks_crc32_of(line, at + begin, end, 0);
         line_end = at;
-        put_word(MOTORCADE_CHECK_CHECK_HEADER);
+        put_word(MOTORCADE_REQUEST_CHECK_HEADER);
         for (uint8_t i = 0; i < 4; i++) {
-            put_word(MOTORCADE_CHECK_MARKS | (crc >> (24 - 8 * i) & 255) << MOTORCADE_CHECK_PAYLOAD_AT);
+            put_word(MOTORCADE_REQUEST_MARKS | (crc >> (24 - 8 * i) & 255) << MOTORCADE_REQUEST_PAYLOAD_AT);
         }
-        put_word(MOTORCADE_CHECK_MARKS | (random >> 15 & 255) << MOTORCADE_CHECK_PAYLOAD_AT);
+        put_word(MOTORCADE_REQUEST_MARKS | (random >> 15 & 255) << MOTORCADE_REQUEST_PAYLOAD_AT);
         line_end = end;
     }
     if ((random >> 24 & 3) == 0) line[(random >> 26) % line_end] ^= 1 << (random >> 23 & 7);
