@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import Pose, Program, compile_program, forward, open_table
+from motorcade import Pose, Program, compile_program, forward, open_table, stop_on_dark, wait
 from motorcade.car.brain import RUNNING, WORD
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
@@ -19,7 +19,7 @@ from motorcade.mats.model import Starts
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 from support.plain_world import PlainWorld
-from support.strategies import BRISK
+from support.strategies import BRISK, CLASSROOM
 from support.worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, go, ran
 
 SLICES = 5
@@ -130,6 +130,20 @@ def test_the_engine_equals_the_plain_world_when_cars_are_driven(case: Case, data
         assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
         assert sorted(happened) == sorted(plain.events)
     assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
+
+
+def test_a_car_on_dark_floor_that_is_pushed_is_felt_by_the_one_beside_it() -> None:
+    """Cars that stand near each other rest, and this one begins to look at the floor between two looks around."""
+    away_m = CLASSROOM.body.diameter_mm / 1000 + 0.09
+    mat = open_table((Pose(0, 0), Pose(-away_m, 0), Pose(away_m, 0)))
+    mat = replace(mat, spots=((0.0, 0.0, 2.0),))
+    image = compile_program(Program([wait(1), stop_on_dark(10)]), CLASSROOM).image
+    engine, plain = World(mat, [image], CLASSROOM, seeds=1), PlainWorld(mat, [image], CLASSROOM, 1)
+    for world in (engine, plain):
+        world.run(2000)
+        world.drive(1, 90, 1, 255)
+        world.run(6000)
+    assert contents(engine)["x"].T.tolist() == plain.x
 
 
 @pytest.mark.parametrize("tagged", [(1, 1, 0), (1, 1, 1), (1, 0, 0)], ids=["two of three", "all", "one"])

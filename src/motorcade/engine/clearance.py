@@ -103,15 +103,14 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         place_ticks, place_anyhow, ticks, distance, push_x, push_y = bodies.place_near(
             i, look, push_x, push_y, cars, arrays.place, rules
         )
-    pushed = 0
-    if push_x != 0.0 or push_y != 0.0:
-        if bodies.stands(i, cars, rules) and int(cars.clear[i]) & bodies.PUSHED == 0:
-            wake_near(i, arrays, now)
-        cars.clear[i] = on_another_way(cars.clear[i], tick + 1)
-        pushed = 1
-    elif arrays.floor.shape[0] and cars.memory[WORD, i] >> _FLOOR_AT & 1:
-        # Who follows a line soon leaves its way.
-        pushed = 1
+    is_pushed = push_x != 0.0 or push_y != 0.0
+    # Who follows a line soon leaves its way, and counts as pushed.
+    pushed = int(is_pushed or (arrays.floor.shape[0] > 0 and cars.memory[WORD, i] >> _FLOOR_AT & 1 != 0))
+    if pushed and bodies.stands(i, cars, rules) and int(cars.clear[i]) & bodies.PUSHED == 0:
+        wake_near(i, arrays, now)
+    if is_pushed:
+        # Cars that look after this one in this tick see that it doesn't rest.
+        cars.clear[i] = on_another_way(cars.clear[i], tick + 1) | bodies.PUSHED
     if look > 0.0:
         ahead_ticks, seen = bodies.others_ahead(i, world, look, cars, arrays.cells, rules)
         ticks = min(ticks, ahead_ticks)
