@@ -4,7 +4,7 @@ import asyncio
 import selectors
 import threading
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, closing, contextmanager
 
 from motorcade.boards.computer import ComputerBoard, Equipment, run_many
 from motorcade.boards.lines import PseudoTerminal, TcpPort
@@ -70,9 +70,10 @@ async def server(answer: bytes) -> AsyncIterator[str]:
     """Serve a port that gives ``answer`` to whatever comes, while the block runs; yields its address."""
 
     async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        while await reader.read(4096):
-            writer.write(answer)
-        writer.close()
+        # Also where this task is cancelled because all ends.
+        with closing(writer):
+            while await reader.read(4096):
+                writer.write(answer)
 
     listener = await asyncio.start_server(serve, "127.0.0.1", 0)
     async with listener:
