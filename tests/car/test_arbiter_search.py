@@ -4,9 +4,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from hypothesis import settings
-from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
 from motorcade.car.arbiter import DISARMED, NOBODY, TABLE, Arbiter
 from motorcade.words.ticks import TICKS_MASK
@@ -68,42 +65,3 @@ def test_no_sequence_of_events_moves_the_wheels_but_a_fresh_command_of_who_may_d
     assert depth == SEARCHED_DEPTH
     expected = {(state, next_state) for state, _, next_state in TABLE if arming or DISARMED not in (state, next_state)}
     assert moved >= expected
-
-
-class AnyDrive(RuleBasedStateMachine):
-    """The same, beyond the search: ten clients, real times, a clock that wraps."""
-
-    @initialize(
-        clock_ms=st.integers(0, TICKS_MASK) | st.integers(TICKS_MASK - 20_000, TICKS_MASK), arming=st.booleans()
-    )
-    def switch_on(self, clock_ms: int, arming: bool) -> None:
-        self.clock_ms = clock_ms
-        self.car, self.witness = Arbiter(300, 5000, arming), Witness(300, 5000, arming)
-
-    @rule(
-        event=st.sampled_from(
-            ["move"] * 6
-            + ["still"] * 3
-            + ["switch", "request", "release", "gone", "stop", "clear", "clear", "stall", "low", "charged", "charged"]
-        ),
-        session=st.sampled_from([1, 1, 1, 2, 2, 3, 9, 10]),
-    )
-    def take(self, event: str, session: int) -> None:
-        self._see(event, session, 0)
-
-    @rule(session=st.integers(1, 10))
-    def resume(self, session: int) -> None:
-        self._see("resume", session, 0)
-
-    @rule(waited_ms=st.integers(0, 40) | st.sampled_from([299, 300, 301, 4999, 5000, 5001, 40_000]))
-    def wait(self, waited_ms: int) -> None:
-        self.clock_ms = (self.clock_ms + waited_ms) & TICKS_MASK
-        self._see("wait", 1, waited_ms)
-
-    def _see(self, event: str, session: int, waited_ms: int) -> None:
-        answer = take(self.car, event, session, self.clock_ms)
-        assert not self.witness.see(self.car, event, session, waited_ms, answer)
-
-
-TestAnyDrive = AnyDrive.TestCase
-TestAnyDrive.settings = settings(stateful_step_count=60)

@@ -3,9 +3,6 @@
 import pytest
 
 from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
-from motorcade.car import brain
-from motorcade.car.senses import NOTHING
-from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.locales import catalogue
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
@@ -163,52 +160,6 @@ def test_the_message_about_256_steps_speaks_of_serial_modules():
     assert compiled.words == ()
 
 
-def test_the_built_in_profile_defines_the_levels():
-    profile = built_in_profile("classroom")
-    assert profile.durations_ms == (0, 1000, 2000, 3000)
-    assert profile.dwell_ms == (1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000)
-    assert profile.speeds_mm_s == (0, 100, 200, 300)
-    assert profile.turn_rates_deg_s == (0, 30, 60, 90)
-    assert profile.avoid_radii_mm == (100, 200, 300, 400)
-
-
-LEVELS = levels_of(built_in_profile("classroom"))
-DRIVES_ON = word_of("0", "1", "1001011", "0000", "00000", "0", "0", "00000000000", "0")
-LISTENS = word_of("0", "1", "1001011", "0000", "00000", "1", "0", "00000000000", "0")  # c6
-SENSES = word_of("0", "1", "1001011", "0000", "00000", "0", "1", "00000000000", "0")  # c7
-AT_SPEED_2 = 2  # forward
-
-
-def wheels(word, heard=(), person=0):
-    """Return what a leader's wheels do 0.5 s after the start of ``word``."""
-    memory = [0] * brain.SIZE
-    brain.switch_on(memory, 0, 0)
-    brain.leader_start(memory, (0x01000000, word), 0)
-    for voice_heard in heard:
-        brain.hear_voice(memory, voice_heard)
-    return brain.wheels(memory, NOTHING._replace(person=person), 500, LEVELS)
-
-
-@pytest.mark.parametrize(
-    ("word", "heard", "expected"),
-    [
-        (LISTENS, (), AT_SPEED_2),
-        (LISTENS, (brain.VOICE_STOP,), brain.STILL),
-        (LISTENS, (brain.VOICE_STOP, brain.VOICE_GO), AT_SPEED_2),
-        (DRIVES_ON, (brain.VOICE_STOP,), AT_SPEED_2),
-    ],
-    ids=["silence", "stop", "stop and go", "not asked to listen"],
-)
-def test_c6_a_voice_stops_the_wheels(word, heard, expected):
-    assert wheels(word, heard=heard) == expected
-
-
-def test_c7_stops_the_wheels_while_a_person_is_sensed():
-    assert wheels(SENSES, person=1) == brain.STILL
-    assert wheels(SENSES, person=0) == AT_SPEED_2
-    assert wheels(DRIVES_ON, person=1) == AT_SPEED_2
-
-
 # 001
 VECTORS = [
     # The text of the worked example: a = 40.
@@ -241,35 +192,3 @@ def test_a_drive_command_is_big_endian_unless_little_is_asked_for():
     assert pack(311209984) == bytes([0x12, 0x8C, 0xB0, 0x00])
     assert pack(311209984, "little") == bytes([0x00, 0xB0, 0x8C, 0x12])
     assert unpack(bytes([0x00, 0xB0, 0x8C, 0x12]), "little") == 311209984
-
-
-@pytest.mark.parametrize("angle", [181, 255])
-def test_an_angle_over_180_is_refused_at_both_ends(angle):
-    on_the_wire = word_of("0001", f"{angle:08b}", "1", "10010110", "00000000000")
-    for refuse in (lambda: DRIVE.encode(angle=angle), lambda: DRIVE.decode(on_the_wire)):
-        with pytest.raises(WordError) as caught:
-            refuse()
-        assert (caught.value.field, caught.value.value, caught.value.allowed) == ("angle", angle, "0 to 180")
-
-
-@pytest.mark.parametrize("angle", [0, 180])
-def test_the_outermost_angles_are_allowed_at_both_ends(angle):
-    word = word_of("0001", f"{angle:08b}", "0", "00000000", "00000000000")
-    assert DRIVE.encode(angle=angle) == word
-    assert DRIVE.decode(word).angle == angle
-
-
-@pytest.mark.parametrize("strict", [False, True])
-@pytest.mark.parametrize("code", [0, 2, 15])
-def test_the_code_is_checked_before_all_that_depends_on_it(code, strict):
-    # With code 1 these bits would be refused for an angle of 255 and for reserved bits.
-    word = word_of(f"{code:04b}", "11111111", "1", "11111111", "11111111111")
-    with pytest.raises(WordError) as caught:
-        DRIVE.decode(word, strict)
-    assert (caught.value.field, caught.value.value) == ("code", code)
-    assert caught.value.allowed == "1 (speed and direction)"
-
-
-def test_the_code_is_checked_first_when_a_command_is_made():
-    with pytest.raises(WordError, match="code is 2"):
-        DRIVE.encode(code=2, angle=181)

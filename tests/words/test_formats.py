@@ -1,15 +1,13 @@
 """Encoding and decoding of the four formats and of others, and what they refuse."""
 
-import struct
 from itertools import pairwise
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motorcade.words.field import Field, Values, WordError, WordFormat
+from motorcade.words.field import Field, WordError, WordFormat
 from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, LIGHTS, format_named
-from motorcade.words.image import pack, unpack
 from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
 ANY_WORD = st.integers(0, 0xFFFFFFFF)
@@ -273,62 +271,7 @@ def test_a_format_whose_fields_make_no_word_cannot_be_defined(places, reason):
         declared(*places)
 
 
-def test_all_limits_of_a_field_hold_together():
-    level = Field(
-        "level", 7, 0, "exactly one bit, not the uppermost", values=Values(minimum=1, maximum=64, one_hot=True)
-    )
-    own = WordFormat("own", [Field("upper", 31, 16, "for a test"), Field("rest", 15, 8, "for a test"), level])
-    assert [raw for raw in range(256) if level.allows(raw)] == [1, 2, 4, 8, 16, 32, 64]
-    for raw in (0, 3, 128):
-        assert refusal(own.encode, level=raw)[:2] == ("level", raw)
-        assert refusal(own.decode, raw)[:2] == ("level", raw)
-
-
-@given(gait=st.integers(0, 15), legs=st.integers(0, 8))
-def test_a_field_that_goes_with_another_is_0_exactly_where_that_is(gait, legs):
-    fields = [
-        Field("gait", 31, 28, "how it walks", goes_with="legs"),
-        Field("legs", 27, 24, "how many legs", values=Values(maximum=8)),
-        Field("rest", 23, 0, "for a test"),
-    ]
-    own = WordFormat("walker", fields)
-    word = gait << 28 | legs << 24
-    if bool(gait) == bool(legs):
-        assert own.encode(gait=gait, legs=legs) == word
-        assert own.decode(word) == (gait, legs, 0)
-    else:
-        expected = ("gait", gait, "0, as there are no legs" if gait else "1 to 15")
-        assert refusal(own.encode, gait=gait, legs=legs) == expected
-        assert refusal(own.decode, word) == expected
-
-
-def test_fields_may_be_called_as_variables_of_the_generated_code():
-    names = ("values", "refuse", "new", "word", "found", "strict", "self", "rule")
-    own = declared(*[(name, 31 - 4 * number, 28 - 4 * number) for number, name in enumerate(names)])
-    values = {name: number for number, name in enumerate(names)}
-    assert own.encode(**values) == 0x01234567
-    assert own.decode(0x01234567)._asdict() == values
-    assert refusal(own.encode, refuse=16) == ("refuse", 16, "0 to 15")
-
-
 @pytest.mark.parametrize("link", ["needs", "goes_with"])
 def test_a_format_with_a_link_to_a_missing_field_cannot_be_defined(link):
     with pytest.raises(ValueError, match="field most names leg, which is no field"):
         WordFormat("own", [Field("most", 31, 1, "for a test", **{link: "leg"}), Field("legs", 0, 0, "for a test")])
-
-
-# On a wire
-
-
-@pytest.mark.parametrize("byte_order", ["big", "little"])
-@given(word=ANY_WORD)
-def test_a_word_goes_over_a_wire_and_back(byte_order, word):
-    data = pack(word, byte_order)
-    assert data == word.to_bytes(4, byte_order)
-    assert unpack(data, byte_order) == word
-
-
-@pytest.mark.parametrize("word", NO_WORDS)
-def test_what_is_no_word_does_not_go_over_a_wire(word):
-    with pytest.raises((struct.error, ValueError)):
-        pack(word)

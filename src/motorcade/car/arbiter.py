@@ -9,14 +9,7 @@ from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms
 
 # States: what the wheels do, and the reason.
-READY = 0
-STANDING = 1
-MOVING = 2
-FAILSAFE = 3
-STOPPED = 4
-PROGRAM = 5
-DISARMED = 6
-DISCHARGED = 7
+READY, STANDING, MOVING, FAILSAFE, STOPPED, PROGRAM, DISARMED, DISCHARGED = range(8)
 STATES = (
     ("ready", "the wheels stand still; the next command drives"),
     ("standing", "the driver's command has speed 0"),
@@ -29,18 +22,7 @@ STATES = (
 )
 
 # Events. STILL and MOVE are commands of the session that may drive.
-STILL = 0
-MOVE = 1
-SILENT = 2
-STALL = 3
-RELEASE = 4
-GONE = 5
-STOP = 6
-CLEAR = 7
-RESUME = 8
-UNARMED = 9
-LOW = 10
-CHARGED = 11
+STILL, MOVE, SILENT, STALL, RELEASE, GONE, STOP, CLEAR, RESUME, UNARMED, LOW, CHARGED = range(12)
 EVENTS = (
     ("still", "a command with speed 0"),
     ("move", "a command with a speed"),

@@ -95,6 +95,13 @@ class Board:
         """
         return False
 
+    def needs_rest(self) -> bool:
+        """Return whether work waits that takes a slow chip tenths of a second, such as a handshake of TLS."""
+        return False
+
+    def work_at_rest(self) -> None:
+        """Do some of that work; the wheels stand meanwhile."""
+
     def store_name(self, name: str) -> None:
         """Keep ``name`` as the car's, also while the power is off. Raises OSError where the board can't."""
         raise OSError("this board keeps no name")

@@ -23,9 +23,9 @@ The functions take these arguments:
 Source: seed 000, c1-c9, for the fields; the protocol's section "What a car does with a word" for the behaviour.
 """
 
+from motorcade.words import uint8, uint8_at, uint16_at
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import elapsed_ms, later_ms
-from motorcade.words.widths import uint8, uint8_at, uint16_at
 
 # The type of an image in annotations. In C its words are read by a function, so that they may be in an EEPROM.
 MYPY = False

@@ -18,7 +18,7 @@ class DriveBoard:
 
     Attributes:
         has_program: whether the image can drive the car; an upload may change it.
-        switches: the names of those of `motorcade.words.switches` that it has.
+        switches: the names of those of `motorcade.words.formats` that it has.
     """
 
     has_program = False

@@ -43,6 +43,7 @@ from motorcade.car.brain import (
     draw,
     draw_headings,
 )
+from motorcade.words import uint8
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.infrared import (
     air_us,
@@ -56,7 +57,6 @@ from motorcade.words.infrared import (
     word_of,
 )
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
-from motorcade.words.widths import uint8
 
 # States of sending, in RELAY.
 BUSY = 0  # waits for the air to be free

@@ -88,10 +88,10 @@ class Car:
         self._words: array[int] | None = None
         # A new image that isn't stored yet, when it came, and since when the air has been free.
         self._unstored: CarEvent | None = None
-        self._came_ms = 0
-        self._free_since_ms = 0
-        self._wheels = brain.STILL
-        self._led = brain.NO_LED
+        self._came_ms = self._free_since_ms = 0
+        # Whether the board waits for such a moment, too.
+        self._rests = False
+        self._wheels, self._led = brain.STILL, brain.NO_LED
         # Whether the LED blinks, since when, and which one is lit then.
         self._blinks = False
         self._blinks_since_ms = 0
@@ -173,6 +173,8 @@ class Car:
         if self._answers:
             self.board.write_serial(self._answers[: self.board.bytes_a_tick])
             self._answers = self._answers[self.board.bytes_a_tick :]
+        elif self._is_slow and not takes_long and self.board.needs_rest():
+            return self._work_at_rest(now)
         return takes_long
 
     def _serve_serial(self, now: int) -> bool:
@@ -231,8 +233,7 @@ class Car:
             self._blinks, self._blinks_since_ms = True, now
         elif request.kind == STOP and not self._is_stopped:
             self._is_stopped = True
-            self._wheels = brain.STILL
-            self._led = brain.NO_LED
+            self._wheels, self._led = brain.STILL, brain.NO_LED
             board.set_wheels(0, 0)
             board.set_led(brain.NO_LED)
         elif request.kind == GO and self._is_stopped:
@@ -272,22 +273,38 @@ class Car:
 
     def _store_at_rest(self, event: CarEvent, now: int) -> bool:
         """Store a new image if this is the moment for it, with the wheels at rest; return whether it was."""
-        is_busy = self.air_is_busy()
-        if is_busy:
+        # The program that a leader leaves is over.
+        if not self._is_at_rest(now, True):
+            return False
+        self._unstored = None
+        self._take_image(event, now)
+        return True
+
+    def _work_at_rest(self, now: int) -> bool:
+        """Let the board do work that takes long if this is the moment for it; return whether it was."""
+        if not self._rests:
+            self._rests, self._came_ms, self._free_since_ms = True, now, now
+        if not self._is_at_rest(now, self._wheels & 3 == 0):
+            return False
+        self._rests = False
+        self.board.work_at_rest()
+        return True
+
+    def _is_at_rest(self, now: int, may_stop: bool) -> bool:
+        """Stop the wheels if this is the moment for it; return whether it is. A leader waits unless it ``may_stop``."""
+        if is_busy := self.air_is_busy():
             self._free_since_ms = now
         drives = self._wheels & 3 > 0
         stands_in_silence = not drives and elapsed_ms(now, self._free_since_ms) >= _QUIET_MS
-        # A leader hears nothing, and the program that it leaves is over.
-        is_moment = not is_busy if self._leads else stands_in_silence
+        # A leader hears nothing.
+        is_moment = not is_busy and may_stop if self._leads else stands_in_silence
         if not is_moment and elapsed_ms(now, self._came_ms) < _STORE_WITHIN_MS:
             return False
-        self._unstored = None
         if drives:
             self._wheels = brain.STILL
             self.board.set_wheels(0, 0)
-        # A follower whose word isn't over drives on afterwards.
+        # A car whose word isn't over drives on afterwards.
         self._wake_ms = now
-        self._take_image(event, now)
         return True
 
     def _take_image(self, event: CarEvent, now: int) -> None:

@@ -5,8 +5,8 @@ and it is translated to C, so all do the same in the same order. Each passes its
 """
 
 from motorcade.car import brain, frames
+from motorcade.words import uint8
 from motorcade.words.ticks import later_ms
-from motorcade.words.widths import uint8
 
 # For the type checker and the translation to C alone: MicroPython has no such modules.
 MYPY = False

@@ -1,7 +1,7 @@
 """What a device declares; portable, and without imports, since all other packages may read it.
 
 A device is data: `motorcade.devices` lists those that there are. These follow from it: fields of words and frames
-(`words.formats`), steps with their blocks, Python names and tables of the documentation (`program.step_kinds`), the
+(`words.formats`), steps with their blocks, Python names and tables of the documentation (`program.steps`), the
 record of what a car senses (`car.senses`), methods of a board (`car.board`, MotorcadeBoard.h) and their checks, tables
 of pin files, and what the Arduino library reads. CONTRIBUTING.md says how a device is added.
 """

@@ -1,4 +1,4 @@
-"""The motor: two wheels that drive forward or turn on the spot (c3)."""
+"""The motor: two wheels that drive forward or turn on the spot (c3); and the chassis of a car that somebody drives."""
 
 from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Part, Role, StepKind, seconds
 
@@ -62,4 +62,13 @@ MOTOR = Device(
         ),
     ),
     parts=(wheel_motor("left_motor", ("IN1", "IN2", "ENA")), wheel_motor("right_motor", ("IN3", "IN4", "ENB"))),
+)
+
+# A steering servo and a drive motor.
+CHASSIS = Device(
+    "chassis",
+    parts=(
+        Part("servo", "5 V, GND", (Role("signal", True, "SIG"),)),
+        wheel_motor("drive_motor", ("IN1", "IN2", "ENA")),
+    ),
 )

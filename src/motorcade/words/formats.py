@@ -1,14 +1,21 @@
-"""The five word formats of Motorcade, each declared once, and the fingerprints of formats.
+"""The five word formats of Motorcade, each declared once, their fingerprints, and what drive commands switch.
 
 Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE, docs/drive.md for LIGHTS, which is a second
 code of drive commands, the protocol's section "Tagged words" for FRAME.
 """
 
 from binascii import crc32
+from collections import namedtuple
 
 from motorcade.devices import DEVICES
+from motorcade.errors import MotorcadeError
 from motorcade.words.field import RESERVED, WORD_MASK, Field, Values, WordError, WordFormat
 from motorcade.words.infrared import CHECK_MASKS
+
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from collections.abc import Mapping
 
 HEADER = WordFormat(
     "header",
@@ -157,3 +164,63 @@ def canonical_text(word_format: WordFormat) -> str:
                 parts.append("needs=" + field.needs)
         lines.append(" ".join(parts))
     return "".join([line + "\n" for line in lines])
+
+
+# What a driver switches beside the wheels: each switch is one bit of a drive command with a code of its own. The car's
+# control, clients, keys, buttons of pages, pins and boards follow from SWITCHES.
+#
+# name: of the bit in ``word_format``, of the table in a pin file, and of the switch's texts.
+# is_held: whether it is on only while its driver holds it, as a horn is; others stay on until their driver leaves.
+# key: the letter that switches it, on pages and in terminals.
+# supply, terminal: what a computer's pin is wired to, as `motorcade.config.pins` has it of every device.
+Switch = namedtuple("Switch", ("name", "word_format", "is_held", "key", "supply", "terminal"))
+
+SWITCHES = (
+    Switch("head_light", LIGHTS, False, "l", "5 V, GND", "IN"),
+    Switch("horn", LIGHTS, True, "h", "5 V, GND", "IN"),
+)
+
+# The formats of drive commands by their code.
+_DRIVE_FORMATS: "dict[int, WordFormat]" = {
+    each.field("code").only[0][0]: each for each in [DRIVE] + [switch.word_format for switch in SWITCHES]
+}
+_DRIVE_CODES = Values(only=tuple([each.field("code").only[0] for each in _DRIVE_FORMATS.values()]))
+_DRIVE_CODE = Field(
+    "code", DRIVE.field("code").high, DRIVE.field("code").low, "what the command is", values=_DRIVE_CODES
+)
+
+
+def format_of(word: int) -> WordFormat:
+    """Return the format of a drive command, by its code. Raises WordError where there is no such code."""
+    code = word >> _DRIVE_CODE.low
+    if code not in _DRIVE_FORMATS:
+        raise WordError("code", code, _DRIVE_CODE.allowed)
+    return _DRIVE_FORMATS[code]
+
+
+def switched_by(word: int) -> "dict[str, int]":
+    """Return what a command without its stamp switches, by name; nothing where it moves the wheels.
+
+    Raises WordError where it is no drive command.
+    """
+    word_format = format_of(word)
+    values = word_format.decode(word, strict=True)
+    return {each.name: getattr(values, each.name) for each in SWITCHES if each.word_format is word_format}
+
+
+def switch_words(wanted: "Mapping[str, int]", present: "Mapping[str, int]") -> "list[int]":
+    """Return the commands that switch what is ``wanted``, 0 or 1 by name; others of a command are as in ``present``.
+
+    Raises MotorcadeError: there is no such switch.
+    """
+    names = [each.name for each in SWITCHES]
+    for name in wanted:
+        if name not in names:
+            raise MotorcadeError("no-such-switch", name=name, known=", ".join(names) or "-")
+    words = []
+    for code, word_format in _DRIVE_FORMATS.items():
+        own = [each.name for each in SWITCHES if each.word_format is word_format]
+        if set(own) & set(wanted):
+            values = {name: int(wanted.get(name, present.get(name, 0))) for name in own}
+            words.append(word_format.encode(code=code, **values))
+    return words

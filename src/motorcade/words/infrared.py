@@ -11,7 +11,7 @@ code (32,26), which finds every one, two or three flipped bits. Source: the
 protocol's section "Tagged words".
 """
 
-from motorcade.words.widths import uint8
+from motorcade.words import uint8
 
 TAGS = 31
 # A tag is newer than another from 1 to so many slots after it.

@@ -20,6 +20,7 @@ In each tick a shell
 It goes on with its other work after WORKING, and calls `next_event` again in the next tick.
 """
 
+from motorcade.words import uint8, uint8_at, uint16, uint16_at
 from motorcade.words.blocks import crc32_of, move_to_start
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.request import (
@@ -34,7 +35,6 @@ from motorcade.words.request import (
     SUM_AT,
 )
 from motorcade.words.ticks import elapsed_ms
-from motorcade.words.widths import uint8, uint8_at, uint16, uint16_at
 
 SILENCE_MS = 500
 READBACK_HEADER = 0x000000FF

@@ -1,6 +1,6 @@
 """Time on a car: integer milliseconds that wrap at 2^30, as MicroPython's do."""
 
-from motorcade.words.widths import uint8
+from motorcade.words import uint8
 
 TICKS_MASK = (1 << 30) - 1
 
