@@ -1,10 +1,11 @@
-"""check_board: a correct board passes, and each broken board gets a sentence that says what is wrong."""
+"""check_board: a correct board passes; each broken output, sensor and store gets a sentence that names its fault."""
 
 import re
 import threading
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from checked_board import check as checked_chip
@@ -13,18 +14,14 @@ from simulated.flash import Flash
 
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
-from motorcade.car.check import METHODS, NOT_CHECKED
+from motorcade.car.check import METHODS, NOT_CHECKED, BoardObserver
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.firmware.car_files import settings_of, templates
 from support import mock_pi, roverhat
-from support.broken_boards import (
-    BROKEN,
-    REAL_TIME,
-    NotDerived,
-    WritesOverSlowly,
-)
-from support.observed_tin import TinBench, TinObserver
+from support.broken_boards import BAD_CLOCKS, BROKEN, writes_over_slowly
+from support.mutant_boards import ALONE, OBSERVED, go, mutant
+from support.observed_tin import EepromTin, FullTin, TinBench, TinObserver
 from support.tin_car import RealClock, Tin, TinBoard
 
 # A cut of power closes no files.
@@ -32,45 +29,53 @@ pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptio
 CLASSROOM = built_in_profile("classroom")
 DOCS = Path(__file__).parents[2] / "docs"
 SMALL = bytes.fromhex("01000000 64800000")
+NAMES: dict[str, Any] = {"ids": lambda value: value if isinstance(value, str) else ""}
+PARTS = ("wheels", "lit_leds", "sent_frames", "written_bytes")
+SENSORS = ("put_obstacle", "show_carrier", "show_person", "show_floor", "speak")
+# An observer of a board without sensors.
+OUTPUTS_ALONE = partial(TinObserver, has_sensors=False)
 
 
-def test_a_board_in_fewer_than_a_hundred_lines_passes():
-    source = (Path(__file__).parents[1] / "support" / "tin_car.py").read_text(encoding="utf-8")
-    assert len(source.splitlines()) < 100
+def checked(kind: type, folder: Path, observer: Any = TinObserver, bench: TinBench | None = None) -> list:
+    """Return what check_board finds in a board of ``kind`` on ``bench``; ``observer`` is made for that."""
+    bench = bench or TinBench()
+
+    def wait_ms(duration_ms):
+        bench.now_s += duration_ms / 1000
+
+    def say(data):
+        bench.line_in += data
+
+    def hear(frame):
+        bench.to_report.append(frame)
+
+    observe = observer and observer(bench)
+    return check_board(kind(bench, folder), partial(kind, bench, folder), wait_ms, hear, say, observe)
 
 
 def faults(found: list) -> list[str]:
     return [str(each) for each in found if each.key != NOT_CHECKED]
 
 
-def checked(kind: type, folder: Path) -> list[str]:
-    """Return what check_board finds in a board of ``kind``."""
-    tin = TinBench()
-    tin_board = kind(tin, folder)
-
-    def wait_ms(duration_ms):
-        tin.now_s += duration_ms / 1000
-
-    def say(data):
-        tin.line_in += data
-
-    reopen = partial(kind, tin, folder)
-
-    def hear(frame):
-        tin.to_report.append(frame)
-
-    return check_board(tin_board, reopen, wait_ms, hear, say, TinObserver(tin, has_sensors=False))
+def not_checked(found: list) -> list[str]:
+    parts = [each.details["parts"].split(", ") for each in found if each.key == NOT_CHECKED]
+    return sorted(parts[0]) if parts else []
 
 
-def test_a_correct_board_passes_and_gets_its_image_back(tmp_path):
+# Correct boards
+
+
+def test_a_board_in_fewer_than_a_hundred_lines_passes_and_gets_its_image_back(tmp_path):
+    source = (Path(__file__).parents[1] / "support" / "tin_car.py").read_text(encoding="utf-8")
+    assert len(source.splitlines()) < 100
     board = TinBoard(Tin(), tmp_path)
     board.store_image(SMALL)
-    assert checked(TinBoard, tmp_path) == []
+    assert checked(TinBoard, tmp_path, OUTPUTS_ALONE) == []
     assert board.load_image() == SMALL
 
 
 def test_a_board_without_an_image_holds_the_empty_one_after_the_check(tmp_path):
-    assert checked(TinBoard, tmp_path) == []
+    assert checked(TinBoard, tmp_path, OUTPUTS_ALONE) == []
     assert TinBoard(Tin(), tmp_path).load_image() == bytes(4)
 
 
@@ -106,23 +111,115 @@ def test_a_micropython_car_passes(chip, platform, is_leader, atomic_rename):
     assert checked_chip(bench, bench.open().board) == []
 
 
-@pytest.mark.parametrize(("kind", "says"), BROKEN, ids=lambda value: getattr(value, "__name__", None))
-def test_each_broken_board_gets_a_sentence_that_names_its_fault(kind, says, tmp_path, monkeypatch):
-    if kind in REAL_TIME:
-        # check_board sets clocks ahead only where there are no other threads; other tests may have left some.
-        monkeypatch.setattr(threading, "active_count", lambda: 1)
-        breaches = check_board(kind(Tin(), tmp_path), reopen=partial(kind, Tin(), tmp_path))
-    else:
-        breaches = checked(kind, tmp_path)
-    assert any(says in str(breach) for breach in breaches), breaches
+def test_a_correct_board_that_is_observed_passes_and_nothing_is_left_unchecked(tmp_path):
+    assert checked(FullTin, tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", [FullTin, EepromTin])
+def test_without_an_observer_each_part_is_named_as_not_checked(kind, tmp_path):
+    found = checked(kind, tmp_path, None)
+    assert faults(found) == []
+    parts = PARTS + SENSORS + (("cut_power",) if kind is EepromTin else ())
+    assert not_checked(found) == sorted(f"observe.{part}" for part in parts)
+
+
+@pytest.mark.parametrize("part", PARTS + SENSORS)
+def test_an_observer_may_offer_a_part_alone(part, tmp_path):
+    methods = {part: getattr(TinObserver, part), "__init__": TinObserver.__init__}
+    found = checked(FullTin, tmp_path, type("Partial", (BoardObserver,), methods))
+    assert faults(found) == []
+    assert not_checked(found) == sorted(f"observe.{other}" for other in PARTS + SENSORS if other != part)
+
+
+def test_what_the_arguments_were_not_given_is_named(tmp_path):
+    bench = TinBench()
+
+    def wait_ms(duration_ms):
+        bench.now_s += duration_ms / 1000
+
+    found = check_board(FullTin(bench, tmp_path), wait_ms=wait_ms, observe=TinObserver(bench))
+    assert (faults(found), not_checked(found)) == ([], ["hear", "reopen", "say"])
+
+
+@pytest.mark.parametrize("faulty", [{}, {"wheels": (1, 1)}, {"lit_leds": [2]}], ids=str)
+def test_the_check_leaves_the_wheels_still_and_the_leds_dark(faulty, tmp_path):
+    bench = TinBench()
+    shows = {name: lambda self, value=value: value for name, value in faulty.items()}
+    found = checked(FullTin, tmp_path, type("Faulty", (TinObserver,), shows), bench)
+    assert bool(faults(found)) == bool(faulty)
+    assert (TinObserver(bench).wheels(), TinObserver(bench).lit_leds()) == ((0, 0), [])
+
+
+class BusyComputer(FullTin):
+    """A correct board on a computer that does something else for 30 ms now and then, at whatever is called then."""
+
+    readings = 0
+
+    def now_ms(self):
+        self.readings += 1
+        self.tin.now_s += 0.03 if self.readings % 50 == 0 else 0.0005
+        return super().now_ms()
+
+
+def test_pauses_of_the_computer_are_not_the_boards(tmp_path, monkeypatch):
+    monkeypatch.setattr("motorcade.car.check.signals.HAS_CLOCK", False)
+    assert faults(check_board(BusyComputer(TinBench(), tmp_path))) == []
+
+
+# Broken boards
+
+
+@pytest.mark.parametrize(("name", "changes", "says"), BROKEN, **NAMES)
+def test_each_broken_board_gets_a_sentence_that_names_its_fault(name, changes, says, tmp_path):
+    kind = mutant(changes, TinBoard) if isinstance(changes, dict) else changes
+    found = checked(kind, tmp_path, OUTPUTS_ALONE)
+    assert any(says in str(breach) for breach in found), found
     # One fault gives one or two sentences, and none about other methods.
-    assert len(breaches) <= (len(breaches) if kind is NotDerived else 2)
+    assert len(found) <= 2 or name == "not derived"
+
+
+@pytest.mark.parametrize(("name", "kind", "says"), BAD_CLOCKS, **NAMES)
+def test_a_broken_clock_is_found_in_real_time(name, kind, says, tmp_path, monkeypatch):
+    # check_board sets clocks ahead only where there are no other threads; other tests may have left some.
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    found = check_board(kind(Tin(), tmp_path), reopen=partial(kind, Tin(), tmp_path))
+    assert [sentence for sentence in faults(found) if says in sentence], found
+    assert len(found) <= 2
 
 
 def test_a_fault_found_by_a_cut_of_power_names_the_line(tmp_path):
-    (sentence,) = checked(WritesOverSlowly, tmp_path)
+    (sentence,) = checked(mutant({"store_image": writes_over_slowly}, TinBoard), tmp_path, OUTPUTS_ALONE)
     assert "of broken_boards.py" in str(sentence)
     assert "rename it" in str(sentence)
+
+
+@pytest.mark.parametrize(("name", "changes", "says"), ALONE, **NAMES)
+@pytest.mark.parametrize("observer", [None, TinObserver], ids=["alone", "observed"])
+def test_a_fault_is_found_without_an_observer_and_with_one(name, changes, says, observer, tmp_path):
+    kind = mutant(changes, FullTin if "store_image" in changes else EepromTin)
+    found = faults(checked(kind, tmp_path, observer))
+    assert [sentence for sentence in found if says in sentence], found
+    assert len(found) <= 2, found
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_wheels_that_fail_at_a_level_do_not_turn_on(level, tmp_path):
+    def set_wheels(self, direction, speed_level):
+        self.tin.command(go(direction, {each: each for each in range(4) if each != level}[speed_level]))
+
+    bench = TinBench()
+    found = checked(mutant({"set_wheels": set_wheels}, FullTin), tmp_path, TinObserver, bench)
+    assert faults(found) == [f"set_wheels(0, {level}) raised KeyError: {level}"]
+    assert TinObserver(bench).wheels() == (0, 0)
+
+
+@pytest.mark.parametrize(("name", "changes", "says"), OBSERVED, **NAMES)
+def test_a_fault_is_found_by_observing_alone(name, changes, says, tmp_path):
+    kind = mutant(changes, EepromTin)
+    found = faults(checked(kind, tmp_path))
+    assert [sentence for sentence in found if says in sentence], found
+    assert len(found) <= 2, found
+    assert faults(checked(kind, tmp_path, None)) == []
 
 
 # What the documentation shows

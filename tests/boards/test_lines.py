@@ -147,23 +147,6 @@ def test_an_upload_that_breaks_off_keeps_the_old_image_and_the_car_answers_again
 
 
 @every_line
-def test_bytes_that_are_no_image_are_refused_and_skipped_until_silence(kind, store):
-    store.save(OLD)
-    with closing(Rig(kind, store)) as rig:
-        assert rig.answer(bytes.fromhex("01010300") + OLD * 9, 4) == b"ERR "
-        rig.tick(5)
-        assert b"image-header word=0x01010300" in rig.client.read(500)
-        rig.client.write(NEW)
-        rig.line.wait(DEADLINE_S)
-        rig.tick(2)
-        assert rig.client.read(500) == b""
-        rig.now_s += 0.6
-        rig.tick()
-        assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
-    assert store.load() == NEW
-
-
-@every_line
 def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(kind, store, monkeypatch):
     def full(path, target):
         raise OSError("disk full")

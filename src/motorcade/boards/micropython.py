@@ -10,8 +10,7 @@ if MYPY:
     from typing import Any
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come, open_receiver
-from motorcade.boards.on_chip.motors import Motor, Wheels
-from motorcade.boards.on_chip.ultrasonic import Ultrasonic
+from motorcade.boards.on_chip.parts import Motor, Ultrasonic, Wheels
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_LED, UNIT_US
@@ -110,6 +109,14 @@ class MicroPythonBoard(Board):
     def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
         answered: bool = self._line.answer_requests(answer)
         return answered
+
+    def needs_rest(self) -> bool:
+        # Bytes that come by the cable meanwhile would be lost.
+        needs: bool = self._line.needs_rest()
+        return needs and elapsed_ms(self._clock.ticks_ms(), self._serial_ms) >= SILENCE_MS
+
+    def work_at_rest(self) -> None:
+        self._line.work_at_rest()
 
     def store_name(self, name: str) -> None:
         self._names.save(name.encode())

@@ -19,7 +19,7 @@ from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.world import World
 from motorcade.runs.recording import Description
-from motorcade.words.switches import SWITCHES
+from motorcade.words.formats import SWITCHES
 
 Setpoint = tuple[int, int, int]
 NEUTRAL: Setpoint = (90, 1, 0)

@@ -31,7 +31,7 @@ class SerialVoice(VoiceSource):
     Args:
         read: returns the bytes that came since the last call, ``b""`` for none; never waits.
         patterns: pairs of the bytes that the module sends and the voice that they mean.
-            No pattern contains another (`motorcade.config.voice_map` checks that).
+            No pattern contains another (`motorcade.config.pins` checks that).
     """
 
     def __init__(self, read: "Callable[[], bytes]", patterns: "Sequence[tuple[bytes, int]]") -> None:

@@ -6,9 +6,8 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from motorcade.config.pins import INPUTS, PinMap
+from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
-from motorcade.config.voice_map import VoiceMap
 from motorcade.errors import MotorcadeError
 
 LIBRARY = "Motorcade"

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
-from motorcade.config.pins import INPUTS, PinMap
+from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
-from motorcade.config.voice_map import VoiceMap
 from motorcade.errors import MotorcadeError
 
 MAIN = "main.py"

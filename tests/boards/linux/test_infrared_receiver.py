@@ -23,47 +23,6 @@ def test_a_follower_runs_the_word_of_a_received_frame(car, clock, pins):
     assert wheels(pins) == ((0, 0, 0), (0, 0, 0))
 
 
-@pytest.mark.parametrize("frame", [0, 0xFFFFFFFF, 0x80000001, FORWARD_1_S, 0x2AAAAAAA])
-@pytest.mark.parametrize("unit_us", [450, 560, 680])
-def test_frames_are_read_as_they_were_sent_by_slow_and_fast_senders(car, clock, pins, frame, unit_us):
-    board = car(SENSORS).board
-    board.received_frames()
-    clock.now_s += 1
-    beam(clock, pins, frame, unit_us)
-    clock.now_s += 0.005
-    beam(clock, pins, frame, unit_us)
-    assert board.received_frames() == [frame, frame]
-
-
-def test_air_is_busy_from_a_frames_first_mark_to_its_last(car, clock, pins):
-    board = car(SENSORS).board
-    pin, busy = pins.pin(RECEIVER), []
-    clock.now_s += 1
-    for at, duration_us in enumerate(frame_durations_us(FORWARD_1_S)):
-        (pin.drive_high if at % 2 else pin.drive_low)()
-        board.received_frames()
-        busy.append(board.senses_carrier())
-        clock.now_s += duration_us / 1e6 - 1e-5
-        busy.append(board.senses_carrier())
-        clock.now_s += 1e-5
-    assert all(busy)
-    pin.drive_high()
-    board.received_frames()
-    assert not board.senses_carrier()
-
-
-def test_noise_makes_the_air_busy_for_no_longer_than_a_frames_space(car, clock, pins):
-    board = car(SENSORS).board
-    pin = pins.pin(RECEIVER)
-    pin.drive_low()
-    clock.now_s += 0.0003
-    pin.drive_high()
-    assert board.received_frames() == []
-    assert board.senses_carrier()
-    clock.now_s += 0.006
-    assert not board.senses_carrier()
-
-
 def test_a_car_ignores_its_own_frame_and_receives_the_next_one(car, clock, pins):
     made = car(SENSORS)
     made.sender.busy = True
@@ -97,21 +56,6 @@ def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
     play(durations[42:])
     pin.drive_high()
     assert made.board.received_frames() == []
-
-
-def test_a_lost_edge_loses_only_its_frame(car, clock, pins):
-    board = car(SENSORS).board
-    board.received_frames()
-    receiver = board._infrared
-    at_s = clock.now_s
-    for skipped in (None, 20, None):
-        at_s += 0.01
-        for number, duration_us in enumerate(frame_durations_us(FORWARD_1_S)):
-            if number != skipped:
-                receiver.take_edge(int(at_s * 1e6), number % 2)
-            at_s += duration_us / 1e6
-        receiver.take_edge(int(at_s * 1e6), 1)
-    assert board.received_frames() == [FORWARD_1_S, FORWARD_1_S]
 
 
 def test_a_leader_sends_its_followers_words(car, clock, pins):

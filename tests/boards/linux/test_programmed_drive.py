@@ -217,13 +217,13 @@ def test_a_silent_driver_does_not_give_the_program_the_wheels(made, pins):
     car.session.resume_program()
     car.session.command(BENDS_LEFT)
     car.go_on(300)
-    car.control.tick()
+    car.control.beat()
     assert (car.state, wheels(pins)) == ("moving", DRIVEN_LEFT)
     car.go_on(1)
-    car.control.tick()
+    car.control.beat()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
     car.go_on(3000)
-    car.control.tick()
+    car.control.beat()
     assert wheels(pins) == ALL_STILL
 
 
@@ -265,12 +265,12 @@ def test_a_programmed_car_stands_still_while_its_image_is_stored(made, pins):
     assert car.saving.wait(DEADLINE_S)
     assert wheels(pins) == ALL_STILL
     car._clock.now_s += 5
-    car.control.tick()
+    car.control.beat()
     assert car.state == "program"
     car.may_save.set()
     car.go_on()
     assert wheels(pins) == TURNING_LEFT
-    car.control.tick()
+    car.control.beat()
     assert (car.state, wheels(pins)) == ("program", TURNING_LEFT)
 
 
@@ -282,10 +282,10 @@ def test_wheels_stop_within_the_watchdogs_time_where_the_program_hangs(made, pin
     car.session.resume_program()
     # A check every 50 ms: what is 149 ms old at one check is less than 200 ms old at the next.
     car._clock.now_s += 0.149
-    car.control.tick()
+    car.control.beat()
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
     car._clock.now_s += 0.05
-    car.control.tick()
+    car.control.beat()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
     assert "stuck for 199 ms" in car.control.telemetry().last_fault
     car.session.resume_program()
@@ -302,7 +302,7 @@ def test_wheels_stop_where_the_program_dies_and_the_driver_drives_on(made, pins)
     car.line.allow(1)
     car.thread.join(DEADLINE_S)
     assert wheels(pins) == ALL_STILL
-    car.control.tick()
+    car.control.beat()
     assert car.state == "failsafe"
     assert "ended by ZeroDivisionError: one by none; serve the car anew" in car.control.telemetry().last_fault
     assert car.events[-1][0] == "fault"
@@ -324,7 +324,7 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
         broken.setattr(car.board._board, "set_led", fail)
         car.go_on(2000)
         assert wheels(pins) == ALL_STILL
-        car.control.tick()
+        car.control.beat()
         assert (car.state, car.control.telemetry().last_fault) == ("failsafe", "the LEDs are out")
     car.go_on()
     car.session.resume_program()

@@ -20,7 +20,6 @@ from support.mock_pi import (
     LEDS,
     LEDS_AT,
     LEFT_MOTOR,
-    PIR,
     SENSORS,
     STEERED,
     beam,
@@ -61,15 +60,6 @@ def test_a_motor_has_no_power_while_its_direction_changes(car, pins):
     before = {number: len(pin.states) for number, pin in watched.items()}
     board.set_wheels(2, 3)
     assert [round(state.state * 255) for state in watched[12].states[before[12] :]] == [0, 85]
-
-
-def test_one_led_is_lit_at_a_time_or_none(car, pins):
-    board = car(LEDS).board
-    for which in range(4):
-        board.set_led(which)
-        assert shown(pins, LEDS_AT) == tuple(255 if which == number else 0 for number in range(4))
-    board.set_led(4)
-    assert shown(pins, LEDS_AT) == (0, 0, 0, 0)
 
 
 def test_missing_parts_find_nothing_and_do_nothing(car, pins):
@@ -178,26 +168,6 @@ def test_a_car_always_ends_in_neutral(car, clock, pins, ends):
 
 
 # Sensors
-
-
-def test_a_person_is_seen_while_the_sensor_is_high(car, pins):
-    board = car(SENSORS).board
-    assert not board.sees_person()
-    pins.pin(PIR).drive_high()
-    assert board.sees_person()
-    pins.pin(PIR).drive_low()
-    assert not board.sees_person()
-
-
-def test_each_floor_sensor_is_a_bit(car, pins):
-    board = car(SENSORS).board
-    assert board.dark_floor() == 0
-    pins.pin(20).drive_high()
-    assert board.dark_floor() == 1
-    pins.pin(21).drive_high()
-    assert board.dark_floor() == 3
-    pins.pin(20).drive_low()
-    assert board.dark_floor() == 2
 
 
 class Trigger(MockPWMPin):

@@ -7,7 +7,7 @@ from simulated.flash import Flash
 from simulated.microcontroller import Reset
 
 from motorcade.boards.on_chip import power_on
-from motorcade.boards.on_chip.image_file import ImageFile
+from motorcade.boards.on_chip.parts import ImageFile
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
@@ -69,15 +69,6 @@ def test_a_car_without_a_number_gets_one_from_its_chip():
     a_bench = bench()
     a_bench.machine.unique_id = lambda: b"another"
     assert a_bench.open().board.number != first
-
-
-def test_each_floor_sensor_is_a_bit():
-    a_bench = bench()
-    board = a_bench.open().board
-    for left, right in ((0, 0), (1, 0), (0, 1), (1, 1)):
-        for role, level in (("left", left), ("right", right)):
-            a_bench.chip.set_input(a_bench.pins["floor"][role], level)
-        assert board.dark_floor() == left + 2 * right
 
 
 def test_missing_parts_find_nothing_and_do_nothing():

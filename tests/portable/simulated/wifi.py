@@ -26,7 +26,7 @@ class Wifi:
 
     def modules(self):
         """Return the modules as `motorcade.boards.on_chip.power_on.Modules` has them."""
-        return (self, self, self)
+        return (self, self, self, None)
 
     def arrive(self, data):
         """Let a client send ``data``, after it has connected if it hasn't yet."""
@@ -59,6 +59,9 @@ class Wifi:
 
     def socket(self, family=AF_INET, kind=1):
         return Socket(self)
+
+    def getaddrinfo(self, host, port):
+        return [(self.AF_INET, 1, 0, "", (host, port))]
 
     def poll(self):
         return Poll(self.chip)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from gpiozero import OutputDevice, PWMOutputDevice, Servo
 
-from motorcade.boards.on_chip.motors import Wheels
+from motorcade.boards.on_chip.parts import Wheels
 from motorcade.car.brain import FORWARD, LEFT, RIGHT
 from motorcade.config.pins import DUTY_MAX, PinMap
 from motorcade.config.profile import Profile

@@ -1,6 +1,6 @@
 """Open the pins of a computer with Linux for gpiozero, by the kernel's gpiochip.
 
-`motorcade.drive.safety.motor_guard` imports this file when it starts, for `pull_low`: after the death of the car's
+`motorcade.drive.motor_guard` imports this file when it starts, for `pull_low`: after the death of the car's
 process there is no time for imports. So this file imports all that the pins need at its top.
 """
 

@@ -8,24 +8,24 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from gpiozero import OutputDevice
 
 from motorcade.boards.computer import TICK_S, BatteryFile, Equipment, HardwareWatchdog
 from motorcade.boards.linux.chassis import Chassis, open_chassis
-from motorcade.boards.linux.gpio_chip import HardwareError
+from motorcade.boards.linux.gpio_chip import HardwareError, open_gpio
 from motorcade.boards.linux.infrared import LircSender
-from motorcade.boards.linux.raspberry_pi import RaspberryPi
+from motorcade.boards.linux.raspberry_pi import RESCUE, RaspberryPi, check_pins, opened_sender, pull_low_arguments
 from motorcade.car.brain import FORWARD
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.loop import Car
 from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
-from motorcade.words.formats import HEADER
+from motorcade.words.formats import HEADER, SWITCHES
 from motorcade.words.image import bytes_to_words
-from motorcade.words.switches import SWITCHES
 from motorcade.words.ticks import elapsed_ms
 
 # Longer than a write to healthy hardware takes, short enough for an emergency stop to wait.
@@ -293,3 +293,24 @@ class ProgrammedDrive(SharedWheels):
         if not self._equipment.is_leader:
             return True
         return image is not None and HEADER.decode(bytes_to_words(image)[0]).leader_states > 0
+
+
+def open_drive(
+    equipment: Equipment,
+    pins: PinMap,
+    profile: Profile,
+    gpio_chip: int | None = None,
+    watchdog: Path | None = None,
+    battery: BatteryFile | None = None,
+) -> ProgrammedDrive:
+    """Open the board of a car that somebody drives, and that words drive when the driver gives them the wheels.
+
+    ``watchdog`` is the device of a hardware watchdog, None to use none; ``battery`` measures its voltage. Raises what
+    `open_car` raises.
+    """
+    check_pins(equipment, pins)
+    factory = open_gpio(pins.chip, gpio_chip)
+    sender = opened_sender(pins, profile, factory)
+    armed = HardwareWatchdog(watchdog) if watchdog else None
+    rescue = (RESCUE, pull_low_arguments(pins, gpio_chip))
+    return ProgrammedDrive(equipment, pins, profile, factory, sender, armed, rescue, battery)

@@ -1,4 +1,4 @@
-"""The board of a car with a Raspberry Pi, or another computer with Linux: gpiozero drives its parts."""
+"""The board of a car with a Raspberry Pi, or another computer with Linux: gpiozero drives its parts; and open it."""
 
 import warnings
 from collections.abc import Callable
@@ -10,14 +10,21 @@ from gpiozero.exc import DistanceSensorNoEcho, PWMSoftwareFallback
 
 from motorcade.boards.computer import ComputerBoard, Equipment
 from motorcade.boards.linux.chassis import WordWheels, open_chassis
-from motorcade.boards.linux.infrared import LircSender
+from motorcade.boards.linux.gpio_chip import open_gpio, pull_low
+from motorcade.boards.linux.infrared import LircSender, open_sender
 from motorcade.boards.on_chip.infrared import InfraredReceiver
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import INPUTS, PinMap
 from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
+from motorcade.words.formats import SWITCHES
 from motorcade.words.ticks import TICKS_MASK
 
 _LEDS = 4
+_MOTORS = ("left_motor", "right_motor", "drive_motor")
+_KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
+_LINUX_CHIPS = ("raspberry-pi", "linux")
+RESCUE = f"{pull_low.__module__}:{pull_low.__name__}"
 # The median of three pings tolerates one false echo and is at most 180 ms old.
 _PINGS = 3
 # More than a second of frames has; a power of two.
@@ -153,3 +160,53 @@ def _distance_sensor(echo: int, trigger: int, range_mm: int, factory: Any) -> An
     return _DistanceSensor(
         echo, trigger, max_distance=range_mm / 1000, queue_len=_PINGS, partial=True, pin_factory=factory
     )
+
+
+def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: int | None = None) -> RaspberryPi:
+    """Open the board of a car that words drive; ``gpio_chip`` as for `open_gpio`.
+
+    Raises MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
+    """
+    check_pins(equipment, pins)
+    factory = open_gpio(pins.chip, gpio_chip)
+    return RaspberryPi(equipment, pins, profile, factory, opened_sender(pins, profile, factory))
+
+
+def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
+    """Make all pins that turn wheels low and return them; for a car whose program has died. Raises as `open_car`."""
+    _check_computer(pins)
+    pull_low(*pull_low_arguments(pins, gpio_chip))
+    return motor_pins(pins)
+
+
+def motor_pins(pins: PinMap) -> list[int]:
+    """Return all pins that make wheels turn."""
+    return [wire.pin for wire in pins.wires if wire.device.key in _MOTORS]
+
+
+def pull_low_arguments(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
+    """Return the arguments of `pull_low` that stop the wheels and switch everything off."""
+    switched = [wire.pin for wire in pins.wires if wire.device.key in [each.name for each in SWITCHES]]
+    return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins) + switched))
+
+
+def opened_sender(pins: PinMap, profile: Profile, factory: Any) -> LircSender | None:
+    """Open the infrared sender where the pin file names one. Raises MotorcadeError."""
+    if pins.pin("infrared", "sender") is None:
+        return None
+    return LircSender(open_sender(), profile.infrared.unit_us, factory.ticks)
+
+
+def _check_computer(pins: PinMap) -> None:
+    if pins.chip.name not in _LINUX_CHIPS:
+        raise MotorcadeError("pin-file-of-microcontroller", car=pins.name, chip=pins.chip.name)
+
+
+def check_pins(equipment: Equipment, pins: PinMap) -> None:
+    """Check that a car has wheels of one kind, and that a follower has a receiver."""
+    _check_computer(pins)
+    kinds = sum(all(map(pins.has, kind)) for kind in _KINDS_OF_WHEELS)
+    if kinds != 1:
+        raise MotorcadeError("two-kinds-of-wheels" if kinds else "no-wheels", car=pins.name)
+    if not equipment.is_leader and pins.pin("infrared", "receiver") is None:
+        raise MotorcadeError("no-receiver", car=pins.name)

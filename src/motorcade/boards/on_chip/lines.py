@@ -27,7 +27,21 @@ _INTERRUPT_LENGTH = 3
 _IS_DATA = _INTERRUPT_LENGTH
 
 
-class UsbLine:
+class _Cable:
+    """What the lines of a cable have in common."""
+
+    sender = 0
+
+    def answer_requests(self, answer: "Any") -> bool:
+        """All requests come by the line itself."""
+        return False
+
+    def needs_rest(self) -> bool:
+        """Nothing takes long."""
+        return False
+
+
+class UsbLine(_Cable):
     """The USB line of MicroPython's prompt; while a car runs, it carries uploads.
 
     Ctrl-C is an ordinary byte then. But three bytes of Ctrl-C and carriage return after a silence can't begin an image
@@ -41,8 +55,6 @@ class UsbLine:
         poll: its ``ipoll(0)`` gives something where ``stdin`` has a byte.
         platform: sys.platform.
     """
-
-    sender = 0
 
     def __init__(
         self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any", platform: str
@@ -84,10 +96,6 @@ class UsbLine:
         """Send ``data``."""
         self._stdout.write(data)
 
-    def answer_requests(self, answer: "Any") -> bool:
-        """All requests come by the line itself."""
-        return False
-
     def close(self) -> None:
         """Make Ctrl-C interrupt programs again."""
         self._interrupts.kbd_intr(3)
@@ -111,7 +119,7 @@ class UsbLine:
             raise KeyboardInterrupt
 
 
-class UartLine:
+class UartLine(_Cable):
     """A UART for uploads alone, or for a voice module alone.
 
     Args:
@@ -120,8 +128,6 @@ class UartLine:
         pins: ``transmit`` and ``receive``, GPIO numbers; a voice module has ``receive`` alone.
         baud: always 8 data bits, no parity, 1 stop bit.
     """
-
-    sender = 0
 
     def __init__(self, machine: "Any", uart: int, pins: "Mapping[str, int]", baud: int) -> None:
         wires = {_WIRES[key]: machine.Pin(pin) for key, pin in pins.items()}
@@ -136,10 +142,6 @@ class UartLine:
     def write(self, data: bytes) -> None:
         """Send ``data``."""
         self._uart.write(data)
-
-    def answer_requests(self, answer: "Any") -> bool:
-        """All requests come by the line itself."""
-        return False
 
     def close(self) -> None:
         """There is nothing to close."""

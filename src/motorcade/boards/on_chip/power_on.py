@@ -14,9 +14,9 @@ from binascii import crc32, unhexlify
 from collections import namedtuple
 
 from motorcade.boards.micropython import MicroPythonBoard
-from motorcade.boards.on_chip.image_file import ImageFile
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UsbLine
+from motorcade.boards.on_chip.parts import ImageFile
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
@@ -36,6 +36,8 @@ _ESP32_HZ = 240_000_000
 RESTART_AFTER_MS = 2000
 # The first MicroPython whose PWM takes frequency and duty at once.
 NEEDED_VERSION = (1, 21, 0)
+# The first whose module tls has what keys need.
+KEYS_NEED_VERSION = (1, 24, 0)
 # Longer than any tick: writing an image to a flash that has to be erased first takes some tenths of a second.
 _RESETS_AFTER_MS = 2000
 # An ESP32's watchdog can't be switched off, but it takes any timeout.
@@ -69,7 +71,7 @@ Modules = namedtuple(
 ``platform`` and ``implementation`` are of its module sys; ``machine``, ``clock`` (time), ``micropython``,
 ``collector`` (gc) and ``files`` (os) are its modules, and ``chip`` is esp32 or rp2; ``open_file`` is open; ``stdin``
 and ``stdout`` are the prompt's byte streams, and ``poll`` a select.poll that ``stdin`` is registered with.
-``network`` is the modules network, socket and select of a chip with Wi-Fi, None of another.
+``network`` is the modules network, socket, select and tls of a chip with Wi-Fi, None of another.
 """
 
 
@@ -100,10 +102,7 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
     # UARTs first: some claim a pin that isn't theirs, and the part at that pin then takes it back.
     line = _line(settings, modules)
     if "wifi" in settings and modules.network:
-        network, sockets, select = modules.network
-        number = "%08x" % settings["number"]  # noqa: UP031 - f-strings lack this there
-        station = join_network(network, settings["wifi"], number)
-        line = WifiLine(line, sockets, select, clock, Announcer(station, sockets, clock, number))
+        line = _wifi_line(line, settings, modules)
     voice = _voice(settings, machine)
     image, name = [ImageFile(path, modules.files, modules.open_file) for path in (IMAGE_FILE, NAME_FILE)]
     sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
@@ -193,10 +192,10 @@ def start(modules: Modules, stops: "Callable[[], bool]") -> None:
         modules.machine.reset()
 
 
-def check_version(version: "tuple[Any, ...]") -> None:
-    """Raise MotorcadeError where this MicroPython is too old for a car."""
-    if tuple(version[:3]) < NEEDED_VERSION:
-        found, needed = [".".join([str(part) for part in each[:3]]) for each in (version, NEEDED_VERSION)]
+def check_version(version: "tuple[Any, ...]", needed_version: "tuple[int, ...]" = NEEDED_VERSION) -> None:
+    """Raise MotorcadeError where this MicroPython is too old for a car, or for one with keys."""
+    if tuple(version[:3]) < needed_version:
+        found, needed = [".".join([str(part) for part in each[:3]]) for each in (version, needed_version)]
         raise MotorcadeError("micropython-too-old", found=found, needed=needed)
 
 
@@ -214,7 +213,10 @@ def main() -> None:
     poll.register(sys.stdin, select.POLLIN)
     streams = (sys.stdin.buffer, sys.stdout.buffer, poll)
     chip = __import__("esp32" if platform == "esp32" else "rp2")
-    network = (__import__("network"), __import__("socket"), select) if platform == "esp32" else None
+    network = None
+    if platform == "esp32":
+        tls = __import__("tls") if sys.implementation.version[:3] >= KEYS_NEED_VERSION else None
+        network = (__import__("network"), __import__("socket"), select, tls)
     start(
         Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams, network),
         lambda: False,
@@ -233,6 +235,27 @@ def _line(settings: "dict[str, Any]", modules: Modules) -> "Any":
     if "serial" in settings["pins"]:
         return UartLine(modules.machine, settings["uarts"]["serial"], settings["pins"]["serial"], settings["baud"])
     return UsbLine(modules.clock, modules.micropython, modules.stdin, modules.stdout, modules.poll, modules.platform)
+
+
+def _wifi_line(cable: "Any", settings: "dict[str, Any]", modules: Modules) -> WifiLine:
+    network, sockets, select, tls = modules.network
+    number = "%08x" % settings["number"]  # noqa: UP031 - f-strings lack this there
+    station = join_network(network, settings["wifi"], number)
+    keys = settings.get("keys")
+    name = keys["name"] if keys else ""
+    announcer = Announcer(station, sockets, modules.clock, number, keys=name)
+    arguments = (cable, sockets, select, modules.clock, announcer)
+    if not keys:
+        return WifiLine(*arguments)
+    check_version(modules.implementation.version, KEYS_NEED_VERSION)
+    # The chip's clock begins in 2000, before any certificate is valid.
+    date, clock = tuple(keys["date"]), modules.machine.RTC()
+    if tuple(clock.datetime()) < date:
+        clock.datetime(date)
+    # Other cars don't need the memory for it.
+    from motorcade.boards.on_chip.secure_line import Keys, SecureLine
+
+    return SecureLine(Keys(tls, keys), *arguments)
 
 
 def _voice(settings: "dict[str, Any]", machine: "Any") -> VoiceSource:

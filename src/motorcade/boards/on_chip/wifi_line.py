@@ -1,9 +1,6 @@
-"""An ESP32's Wi-Fi beside its cable: requests of several clients and an upload of one, by TCP, without keys.
+"""An ESP32's Wi-Fi beside its cable: requests of several clients and an upload of one, by TCP.
 
 Portable. MicroPython's modules are arguments. The chip connects by itself, also after the network was away.
-
-There are no keys because the chip can't have those of driving: they need TLS 1.3, MicroPython's TLS on the chip is 1.2,
-and its handshake computes in one piece, far longer than a tick may take.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -19,7 +16,6 @@ from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import error_line
 
 PORT = 7001
-_MAX_CLIENTS = 4
 # Bytes a call, as of the other lines: so no tick takes long. TCP keeps the sender waiting.
 _MAX_BYTES = 160
 # An uploader that has sent nothing for so long gives way to another.
@@ -35,7 +31,7 @@ _INTERNET, _REPLACES = 1, 0x8000
 
 
 class WifiLine:
-    """A line whose bytes come by the cable or by TCP.
+    """A line whose bytes come by the cable or by TCP, from everybody in the network.
 
     Args:
         cable: the line at the cable; while somebody uploads by TCP its bytes wait.
@@ -48,6 +44,9 @@ class WifiLine:
         sender: see `motorcade.car.board.Board`.
     """
 
+    # How many clients there may be, and how long one that is silent keeps its place.
+    most_clients, keeps_ms = 4, 0
+
     def __init__(
         self, cable: "Any", sockets: "Any", select: "Any", clock: "Any", announcer: "Announcer", port: int = PORT
     ) -> None:
@@ -59,12 +58,12 @@ class WifiLine:
         self._readable = select.POLLIN
         self._listener = sockets.socket()
         self._listener.setsockopt(sockets.SOL_SOCKET, sockets.SO_REUSEADDR, 1)
-        self._listener.bind(("0.0.0.0", port))
-        self._listener.listen(_MAX_CLIENTS)
+        self._listener.bind(sockets.getaddrinfo("0.0.0.0", port)[0][-1])
+        self._listener.listen(self.most_clients)
         self._listener.setblocking(False)
         self._poll.register(self._listener, self._readable)
-        self._clients: list[_Client] = []
-        self._uploader: _Client | None = None
+        self._clients: list[Client] = []
+        self._uploader: Client | None = None
 
     def read(self) -> bytes:
         """Return bytes of an upload that are there, a bounded number."""
@@ -97,6 +96,10 @@ class WifiLine:
                 return True
         return False
 
+    def needs_rest(self) -> bool:
+        """Nothing takes long."""
+        return False
+
     def close(self) -> None:
         """Close all connections, and the cable's line."""
         for client in list(self._clients):
@@ -111,7 +114,7 @@ class WifiLine:
             self._accept()
             return
         for client in list(self._clients):
-            if ready is client.connection or ready == client.connection.fileno():
+            if ready is client.socket or ready == client.socket.fileno():
                 self._receive(client)
 
     def _accept(self) -> None:
@@ -120,22 +123,38 @@ class WifiLine:
         except OSError:
             return
         connection.setblocking(False)
-        if len(self._clients) >= _MAX_CLIENTS:
+        now_ms = self._clock.ticks_ms()
+        if len(self._clients) >= self.most_clients:
             # The one that has been silent for the longest time gives way.
             others = [each for each in self._clients if each is not self._uploader]
-            now_ms = self._clock.ticks_ms()
-            self._drop(max(others, key=lambda each: elapsed_ms(now_ms, each.last_byte_ms)))
-        self._clients.append(_Client(connection, self._clock.ticks_ms()))
+            silent = max(others, key=lambda each: elapsed_ms(now_ms, each.last_byte_ms))
+            if elapsed_ms(now_ms, silent.last_byte_ms) < self.keeps_ms:
+                connection.close()
+                return
+            self._drop(silent)
+        try:
+            self._clients.append(Client(connection, self._secured(connection), now_ms))
+        except OSError:
+            # There is no memory for it.
+            connection.close()
+            return
         self._poll.register(connection, self._readable)
 
-    def _receive(self, client: "_Client") -> None:
+    def _secured(self, connection: "Any") -> "Any":
+        """Return what bytes are received from and sent to."""
+        return connection
+
+    def _receive(self, client: "Client") -> None:
         # TCP keeps the rest: what it sent before is used first.
         if client.requests or len(client.upload) >= _MAX_BYTES:
             return
         try:
             data = client.connection.recv(_MAX_BYTES)
-        except OSError:
+        except (OSError, ValueError):
+            # TLS raises ValueError for a certificate of another authority.
             data = b""
+        if data is None:
+            return
         if not data:
             self._drop(client)
             return
@@ -151,7 +170,7 @@ class WifiLine:
         else:
             self._send(client, error_line("busy with another uploader"))
 
-    def _send(self, client: "_Client", data: bytes) -> None:
+    def _send(self, client: "Client", data: bytes) -> None:
         if client.is_gone:
             return
         try:
@@ -161,17 +180,19 @@ class WifiLine:
             # It is gone, or it reads no answers.
             self._drop(client)
 
-    def _drop(self, client: "_Client") -> None:
+    def _drop(self, client: "Client") -> None:
         client.is_gone = True
         self._clients.remove(client)
-        self._poll.unregister(client.connection)
+        self._poll.unregister(client.socket)
         client.connection.close()
+        client.socket.close()
 
 
-class _Client:
-    """A client: its connection, and what it sent that isn't used yet."""
+class Client:
+    """A client: its TCP connection, what secures that, or itself, and what it sent that isn't used yet."""
 
-    def __init__(self, connection: "Any", now_ms: int) -> None:
+    def __init__(self, socket: "Any", connection: "Any", now_ms: int) -> None:
+        self.socket = socket
         self.connection = connection
         self.last_byte_ms = now_ms
         self.upload = b""
@@ -188,14 +209,17 @@ class Announcer:
         sockets, clock: MicroPython's modules socket and time.
         number: the car's, eight hexadecimal digits.
         port: where the car listens.
+        keys: the name in its keys; empty where it has none.
     """
 
-    def __init__(self, station: "Any", sockets: "Any", clock: "Any", number: str, port: int = PORT) -> None:
+    def __init__(
+        self, station: "Any", sockets: "Any", clock: "Any", number: str, port: int = PORT, keys: str = ""
+    ) -> None:
         self._station = station
         self._sockets = sockets
         self._clock = clock
         # Made before the car drives, since that takes some milliseconds.
-        self._beginning = announcement(number, port)
+        self._beginning = announcement(number, port, keys)
         self._sent_ms = clock.ticks_ms()
         self._address = ""
         self._socket: Any = None
@@ -232,15 +256,18 @@ class Announcer:
         self._address = address
 
 
-def announcement(number: str, port: int) -> bytes:
-    """Return the datagram that announces a car: what it is and its port. The four bytes of its address stand behind."""
+def announcement(number: str, port: int, keys: str = "") -> bytes:
+    """Return the datagram that announces a car: what it is, its port, and the name in its keys.
+
+    The four bytes of its address stand behind.
+    """
     service, host = _dns_name(_SERVICE), _dns_name((host_name(number), "local"))
     own = _dns_name((host_name(number),) + _SERVICE)
-    text = b"kind=car"
+    texts = [b"kind=car"] + ([b"keys=" + keys.encode()] if keys else [])
     records = [
         _record(service, _POINTER, _INTERNET, own),
         _record(own, _SERVER, _INTERNET | _REPLACES, struct.pack(">3H", 0, 0, port) + host),
-        _record(own, _TEXT, _INTERNET | _REPLACES, bytes([len(text)]) + text),
+        _record(own, _TEXT, _INTERNET | _REPLACES, b"".join([bytes([len(text)]) + text for text in texts])),
         _record(host, _ADDRESS, _INTERNET | _REPLACES, bytes(4)),
     ]
     return struct.pack(">6H", 0, 0x8400, 0, len(records), 0, 0) + b"".join(records)[:-4]
