@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.certificates import CarKeys, make_keys
 from support.driven_car import PATIENT, STEADY, DrivenCar
 
 

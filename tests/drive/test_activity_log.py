@@ -16,8 +16,8 @@ import pytest
 from motorcade.drive import activity_log
 from motorcade.drive.activity_log import MOST_BYTES, OLD_FILES, ActivityLog
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import client_context, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from support.command_line import INSTALLED

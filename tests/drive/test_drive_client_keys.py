@@ -3,7 +3,7 @@
 import pytest
 
 from motorcade.drive.connection import CarError, CarRefusesError
-from motorcade.drive.tls.keys import server_context
+from motorcade.drive.keys import server_context
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock
 from support.waiting import until

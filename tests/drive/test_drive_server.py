@@ -15,9 +15,9 @@ from typing import BinaryIO
 
 import pytest
 
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import client_context, server_context
 from motorcade.drive.listener import DRIVE_PLACES
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.drive.wire import pack_frame
 from motorcade.words.formats import DRIVE
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar

@@ -13,12 +13,11 @@ from motorcade.drive.session import CarControl
 from motorcade.drive.stamps import Freshness, stamp_at
 from motorcade.drive.wire import OUTCOMES
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.fleet import SingleCar
+from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.words.field import WordError
-from motorcade.words.formats import DRIVE, LIGHTS, fingerprint
-from motorcade.words.switches import switch_words
+from motorcade.words.formats import DRIVE, LIGHTS, fingerprint, switch_words
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
 from support.remote_page import RemotePage
@@ -81,10 +80,10 @@ def test_who_watches_switches_nothing(car):
 def test_the_horn_is_silent_when_its_driver_is_and_the_light_stays(car):
     car.driver.command(BOTH)
     car.now_ms = 300
-    car.control.tick()
+    car.control.beat()
     assert car.on == {"head_light", "horn"}
     car.now_ms = 301
-    car.control.tick()
+    car.control.beat()
     assert car.on == {"head_light"}
 
 
@@ -95,7 +94,7 @@ def test_what_ends_the_drive_silences_the_horn_at_once(car, what):
     car.driver.command(BOTH)
     if what == "failsafe":
         car.now_ms = 301
-        car.control.tick()
+        car.control.beat()
     elif what == "stall":
         car.control.fail(OSError("stuck"))
     else:
@@ -107,7 +106,7 @@ def test_the_horn_delays_no_failsafe(car):
     car.driver.command(MOVE)
     for car.now_ms in range(0, 400, 50):
         car.driver.command(HORN)
-        car.control.tick()
+        car.control.beat()
     assert car.control.telemetry().state == "failsafe"
 
 
@@ -150,7 +149,7 @@ def test_a_switch_that_fails_is_a_fault_stops_no_wheels_and_is_tried_again(car):
     car.driver.command(HORN)
     assert (car.control.telemetry().state, car.control.telemetry().last_fault) == ("moving", "the horn's wire is out")
     car.board.set_switch = works
-    car.control.tick()
+    car.control.beat()
     assert car.on == {"horn"}
 
 

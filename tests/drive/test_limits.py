@@ -78,7 +78,7 @@ class Car:
             if self.now_ms - sent_ms >= 50:
                 (session or self.session).command(word)
                 sent_ms = self.now_ms
-            rest_ms = self.control.tick()
+            rest_ms = self.control.beat()
             speeds.append(self.board.applied[-1][2])
             self.now_ms += min(rest_ms, 50)
         return speeds
@@ -112,7 +112,7 @@ def test_the_failsafe_waits_for_no_limit() -> None:
     car = Car(acceleration_max_mm_per_s2=300)
     car.drive(AHEAD, 1200)
     car.now_ms += 301
-    car.control.tick()
+    car.control.beat()
     assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "failsafe")
 
 
@@ -130,8 +130,8 @@ def test_an_obstacle_stops_the_driver_until_they_drive_backward_or_it_is_gone() 
     assert car.drive(AHEAD, 100)[-1] == 255
     car.board.ahead_mm = 140
     # The driver's command is the old one: the car looks by itself.
-    car.now_ms += car.control.tick()
-    car.control.tick()
+    car.now_ms += car.control.beat()
+    car.control.beat()
     assert (car.board.applied[-1], car.shown) == ((90, 1, 0), ("moving", 0, 140))
     assert car.session.command(BACK) == APPLIED
     assert (car.board.applied[-1], car.shown) == ((90, 0, 255), ("moving", 255, None))
@@ -150,7 +150,7 @@ def test_a_sensor_that_fails_stops_the_car() -> None:
     car = Car(obstacle_stop_mm=150)
     car.drive(AHEAD, 100)
     car.board.ahead_mm = -1
-    car.control.tick()
+    car.control.beat()
     telemetry = car.control.telemetry()
     assert (telemetry.state, telemetry.last_fault) == ("failsafe", "the sensor is broken")
     assert car.board.applied[-1] == (90, 1, 0)
@@ -227,7 +227,7 @@ def test_a_low_battery_stops_the_program_too() -> None:
     drained(car)
     for _ in range(READINGS + 1):
         car.now_ms += SECOND_MS
-        car.control.tick()
+        car.control.beat()
     assert (car.shown[0], car.board.applied[-1], car.board.programs) == ("discharged", (90, 1, 0), 1)
 
 

@@ -8,9 +8,8 @@ from datetime import UTC, datetime
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.tls.certificates import CarKeys, list_keys, make_keys, revoke_drivers
-from motorcade.drive.tls.keys import client_context, server_context
-from motorcade.drive.tls.revoked import RevokedKeys, read_revoked
+from motorcade.drive.certificates import CarKeys, list_keys, make_keys, revoke_drivers
+from motorcade.drive.keys import RevokedKeys, client_context, read_revoked, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from support.driven_car import PATIENT, DrivenCar

@@ -93,7 +93,7 @@ def test_a_command_reaches_the_hardware_at_once(car: Car, session: ControlSessio
 def test_silence_stops_the_wheels_once(car: Car, session: ControlSession) -> None:
     session.command(MOVE)
     for car.now_ms in (300, 301, 400, 500):
-        car.control.tick()
+        car.control.beat()
     assert car.board.told == [NEUTRAL, ("apply", 40, 1, 150), NEUTRAL]
     assert (car.state, car.control.telemetry().failsafes) == ("failsafe", 1)
 
@@ -102,7 +102,7 @@ def test_a_profile_says_how_long_a_command_counts(session: ControlSession) -> No
     car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
     car.control.session("ada").command(MOVE)
     car.now_ms = 800
-    assert car.control.tick() == 1
+    assert car.control.beat() == 1
     assert car.state == "moving"
 
 
@@ -140,7 +140,7 @@ def test_wrong_words_are_no_sign_of_life(car: Car, session: ControlSession) -> N
     for car.now_ms in range(0, 400, 20):
         with pytest.raises(WordError):
             session.command(0)
-        car.control.tick()
+        car.control.beat()
     assert car.state == "failsafe"
 
 
@@ -160,7 +160,7 @@ def test_a_driver_that_sends_in_time_is_never_refused(car: Car, session: Control
 def test_a_driver_that_sends_too_much_drives_on(car: Car, session: ControlSession) -> None:
     for car.now_ms in range(3000):
         session.command(MOVE)
-        car.control.tick()
+        car.control.beat()
     assert car.control.telemetry().failsafes == 0
 
 
@@ -201,7 +201,7 @@ def test_telemetry_has_driver_and_setpoint(car: Car, session: ControlSession) ->
     assert (told.state, told.driver, told.wanted_by, told.age_ms) == ("moving", "ada", "grace", 120)
     assert (told.angle_deg, told.direction, told.speed, told.watchers) == (40, 1, 150, 1)
     car.now_ms = 400
-    car.control.tick()
+    car.control.beat()
     told = car.control.telemetry()
     assert (told.angle_deg, told.direction, told.speed, told.driver) == (90, 1, 0, "grace")
 
@@ -248,7 +248,7 @@ def test_hardware_that_fails_is_a_car_that_stands_and_needs_arming(car: Car, ses
     assert told.faults == 2
     assert car.last == ("apply", 40, 1, 150)
     car.board.broken = False
-    car.control.tick()
+    car.control.beat()
     assert car.last == NEUTRAL
     session.command(MOVE)
     assert car.last == NEUTRAL
@@ -264,7 +264,7 @@ def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: Ca
     session.stop()
     assert car.last == NEUTRAL
     car.board.end_program = end
-    car.control.tick()
+    car.control.beat()
     assert car.board.told[-2:] == [("end",), NEUTRAL]
 
 
@@ -312,7 +312,6 @@ def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Ca
 
 
 def test_a_hardware_watchdog_is_fed_by_the_loop_alone(car: Car) -> None:
-    car.control.tick()
     car.control.watch()
     assert car.board.fed == 0
     car.control.beat()

@@ -254,7 +254,7 @@ def test_old_commands_neither_move_nor_arm_a_car_and_its_client_is_told():
     moved = len(car.board.angles)
     # The network stalls, and the car stops by itself.
     car.now_ms = 2000
-    car.control.tick()
+    car.control.beat()
     assert car.control.telemetry().state == "failsafe"
     for sent_ms in range(500, 1500, 20):
         car.now_ms += 1

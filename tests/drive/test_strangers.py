@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.drive.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
 from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until

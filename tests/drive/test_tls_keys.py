@@ -9,8 +9,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from cryptography.hazmat.primitives import serialization
 
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import client_context, https_context, peer_name, server_context
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import client_context, https_context, peer_name, server_context
 
 NOW = datetime.now(UTC)
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file modes")

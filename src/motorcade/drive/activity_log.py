@@ -1,17 +1,17 @@
 """Append who drove, stopped and cleared a car to a file, as JSON lines."""
 
 import json
-import logging
-import sys
+import os
+import stat
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from functools import partial
-from logging.handlers import QueueHandler, QueueListener, RotatingFileHandler
+from io import FileIO
 from pathlib import Path
-from queue import Empty, Queue
-from typing import Any, cast
+from queue import Empty, Full, Queue
+from typing import Any
 
 from motorcade.errors import MotorcadeError
 
@@ -46,17 +46,20 @@ class ActivityLog:
         report: Callable[[MotorcadeError], None],
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
+        self._path = file
+        self._report = report
         self._clock = clock
         self._repeats = _Repeats()
         self._lock = threading.Lock()
+        self._waiting: Queue[dict[str, Any] | None] = Queue(_MOST_WAITING)
+        self._lost = 0
+        self._is_over = self._has_failed = False
         try:
-            self._file = _File(file, report)
+            self._file: FileIO | None = FileIO(file, "ab")
         except OSError as problem:
             raise MotorcadeError("log-not-writable", file=file, reason=problem.strerror) from None
-        waiting: Queue[Any] = Queue(_MOST_WAITING)
-        self._queue = _Queueing(waiting)
-        self._listener = _Listening(waiting, self._queue, self._write_due, self._file)
-        self._listener.start()
+        self._thread = threading.Thread(target=self._write_all, name="activity log", daemon=True)
+        self._thread.start()
 
     def record(self, did: str, who: str, car: str = "") -> None:
         """Append a record: ``who`` did something with ``car``; an empty name is left out."""
@@ -74,21 +77,66 @@ class ActivityLog:
         now = self._clock()
         with self._lock:
             self._put(self._repeats.counts(now, everything=True), now)
-        # A disk that hangs would let `stop` wait for ever.
-        stopping = threading.Thread(target=self._listener.stop, name="end of the activity log", daemon=True)
-        stopping.start()
-        stopping.join(_LAST_RECORDS_S)
-        self._file.is_stuck = stopping.is_alive()
-        self._file.close()
-
-    def _write_due(self) -> None:
-        now = self._clock()
-        with self._lock:
-            self._put(self._repeats.counts(now), now)
+        self._is_over = True
+        with suppress(Full):
+            self._waiting.put_nowait(None)
+        # A disk that hangs would let this wait for ever.
+        self._thread.join(_LAST_RECORDS_S)
 
     def _put(self, records: list[dict[str, Any]], now: datetime) -> None:
+        """Let records wait for the thread; those for which there is no place are counted."""
         for record in records:
-            self._queue.emit(_log_record(now.isoformat(timespec="milliseconds"), record))
+            try:
+                self._waiting.put_nowait({"at": now.isoformat(timespec="milliseconds")} | record)
+            except Full:
+                self._lost += 1
+
+    def _write_all(self) -> None:
+        """Write what waits until the log is closed, and counts that are due while no record comes."""
+        while not (self._is_over and self._waiting.empty()):
+            try:
+                record = self._waiting.get(timeout=TOGETHER_S)
+            except Empty:
+                now = self._clock()
+                with self._lock:
+                    self._put(self._repeats.counts(now), now)
+                continue
+            if record is None:
+                break
+            self._write(record)
+            with self._lock:
+                lost, self._lost = self._lost, 0
+            if lost:
+                self._write({"at": record["at"], "did": "lost", "records": lost})
+        if self._file:
+            self._file.close()
+
+    def _write(self, record: dict[str, Any]) -> None:
+        """Write a record, in a new file where this one is full; report the first of those that can't be written."""
+        line = json.dumps(record, ensure_ascii=False).encode() + b"\n"
+        try:
+            self._file = file = self._file or FileIO(self._path, "ab")
+            status = os.fstat(file.fileno())
+            if stat.S_ISREG(status.st_mode) and status.st_size + len(line) > MOST_BYTES:
+                file = self._next_file(file)
+            while line:
+                line = line[file.write(line) :]
+            self._has_failed = False
+        except OSError as problem:
+            if not self._has_failed:
+                self._report(MotorcadeError("log-not-written", file=self._path, reason=problem.strerror))
+            self._has_failed = True
+
+    def _next_file(self, file: FileIO) -> FileIO:
+        """Rename the files, the oldest of which makes room, and begin a new one. Raises OSError."""
+        self._file = None
+        file.close()
+        for number in range(OLD_FILES, 0, -1):
+            older = Path(f"{self._path}.{number - 1}") if number > 1 else Path(self._path)
+            with suppress(FileNotFoundError):
+                older.replace(f"{self._path}.{number}")
+        self._file = FileIO(self._path, "ab")
+        return self._file
 
 
 class _Repeats:
@@ -117,99 +165,6 @@ class _Repeats:
         for kind in over:
             del self._since[kind]
         return [self._more.pop(kind) for kind in over if kind in self._more]
-
-
-class _Queueing(QueueHandler):
-    """Put records into the queue, and count those for which it has no place."""
-
-    lost = 0
-
-    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802  # the library's name
-        self.lost += 1
-
-
-class _Listening(QueueListener):
-    """Write records in a thread, say how many were lost, and ask for counts that are due while no record comes."""
-
-    def __init__(
-        self, waiting: Queue[Any], queueing: _Queueing, write_due: Callable[[], None], file: logging.Handler
-    ) -> None:
-        super().__init__(waiting, file)
-        self._waiting = waiting
-        self._queueing = queueing
-        self._write_due = write_due
-
-    def dequeue(self, block: bool) -> logging.LogRecord:
-        while True:
-            try:
-                return cast(logging.LogRecord, self._waiting.get(block, TOGETHER_S))
-            except Empty:
-                if not block:
-                    raise
-                self._write_due()
-
-    def handle(self, record: logging.LogRecord) -> None:
-        super().handle(record)
-        if self._queueing.lost:
-            lost, self._queueing.lost = self._queueing.lost, 0
-            super().handle(_log_record(record.name, {"did": "lost", "records": lost}))
-
-    def enqueue_sentinel(self) -> None:
-        # The library's own raises where the queue is full.
-        self._waiting.put(None)
-
-
-def _log_record(at: str, record: dict[str, Any]) -> logging.LogRecord:
-    return logging.makeLogRecord({"name": at, "msg": json.dumps({"at": at} | record, ensure_ascii=False)})
-
-
-class _File(RotatingFileHandler):
-    """Report the first of the records that can't be written; the library would print a traceback.
-
-    Attributes:
-        is_stuck: whether a write hangs, so that the end of the program must not wait for it.
-    """
-
-    is_stuck = False
-
-    def __init__(self, file: Path, report: Callable[[MotorcadeError], None]) -> None:
-        super().__init__(file, maxBytes=MOST_BYTES, backupCount=OLD_FILES, encoding="utf-8")
-        self._file = file
-        self._report = report
-        self._fails = self._has_failed = False
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self._fails = False
-        super().emit(record)
-        self._has_failed = self._fails
-
-    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802  # the library's name
-        problem = sys.exc_info()[1]
-        if not self._has_failed:
-            reason = getattr(problem, "strerror", None) or str(problem)
-            self._report(MotorcadeError("log-not-written", file=self._file, reason=reason))
-        self._fails = True
-
-    def acquire(self) -> None:
-        if not self.is_stuck:
-            super().acquire()
-
-    def release(self) -> None:
-        if not self.is_stuck:
-            super().release()
-
-    def flush(self) -> None:
-        if not self.is_stuck:
-            super().flush()
-
-    def close(self) -> None:
-        if self.is_stuck:
-            return
-        try:
-            super().close()
-        except OSError:
-            # What a full disk doesn't take is lost.
-            self.stream = None
 
 
 @contextmanager

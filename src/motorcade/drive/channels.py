@@ -5,9 +5,8 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+from motorcade.drive.keys import RevokedKeys, peer_name, peer_number
 from motorcade.drive.session import CarControl, ControlSession
-from motorcade.drive.tls.keys import peer_name, peer_number
-from motorcade.drive.tls.revoked import RevokedKeys
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     REQUESTS,

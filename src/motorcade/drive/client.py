@@ -11,13 +11,13 @@ from typing import Any, Self
 from motorcade.car.arbiter import NEUTRAL
 from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
 from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
+from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.tls.keys import client_context
 from motorcade.drive.wire import Telemetry, stick_word
 from motorcade.errors import Phrase
 from motorcade.sockets import DRIVE_PORT
 from motorcade.timing import to_ticks
-from motorcade.words.switches import switch_words
+from motorcade.words.formats import switch_words
 
 FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
 _PERIOD_S = PERIOD_MS / 1000
@@ -45,7 +45,7 @@ class DriveClient:
         telemetry_port: where it sends telemetry; ``port`` + 1, unless given; 0 for a car that has none and knows the
             four bytes of a command alone.
         keys: this driver's keys file, where the car requires one (`motorcade drive keys`), or the TLS context that
-            `motorcade.drive.tls.keys.client_context` makes of it.
+            `motorcade.drive.keys.client_context` makes of it.
         car: the car's name in its keys, where ``host`` isn't in them.
         fresh_s: how long a command counts, 0.05 to 1.
         rearm: after it stopped by itself a car drives again only after a command with speed 0. A client sends that by

@@ -11,7 +11,7 @@ tests/drive/deadman_cases.json.
 
 from collections.abc import Mapping
 
-from motorcade.words.switches import SWITCHES
+from motorcade.words.formats import SWITCHES
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 IDLE, ARMING, DRIVING, RESTING, LOCKED = range(5)

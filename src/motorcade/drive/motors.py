@@ -10,8 +10,7 @@ from motorcade.car.arbiter import DISCHARGED, FAILSAFE, MOVING, NOBODY, PROGRAM,
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.drive_limits import DutyLimiter, duty_per_s
 from motorcade.config.profile import Profile
-from motorcade.words.formats import DRIVE
-from motorcade.words.switches import SWITCHES, switched_by
+from motorcade.words.formats import DRIVE, SWITCHES, switched_by
 from motorcade.words.ticks import elapsed_ms, later_ms
 
 # A stick repeats itself: a car gets the same words again and again.

@@ -1,7 +1,7 @@
 """Control of one car: the object that sockets and pages share, and their sessions. No sockets here.
 
 Every method may be called from any thread. `CarControl.beat` has to be called in time, as
-`motorcade.drive.safety.watchdog.watched` does.
+`motorcade.drive.watchdog.watched` does.
 """
 
 import threading
@@ -18,7 +18,7 @@ from motorcade.drive.stamps import STAMP_MASK, Freshness
 from motorcade.drive.wire import NO_HARDWARE, OVER_RATE, STALE, Counts, DriveError, Telemetry, stick_word
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
-from motorcade.words.switches import switch_words
+from motorcade.words.formats import switch_words
 from motorcade.words.ticks import elapsed_ms
 
 _RATE_WINDOW_MS = 100
@@ -173,25 +173,23 @@ class CarControl:
                 self.wheels.limiter.obstacle_mm,
             )
 
-    def tick(self) -> int:
-        """Do what is due. Returns after how many ms something can be due next."""
-        with self._lock:
-            rest_ms = self.arbiter.tick(self.clock())
-            return min(rest_ms, self._follow())
-
     def beat(self) -> int:
-        """Do what `tick` does, and record that the loop that takes the commands is alive; at least every 50 ms."""
-        rest_ms = self.tick()
+        """Do what is due, and record that the loop that takes the commands is alive; at least every 50 ms.
+
+        Returns after how many ms something can be due next.
+        """
         with self._lock:
-            self._beat_ms = self.clock()
+            self._beat_ms = now = self.clock()
             self._is_stuck = False
+            rest_ms = min(self.arbiter.tick(now), self._follow())
             self.wheels.keep_alive()
         return rest_ms
 
     def watch(self) -> int:
-        """Do what `tick` does; where the last `beat` is older than the profile's ``watchdog_ms``, stop the wheels.
+        """Do what is due; where the last `beat` is older than the profile's ``watchdog_ms``, stop the wheels.
 
-        The commands that a stuck loop then finds in its buffers are old: a command with speed 0 has to arm the car.
+        Returns what `beat` returns. The commands that a stuck loop then finds in its buffers are old: a command with
+        speed 0 has to arm the car.
         """
         if not self._lock.acquire(timeout=_LOCK_PATIENCE_S):
             # The thread that holds the lock hangs in the hardware's driver.

@@ -11,10 +11,10 @@ from pathlib import Path
 import psutil
 import pytest
 
-from motorcade.drive.safety.motor_guard import MotorGuard
+from motorcade.drive.motor_guard import MotorGuard
 from support.waiting import DEADLINE_S, wait_until
 
-TESTS = Path(__file__).parents[2]
+TESTS = Path(__file__).parents[1]
 # A guard takes a process that is silent for so long for a frozen one, also where only the machine is busy.
 QUICK_MS, PATIENT_MS = 1000, 30_000
 
@@ -94,7 +94,7 @@ def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: P
 
 def guard_of(process: subprocess.Popen | psutil.Process) -> psutil.Process:
     children = psutil.Process(process.pid).children()
-    return next(child for child in children if "motorcade.drive.safety.motor_guard" in child.cmdline())
+    return next(child for child in children if "motorcade.drive.motor_guard" in child.cmdline())
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only POSIX lets a pipe's writer see that it is full")

@@ -1,7 +1,7 @@
 """Keep a car's control alive, and stop the wheels where that fails.
 
 A thread makes the arbiter stop the wheels in time where no command comes, and stops them where the event loop that
-takes the commands is stuck. For a board that needs it, another process (`motorcade.drive.safety.motor_guard`) stops
+takes the commands is stuck. For a board that needs it, another process (`motorcade.drive.motor_guard`) stops
 them where this process or that thread is killed or frozen.
 
 The loop sets no timers of its own: a timer while it waits for sockets costs a twentieth of a command's latency.
@@ -12,8 +12,10 @@ import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from motorcade.drive.safety.motor_guard import MotorGuard
+from motorcade.car.arbiter import MOVING
+from motorcade.drive.motor_guard import MotorGuard, hurry
 from motorcade.drive.session import CarControl
+from motorcade.words.ticks import elapsed_ms
 
 _BEAT_MS = 50
 
@@ -48,6 +50,9 @@ class Watchdog:
 
     def _watch(self) -> None:
         rest_ms = 0
+        if self._guard:
+            # On a busy computer the guard would take a process that stops its wheels late for a frozen one.
+            hurry()
         while not self._ended.wait(min(rest_ms, _BEAT_MS) / 1000):
             try:
                 rest_ms = self._control.watch()
@@ -68,7 +73,14 @@ class Watchdog:
         # Reading the state and sending it is one step, whichever thread does it: the last that is sent is true.
         with self._writing:
             if self._guard:
-                self._guard.beat(moves=not self._control.wheels.is_neutral)
+                self._guard.beat(not self._control.wheels.is_neutral, self._rest_ms())
+
+    def _rest_ms(self) -> int | None:
+        """For how much longer the command counts that moves the wheels; None where none does."""
+        arbiter, limits = self._control.arbiter, self._control.limits
+        if arbiter.state != MOVING:
+            return None
+        return limits.failsafe_ms + 1 - elapsed_ms(self._control.clock(), arbiter.commanded_ms)
 
 
 @asynccontextmanager

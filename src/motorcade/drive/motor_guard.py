@@ -1,13 +1,15 @@
 """Stop the wheels from another process when the one that drives them is killed or frozen.
 
-The driving process reports again and again that all is well, through a pipe that closes when it ends. What the guard
-then calls comes from `motorcade.car.drive_board.DriveBoard.rescue`. The guard answers each report, so that the driving
-process stops the wheels where the guard is frozen.
+The driving process reports again and again that all is well, and for how long the command counts that moves the wheels,
+through a pipe that closes when it ends. What the guard then calls comes from
+`motorcade.car.drive_board.DriveBoard.rescue`. The guard answers each report, so that the driving process stops the
+wheels where the guard is frozen.
 """
 
 import importlib
 import os
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -19,7 +21,10 @@ from typing import BinaryIO
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import catalogue, system_language
 
-_MOVING, _STILL, _END = b"m", b"s", b"q"
+# A report is a number: one of these, or for how many more ms the command that moves the wheels counts, above them.
+_END, _STILL, _MOVING = range(3)
+_REPORT = struct.Struct(">H")
+_MOST_MS = (1 << 16) - 1 - _MOVING
 _ANSWER = b"a"
 _START_S = 10.0
 # Windows ends a process by any signal that it can't deliver.
@@ -29,6 +34,8 @@ _TRY_EVERY_S = 0.005
 # Time for a busy computer to run the guard, to kill a process and to reach its pins: the wheels have to stand still
 # when the patience is over.
 _RESCUE_S = 0.1
+# A process that is so much late with the stop at the end of a command is frozen.
+_GRACE_S = 0.02
 # A guard that runs so much later than it wanted was frozen too, and reads first what came meanwhile.
 _LATE_S = 0.05
 _PRIORITY = 5
@@ -40,8 +47,8 @@ class MotorGuard:
 
     Args:
         rescue: what stops the wheels: ``"module:function"`` and its arguments.
-        patience_ms: moving wheels stand still so long after the last report; over 100. A guard that answers nothing for
-            half of it counts as frozen.
+        patience_ms: moving wheels stand still so long after the last report, or 30 ms after the end of the command that
+            the report names; over 100. A guard that answers nothing for half of it counts as frozen.
 
     Returns when the guard is ready; raises OSError where it isn't within 10 s.
     """
@@ -50,7 +57,7 @@ class MotorGuard:
         call, arguments = rescue
         own = [str(os.getpid()), str(patience_ms), call, *arguments]
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "motorcade.drive.safety.motor_guard", *own],
+            [sys.executable, "-m", "motorcade.drive.motor_guard", *own],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             # So that Ctrl-C and Ctrl-Z in a terminal don't reach the guard.
@@ -70,14 +77,22 @@ class MotorGuard:
             self.dismiss()
             raise _gone()
 
-    def beat(self, moves: bool) -> None:
-        """Report that all is well; ``moves``: the wheels may turn. Raises OSError where the guard is gone or frozen."""
+    def beat(self, moves: bool, rest_ms: int | None = None) -> None:
+        """Report that all is well. Raises OSError where the guard is gone or frozen.
+
+        Args:
+            moves: whether the wheels may turn.
+            rest_ms: for how much longer the command counts that moves them; None where none does.
+        """
         now_s, asked_s = time.monotonic(), self._asked_s
         if asked_s is None:
             self._asked_s = now_s
         elif now_s - asked_s > self._answer_s:
             raise _gone()
-        self._write(_MOVING if moves else _STILL)
+        report = _MOVING if moves else _STILL
+        if moves and rest_ms is not None:
+            report += 1 + min(max(rest_ms, 0), _MOST_MS - 1)
+        self._write(report)
 
     def dismiss(self) -> None:
         """End the guard without a rescue; the wheels stand still already."""
@@ -101,10 +116,10 @@ class MotorGuard:
             self._is_ready.set()
         self._is_ready.set()
 
-    def _write(self, report: bytes) -> None:
+    def _write(self, report: int) -> None:
         assert self._process.stdin
         try:
-            os.write(self._process.stdin.fileno(), report)
+            os.write(self._process.stdin.fileno(), _REPORT.pack(report))
         except OSError:
             raise _gone() from None
 
@@ -122,21 +137,21 @@ class _PipeReader:
     """The guard's ends of the pipes, in a thread: only POSIX systems can wait for a pipe with a timeout."""
 
     def __init__(self, pipe: BinaryIO, answers: BinaryIO) -> None:
-        self.last = _STILL
+        self._last = _STILL
         self._answers = answers
-        self.has_ended = False
-        self.has_report = threading.Event()
+        self._has_ended = False
+        self._has_report = threading.Event()
         self._pipe = pipe
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
         self._answer()
         while reports := os.read(self._pipe.fileno(), 64):
-            self.last = reports[-1:]
-            self.has_report.set()
+            (self._last,) = _REPORT.unpack(reports[-_REPORT.size :])
+            self._has_report.set()
             self._answer()
-        self.has_ended = True
-        self.has_report.set()
+        self._has_ended = True
+        self._has_report.set()
 
     def _answer(self) -> None:
         # A process that has ended, or is frozen, reads no answer.
@@ -146,14 +161,16 @@ class _PipeReader:
     def outcome(self, patience_s: float) -> str:
         """Wait until the other process is "dismissed", "killed" or "frozen"."""
         while True:
-            due_s = time.monotonic() + patience_s
-            has_report = self.has_report.wait(patience_s)
+            last = self._last
+            wait_s = patience_s if last <= _MOVING else min(patience_s, (last - _MOVING - 1) / 1000 + _GRACE_S)
+            due_s = time.monotonic() + wait_s
+            has_report = self._has_report.wait(wait_s)
             if not has_report and time.monotonic() > due_s + _LATE_S:
-                has_report = self.has_report.wait(_LATE_S)
-            self.has_report.clear()
-            if self.has_ended:
-                return "dismissed" if self.last == _END else "killed"
-            if not has_report and self.last == _MOVING:
+                has_report = self._has_report.wait(_LATE_S)
+            self._has_report.clear()
+            if self._has_ended:
+                return "dismissed" if self._last == _END else "killed"
+            if not has_report and self._last >= _MOVING:
                 return "frozen"
 
 
@@ -174,8 +191,8 @@ def _rescue(rescue: Callable[..., None], arguments: Sequence[str]) -> Exception 
     return last
 
 
-def _hurry() -> None:
-    """Run before other programs, where the system lets this user do that."""
+def hurry() -> None:
+    """Run this thread before other programs, where the system lets this user do that."""
     with suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(_PRIORITY))
         return
@@ -201,7 +218,7 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
     rescue = getattr(importlib.import_module(module), function)
     # After the death of that process there is no time for reading files.
     catalogue(system_language())
-    _hurry()
+    hurry()
     outcome = _PipeReader(sys.stdin.buffer, sys.stdout.buffer).outcome(_waiting_s(int(patience_ms)))
     if outcome == "dismissed":
         return 0

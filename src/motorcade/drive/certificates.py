@@ -1,7 +1,7 @@
-"""Make the keys files of cars and drivers (`motorcade.drive.tls.keys`), as a small certificate authority.
+"""Make the keys files of cars and drivers (`motorcade.drive.keys`), as a small certificate authority.
 
 One folder is one authority, for a class or a household. Whoever has a driver's keys file of it can drive every car of
-it, until the keys are revoked (`motorcade.drive.tls.revoked`). The folder keeps what was
+it, until the keys are revoked (`motorcade.drive.keys`). The folder keeps what was
 issued, so that keys whose file is lost can be revoked.
 """
 
@@ -18,8 +18,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from motorcade.drive.tls.keys import CAR, DRIVER, title
-from motorcade.drive.tls.revoked import REVOKED, number_of, read_revoked, write_revoked
+from motorcade.drive.keys import CAR, DRIVER, REVOKED, number_of, read_revoked, title, write_revoked
 from motorcade.errors import MotorcadeError, Phrase
 
 AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"

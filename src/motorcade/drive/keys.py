@@ -1,0 +1,225 @@
+"""Make TLS contexts of keys files, by which a car and its drivers prove to each other who they are; revoked keys.
+
+A keys file is one PEM file for each person or car, made by `motorcade drive keys` (`motorcade.drive.certificates`): its
+private key, its certificate, and the certificate of the authority that both ends trust. Only that authority counts, not
+those that the computer trusts: nobody drives with a web site's certificate. The drivers' keys that a car no longer
+takes are in a text file of serial numbers, which is read again whenever it changes.
+"""
+
+import re
+import ssl
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from motorcade.config.files import disk_reason, replace_file
+from motorcade.errors import MotorcadeError, Phrase
+
+CAR, DRIVER = "car", "driver"
+_TITLE = "Motorcade keys of {role} {name}"
+_CERTIFICATE = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\s]+-----END CERTIFICATE-----")
+REVOKED = "revoked.txt"
+_HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"
+# A certificate's serial number has at most 20 bytes (RFC 5280).
+_NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
+# What stands in each part of a keys file: key, certificate, authority's certificate.
+_PART = re.compile(r"-----BEGIN [A-Z ]+-----\s([A-Za-z0-9+/=\s]+)-----END")
+_MOST_BYTES = 1 << 20
+
+_Stamp = tuple[int, int, int]
+
+
+def server_context(keys: Path) -> ssl.SSLContext:
+    """TLS 1.3 for a car: drivers have to show a certificate of the same authority. Raises MotorcadeError."""
+    context = https_context(keys)
+    _trust(context, keys)
+    return context
+
+
+def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
+    """TLS 1.3 for a driver: the car has to show a certificate of the same authority. Raises MotorcadeError.
+
+    ``takes_chips`` allows TLS 1.2, too: a microcontroller has nothing newer.
+    """
+    context = _context(ssl.PROTOCOL_TLS_CLIENT, keys, DRIVER)
+    if takes_chips:
+        context.minimum_version = ssl.TLSVersion.TLSv1_2
+        context.set_ciphers("ECDHE+AESGCM")
+    _trust(context, keys)
+    return context
+
+
+def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
+    """The keys of a car with a microcontroller, as its car.json has them. Raises MotorcadeError.
+
+    Returns:
+        The ``name`` in the keys; ``key``, ``certificate`` and ``authority`` in base64 (DER); ``revoked``, the serial
+        numbers of drivers' keys that the car refuses, in hexadecimal digits.
+    """
+    server_context(keys)
+    parts = ["".join(each.splitlines()) for each in _PART.findall(_text(keys))]
+    named = dict(zip(("key", "certificate", "authority"), parts, strict=True))
+    return {"name": name_in(keys), **named, "revoked": [f"{number:x}" for number in sorted(revoked)]}
+
+
+def https_context(keys: Path) -> ssl.SSLContext:
+    """TLS 1.3 for a car's pages, whose visitors show no certificate. Raises MotorcadeError."""
+    context = _context(ssl.PROTOCOL_TLS_SERVER, keys, CAR)
+    # A client that only sends commands never reads, so nothing is sent to it but the handshake.
+    context.num_tickets = 0
+    return context
+
+
+def visitor_context(keys: Path | None) -> ssl.SSLContext:
+    """HTTPS for a visitor of cars' pages, who trusts the authority of ``keys`` and those that this computer trusts.
+
+    Raises MotorcadeError.
+    """
+    context = ssl.create_default_context()
+    if keys:
+        _trust(context, keys)
+    return context
+
+
+def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
+    """The name in the certificate of the other end of a TLS connection; None where it has shown none."""
+    certificate = line.getpeercert() if line else None
+    subject = certificate.get("subject", ()) if certificate else ()
+    names = (value for parts in subject for key, value in parts if key == "commonName")  # type: ignore[str-unpack]
+    return next((str(name) for name in names), None)
+
+
+def peer_number(line: ssl.SSLObject | ssl.SSLSocket | None) -> int | None:
+    """The serial number of the certificate of the other end of a TLS connection; None where it has shown none."""
+    certificate = line.getpeercert() if line else None
+    number = certificate.get("serialNumber") if certificate else None
+    return int(str(number), 16) if number else None
+
+
+def name_in(keys: Path | None) -> str:
+    """The name in a car's keys file; empty without one. Raises MotorcadeError."""
+    return _text(keys).partition("\n")[0].removeprefix(title(CAR, "")) if keys else ""
+
+
+def title(role: str, name: str) -> str:
+    """The first line of a keys file."""
+    return _TITLE.format(role=role, name=name)
+
+
+def _context(protocol: int, keys: Path, role: str) -> ssl.SSLContext:
+    first = _text(keys).partition("\n")[0]
+    other = DRIVER if role == CAR else CAR
+    if first.startswith(_TITLE.format(role=other, name="")):
+        found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
+        raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
+    context = ssl.SSLContext(protocol)
+    context.minimum_version = ssl.TLSVersion.TLSv1_3
+    try:
+        context.load_cert_chain(keys, password=_no_password)
+    except ssl.SSLError as problem:
+        reason = problem.reason or Phrase("key-and-certificate-unreadable")
+        raise MotorcadeError("not-a-keys-file", file=keys, reason=reason) from None
+    return context
+
+
+def _no_password() -> str:
+    # Without this the library would ask for one at the terminal, in the middle of a drive.
+    raise MotorcadeError("keys-locked")
+
+
+def _trust(context: ssl.SSLContext, keys: Path) -> None:
+    certificates = _CERTIFICATE.findall(_text(keys))
+    if len(certificates) < 2:
+        raise MotorcadeError("keys-without-authority", file=keys)
+    try:
+        context.load_verify_locations(cadata=certificates[-1])
+    except ssl.SSLError:
+        raise MotorcadeError("authority-certificate-unreadable", file=keys) from None
+    context.verify_mode = ssl.CERT_REQUIRED
+
+
+def _text(keys: Path) -> str:
+    try:
+        with keys.open("rb") as file:
+            return file.read(_MOST_BYTES).decode()
+    except OSError as problem:
+        raise MotorcadeError("keys-unreadable", file=keys, reason=problem.strerror) from None
+    except UnicodeDecodeError:
+        raise MotorcadeError("not-a-keys-file", file=keys, reason=Phrase("is-no-text")) from None
+
+
+def number_of(text: str) -> int | None:
+    """The serial number that ``text`` is in hexadecimal digits; None where it is none."""
+    return int(text, 16) if _NUMBER.fullmatch(text) else None
+
+
+def read_revoked(file: Path) -> frozenset[int]:
+    """The serial numbers in a list: hexadecimal, one a line; what stands behind a # is a remark.
+
+    Raises MotorcadeError where the file can't be read or has another line.
+    """
+    try:
+        with file.open("rb") as opened:
+            lines = opened.read(_MOST_BYTES).decode().splitlines()
+    except (OSError, UnicodeDecodeError) as problem:
+        reason = disk_reason(problem) if isinstance(problem, OSError) else Phrase("is-no-text")
+        raise MotorcadeError("revoked-keys-unreadable", file=file, reason=reason) from None
+    numbers = set()
+    for at, line in enumerate(lines, 1):
+        if text := line.partition("#")[0].strip():
+            if (number := number_of(text)) is None:
+                raise MotorcadeError("revoked-keys-unreadable", file=file, reason=Phrase("revoked-line", line=at))
+            numbers.add(number)
+    return frozenset(numbers)
+
+
+def write_revoked(file: Path, keys: Mapping[int, str]) -> None:
+    """Write a list of these serial numbers, each with its remark. Raises OSError."""
+    lines = [f"{number:x}  # {remark}\n" for number, remark in keys.items()]
+    replace_file(file, "".join([_HEADING, *lines]).encode())
+
+
+class RevokedKeys:
+    """The revoked keys in a list that `motorcade drive keys --revoke` writes, or its owner.
+
+    Args:
+        file: the list.
+        is_expected: whether it counts as a problem that there is no such file when the car starts.
+
+    Attributes:
+        problem: why the list can't be read now; what it had before stays valid then.
+    """
+
+    def __init__(self, file: Path, is_expected: bool = True) -> None:
+        self.problem: MotorcadeError | None = None
+        self._file = file
+        self._numbers: frozenset[int] = frozenset()
+        self._stamp: _Stamp | None = None
+        if is_expected or file.exists():
+            self._read()
+
+    def __contains__(self, number: int | None) -> bool:
+        """Whether the keys whose certificate has this serial number are revoked."""
+        return number in self._numbers
+
+    def reload(self) -> bool:
+        """Read the list again where its file has changed. Returns whether the list or `problem` is another one now."""
+        return _stamp_of(self._file) != self._stamp and self._read()
+
+    def _read(self) -> bool:
+        before = self._numbers, str(self.problem)
+        # The file may change while it is read: then it is read once more.
+        self._stamp = _stamp_of(self._file)
+        try:
+            self._numbers, self.problem = read_revoked(self._file), None
+        except MotorcadeError as problem:
+            self.problem = problem
+        return (self._numbers, str(self.problem)) != before
+
+
+def _stamp_of(file: Path) -> _Stamp | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino

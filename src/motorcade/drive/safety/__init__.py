@@ -1,1 +1,0 @@
-"""What stops a car whose driver or program is gone."""
