@@ -4,7 +4,7 @@ import typer
 from typer.cli import get_docs_for_click
 
 from motorcade.cli import app
-from motorcade.cli.language import request_language, translate_help
+from motorcade.cli.options import request_language, translate_help
 
 _INTRODUCTIONS = {
     "en": "# Commands\n\nEvery command also says this with `--help`.\n",

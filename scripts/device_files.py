@@ -1,14 +1,14 @@
-"""Write what boards and the brain need of the devices: the record of senses, and methods of a board's contract."""
+"""Write what others need of the devices: the kinds of steps, the record of senses, methods of a board's contract."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from textwrap import indent
 
 from motorcade.devices import DEVICES
-from motorcade.devices.declaration import Method, Part, Sense
-
-from .step_kinds import formatted
+from motorcade.devices.declaration import Call, Input, Method, Part, Sense, StepKind
 
 ROOT = Path(__file__).resolve().parent.parent
 _ARDUINO = "firmware/arduino/src/"
@@ -25,6 +25,7 @@ def device_files() -> dict[str, Callable[[], str]]:
     """Return what makes each file, by its path in the repository."""
     return {
         "src/motorcade/__init__.py": partial(_with_section, "src/motorcade/__init__.py", "#", _imports, _lazy_names),
+        "src/motorcade/program/steps.py": partial(_with_section, "src/motorcade/program/steps.py", "#", _step_kinds),
         "src/motorcade/car/senses.py": _senses,
         "src/motorcade/car/board.py": partial(_with_section, "src/motorcade/car/board.py", "#", _board_methods),
         f"{_ARDUINO}MotorcadeBoard.h": partial(_with_section, f"{_ARDUINO}MotorcadeBoard.h", "//", _c_methods),
@@ -74,6 +75,58 @@ def _reading(sense: Sense) -> str:
     if sense.only_if:
         return f"{read} if {sense.only_if} else {method.missing}"
     return f"1 if {read} else 0" if method.returns == "bool" else read
+
+
+def _step_kinds() -> str:
+    """Return a dataclass for each kind of step that a device declares, and its names in Python."""
+    declared = [step for device in DEVICES for step in device.steps]
+    made = list(map(_class, declared))
+    kinds = ", ".join(map(_class_name, declared))
+    made.append(f"SIMPLE_KINDS: tuple[type[Step], ...] = ({kinds},)\n")
+    made.append("# Where the class itself reads well, it is the name.")
+    made += [f"{step.kind} = {_class_name(step)}" for step in declared if not step.calls]
+    made += [_function(step, call) for step in declared for call in step.calls]
+    return formatted("\n".join(made)) + "\n\n"
+
+
+def formatted(source: str) -> str:
+    """Return Python as the project formats it."""
+    command = [sys.executable, "-m", "ruff", "format", "--stdin-filename", "made.py", "-"]
+    return subprocess.run(command, input=source, capture_output=True, text=True, encoding="utf-8", check=True).stdout
+
+
+def _class_name(step: StepKind) -> str:
+    return "".join(part.title() for part in step.kind.split("_")) + "Step"
+
+
+def _class(step: StepKind) -> str:
+    base = "AccompanyingStep" if step.accompanies else "Step"
+    lines = [
+        "@dataclass(frozen=True, slots=True)",
+        f"class {_class_name(step)}({base}):",
+        f'    """{step.about}"""',
+        "",
+        f"    kind: ClassVar[str] = {step.kind!r}",
+        *(f"    {each.name}: {_type(each)}" for each in step.inputs if each.bits),
+    ]
+    return "\n".join([*lines, "", ""])
+
+
+def _type(each: Input) -> str:
+    return "str" if each.options else "int" if each.menu else "float"
+
+
+def _function(step: StepKind, call: Call) -> str:
+    inputs = {each.name: each for each in step.inputs}
+    decided = dict(call.sets)
+    parameters = "".join(
+        f"{name}: {_type(inputs[name])}{f' = {inputs[name].first}' if inputs[name].first else ''}, "
+        for name in call.order
+    )
+    given = ", ".join(repr(decided[name]) if name in decided else name for name in inputs)
+    name = _class_name(step)
+    body = indent(f'"""{call.about}"""\nreturn {name}({given}, **more)\n', "    ")
+    return f"\ndef {call.name}({parameters}**more: Any) -> {name}:\n{body}\n"
 
 
 def step_names() -> list[str]:

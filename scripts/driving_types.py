@@ -3,7 +3,7 @@
 import json
 
 from motorcade.drive import deadman, stamps
-from motorcade.words.switches import SWITCHES
+from motorcade.words.formats import SWITCHES
 
 _HEAD = """/**
  * When a page sends its stick, as motorcade.drive.deadman and stamps say. Written by scripts/generate.py; don't edit.

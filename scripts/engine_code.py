@@ -39,9 +39,9 @@ class Code(NamedTuple):
 def all_calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
     from motorcade.engine import agents
-    from motorcade.engine.interpreted import InterpretedKernels
     from motorcade.engine.judging import Answers, Questions
     from motorcade.engine.kernels import KERNELS, PHASES
+    from motorcade.engine.native import InterpretedKernels
     from motorcade.engine.pictures import Pictures
     from motorcade.engine.simulation import Simulation
     from motorcade.mats import Pose, formation, open_table
@@ -86,7 +86,7 @@ def register() -> None:
     from numba.extending import register_jitable
 
     from motorcade.car import brain, frames, next_wakeup, step
-    from motorcade.engine import decorators, events
+    from motorcade.engine import backend, events
     from motorcade.words import infrared, ticks
 
     # No kernel counts from the end of an array. To allow for that at each access took a fifth of the time, and no
@@ -96,11 +96,11 @@ def register() -> None:
     plain = (ticks, infrared, brain, frames, next_wakeup, step, events)
     found = ((module, each) for module in plain for each in vars(module).values())
     portable = [each for module, each in found if isinstance(each, FunctionType) and each.__module__ == module.__name__]
-    for function in (*decorators.FUNCTIONS, *portable):
+    for function in (*backend.FUNCTIONS, *portable):
         if function is not infrared.ones:
             register_jitable(forceinline=True)(function)
     _register_ones(infrared.ones)
-    for kind in decorators.CLASSES:
+    for kind in backend.CLASSES:
         for name, method in vars(kind).items():
             if isinstance(method, FunctionType) and not name.startswith("_"):
                 _register_method(kind, name, method)

@@ -359,8 +359,8 @@ def made_of(calls: Calls, targets: Sequence[Target] = TARGETS) -> dict[str, byte
 
 def _write(folder: Path, files: Sequence[str]) -> None:
     """Write some of the files, for `engine_files`."""
-    from motorcade.engine.backends import DIGESTS, proof
-    from motorcade.engine.interpreted import InterpretedKernels
+    from motorcade.engine.native import InterpretedKernels
+    from motorcade.engine.world import DIGESTS, proof
 
     made = made_of(all_calls(), [target for target in TARGETS if target.file in files])
     if f"libraries/{DIGESTS}" in files:

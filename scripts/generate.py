@@ -10,11 +10,10 @@ from pathlib import Path
 
 from scripts.device_files import device_files
 from scripts.device_texts import missing_texts
-from scripts.step_kinds import step_kinds
 
 ROOT = Path(__file__).resolve().parent.parent
 # Modules that others import. Only declarations are imported to make them, so they can be made where nothing else works.
-SOURCES = {"src/motorcade/program/step_kinds.py": step_kinds, **device_files()}
+SOURCES = device_files()
 
 ENGINE = ROOT / "src" / "motorcade" / "engine"
 # What the committed engine was made of. `make soak` makes it again and compares its bytes.

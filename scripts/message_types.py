@@ -10,8 +10,8 @@ from msgspec import inspect as types
 
 from motorcade.classroom import messages as class_messages
 from motorcade.classroom.app import REQUESTS as CLASS_REQUESTS
-from motorcade.server.remote import messages as remote_messages
-from motorcade.service import messages, trial_messages, world_messages
+from motorcade.server import remote_messages
+from motorcade.service import messages, trials, world_messages
 from motorcade.service.requests import REQUESTS
 
 _HEAD = """/** Messages between the page and its service. Written by scripts/generate.py; don't edit. */
@@ -54,7 +54,7 @@ _PLAIN = {
 }
 _UNIONS = {
     **dict.fromkeys(("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer", "CarsAnswer"), world_messages),
-    **dict.fromkeys(("TrialMessage", "TrialAnswer"), trial_messages),
+    **dict.fromkeys(("TrialMessage", "TrialAnswer"), trials),
 }
 
 

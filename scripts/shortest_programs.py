@@ -14,8 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from motorcade.experiments.run import Results, Tasks
-from motorcade.lab.archive import opened_archive
-from motorcade.lab.search import Search, do_task
+from motorcade.lab.search import Search, do_task, opened_archive
 from motorcade.missions.document import built_in_mission, missions
 from motorcade.program.model import count_blocks
 

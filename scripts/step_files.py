@@ -9,8 +9,7 @@ from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.parts import word_fields
-from motorcade.program.step import COMMON, Step, first_value, own_fields
-from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
+from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 

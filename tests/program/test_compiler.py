@@ -28,8 +28,7 @@ from motorcade import (
 from motorcade.config.profile import Profile
 from motorcade.locales import languages
 from motorcade.program.compiler import Compiled
-from motorcade.program.step import Step
-from motorcade.program.steps import LedStep
+from motorcade.program.steps import LedStep, Step
 from motorcade.words.formats import CONTROL
 from support.strategies import BRISK, CLASSROOM, rows, sums
 from support.timelines import length_ms, unrolled

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from motorcade import Program, avoid, compile_program, forward, led, repeat, together, wait
 from motorcade.program.diagnostics import has_errors
-from motorcade.program.step import Step
+from motorcade.program.steps import Step
 from support.strategies import CLASSROOM
 
 SENT = replace(CLASSROOM, durations_ms=(0, 400, 600, 1000), dwell_ms=(400, 600, *CLASSROOM.dwell_ms[2:]))

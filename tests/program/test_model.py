@@ -3,8 +3,10 @@
 import json
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import jsonschema_rs
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,6 +31,7 @@ from motorcade.locales import languages
 from motorcade.program.steps import DriveStep
 from support.strategies import CLASSROOM, JSON, damaged_documents, programs
 
+DOCS = Path(__file__).parents[2] / "docs"
 EXAMPLE = """
 {"format": "motorcade-program/1",
  "profile": "classroom",
@@ -218,6 +221,13 @@ def test_a_wrong_step_is_named_with_its_place_and_id(content: str, code: str, pl
     assert_is_said(leads, code, f"leader[1]{place}", step_id)
     follows = f'{{"format": "motorcade-program/1", "leader": [], "followers": {{"steps": [{step}]}}}}'
     assert_is_said(follows, code, f"followers.steps[0]{place}", step_id)
+
+
+def test_the_published_schema_accepts_the_example_and_refuses_a_misspelt_key() -> None:
+    schema = json.loads((DOCS / "motorcade-program-1.schema.json").read_text(encoding="utf-8"))
+    project = json.loads(EXAMPLE)
+    assert jsonschema_rs.is_valid(schema, project)
+    assert not jsonschema_rs.is_valid(schema, {**project, "leeder": []})
 
 
 def test_what_stands_beside_a_program_is_not_looked_into() -> None:

@@ -26,7 +26,7 @@ from motorcade import (
     wait,
 )
 from motorcade.locales import languages
-from motorcade.program.alignment import align, with_ids_of, without_ids
+from motorcade.program.model import align, with_ids_of, without_ids
 from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
 from support.command_line import run

@@ -11,8 +11,7 @@ from typing import Any
 
 from motorcade.program.diagnostics import BEHIND, DELETE, Fix, ProgramError, error
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
-from motorcade.program.step import Step, own_fields
-from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
+from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
 Workspace = dict[str, Any]
 Block = dict[str, Any]
@@ -131,7 +130,7 @@ class _Reader:
 def field_value(name: str, value: Any, in_hat: bool = False) -> tuple[str, Any]:
     """Return the field of a block, and what it holds, for a value of a step or of the followers' settings."""
     if name == "dwell_seconds":
-        return "DWELL", "auto" if value is None else str(_plain(value))
+        return "DWELL", "auto" if value is None else str(plain(value))
     if value is None:
         return name.upper(), ""
     if isinstance(value, bool):
@@ -181,10 +180,9 @@ def _of_hat(hat: Block) -> dict[str, Any]:
 
 
 def _hat_fields(followers: Followers) -> dict[str, Any]:
-    ticks = {name.upper(): "TRUE" if getattr(followers, name) else "FALSE" for name in _SETTINGS}
+    ticks = dict(field_value(name, getattr(followers, name), in_hat=True) for name in _SETTINGS)
     tagged = next(choice for choice, meaning in _TAGGED.items() if meaning == followers.tagged)
-    dwell = followers.dwell_seconds
-    return {**ticks, "TAGGED": tagged, "DWELL": "auto" if dwell is None else str(_plain(dwell))}
+    return {**ticks, "TAGGED": tagged, **dict([field_value("dwell_seconds", followers.dwell_seconds)])}
 
 
 def _chain(block: Block | None, path: str) -> Iterator[Block]:
@@ -259,14 +257,14 @@ def _chosen(value: Any, meanings: Mapping[str, Any]) -> Any:
 
 def _number(text: Any) -> Any:
     try:
-        return _plain(float(text))
+        return plain(float(text))
     except (TypeError, ValueError):
         return text
 
 
-def _plain(number: float) -> float:
-    """Return a whole number as an integer: 2 for 2.0."""
-    return int(number) if float(number).is_integer() else number
+def plain(value: Any) -> Any:
+    """Return a whole number as an integer: 2 for 2.0; any other value as it is."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:

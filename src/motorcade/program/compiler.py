@@ -32,8 +32,7 @@ from motorcade.program.parts import (
     to_ms,
     with_durations,
 )
-from motorcade.program.step import LONGEST_S, Step
-from motorcade.program.steps import RepeatStep, TogetherStep
+from motorcade.program.steps import LONGEST_S, RepeatStep, Step, TogetherStep
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 

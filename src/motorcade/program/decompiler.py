@@ -17,8 +17,7 @@ from motorcade.program.parts import (
     step_in,
     to_seconds,
 )
-from motorcade.program.step import AccompanyingStep, Step
-from motorcade.program.steps import TogetherStep, WaitStep
+from motorcade.program.steps import AccompanyingStep, Step, TogetherStep, WaitStep
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, parse_image
 

@@ -48,8 +48,7 @@ from motorcade.program.parts import (
     to_ms,
     with_durations,
 )
-from motorcade.program.step import LONGEST_S, AccompanyingStep, Step
-from motorcade.program.steps import RepeatStep, TogetherStep
+from motorcade.program.steps import LONGEST_S, AccompanyingStep, RepeatStep, Step, TogetherStep
 from motorcade.words.formats import CONTROL
 
 _MOTOR_ENABLE = CONTROL.field("motor_enable").word_mask

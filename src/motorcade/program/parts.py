@@ -7,8 +7,7 @@ from heapq import heappop, heappush
 from math import ceil, floor
 from typing import Any, NamedTuple
 
-from motorcade.program.step import AccompanyingStep, Step, own_fields
-from motorcade.program.steps import SIMPLE_KINDS, TogetherStep, WaitStep
+from motorcade.program.steps import SIMPLE_KINDS, AccompanyingStep, Step, TogetherStep, WaitStep, own_fields
 from motorcade.words.formats import CONTROL
 
 # No program holds more words than this, so no step is cut into more pieces.

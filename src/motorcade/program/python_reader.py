@@ -16,14 +16,13 @@ from typing import Any
 
 from motorcade.config.check import shown
 from motorcade.errors import Phrase
-from motorcade.program import python_fixes as fixes
+from motorcade.program import python_syntax as fixes
 from motorcade.program import steps
 from motorcade.program.blocks import MOST_DEEP
 from motorcade.program.diagnostics import TEXT, Diagnostic, Fix, ProgramError, Span, error, warning
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
-from motorcade.program.python_syntax import Source
-from motorcade.program.step import COMMON, Step
-from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, TogetherStep
+from motorcade.program.python_syntax import PythonSource
+from motorcade.program.steps import COMMON, KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep
 
 # The kind behind each name of a step.
 STEP_NAMES: dict[str, type[Step]] = {name: kind for kind in KINDS.values() for name in kind.names}
@@ -68,7 +67,7 @@ class PythonProgram:
         diagnostics: warnings.
     """
 
-    source: Source
+    source: PythonSource
     program: Program
     root: Node
     imports: dict[str, str]
@@ -83,7 +82,7 @@ class PythonProgram:
 
 def read_python(data: bytes | str) -> PythonProgram:
     """Return the program in Python text. Raises ProgramError; its diagnostics name lines and columns."""
-    source = Source(data)
+    source = PythonSource(data)
     reader = _Reader(source)
     call = reader.program_call()
     root, document = reader.document(call) if call else (Node("", 0, 0), {})
@@ -109,7 +108,7 @@ class _TooManyErrorsError(Exception):
 
 
 class _Reader:
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: PythonSource) -> None:
         self.imports: dict[str, str] = {}
         self.imported_at: ast.ImportFrom | None = None
         self.spans: dict[str, Span] = {}

@@ -1,4 +1,4 @@
-"""The syntax of a program's Python text: its tree, the places of its nodes, and what is wrong where it isn't Python.
+"""The syntax of a program's Python text: its tree, the places of its nodes, and edits that would fix a mistake.
 
 The text is parsed by `ast` and never executed.
 """
@@ -12,18 +12,21 @@ import warnings
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
 from itertools import accumulate, islice
 from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, Span, error
+from motorcade.program.steps import Step, first_value, own_fields
 
+_PACKAGE = "motorcade"
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
 # The levels of its tree, and the bits of a number in it: blocks have at most a tenth of both.
 _MOST_LEVELS, _MOST_BITS = 150, 1024
 # Each edit that may correct a text is tried by Python's parser, which takes too long in a longer text.
-MOST_TRIED = 20_000
+_MOST_TRIED = 20_000
 _MOST_TRIES = 20
 _CLOSERS = {"(": ")", "[": "]", "{": "}"}
 # Signs of a Chinese keyboard that the compatibility form of Unicode leaves as they are.
@@ -71,7 +74,7 @@ class Comment(NamedTuple):
     text: str
 
 
-class Source:
+class PythonSource:
     """A text, its syntax tree, and the places of its nodes."""
 
     def __init__(self, data: bytes | str) -> None:
@@ -119,6 +122,12 @@ class Source:
         """The number of the first character of a line."""
         return self._starts[line - 1]
 
+    def import_place(self) -> int:
+        """The number of the character before which an import belongs: behind the docstring."""
+        body = self.tree.body
+        first = body[1] if isinstance(body[0], ast.Expr) and len(body) > 1 else body[0]
+        return self.start_of(first.lineno)
+
     def comments(self) -> list[Comment]:
         """All comments of the text, in their order."""
         tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
@@ -143,7 +152,7 @@ class Source:
         return line, offset - self._starts[line - 1] + 1
 
 
-def _parse(source: Source) -> ast.Module:
+def _parse(source: PythonSource) -> ast.Module:
     text = source.text
     if "\0" in text:
         before = text[: text.index("\0")]
@@ -187,7 +196,7 @@ def _not_python(reason: Phrase, line: int, column: int, fixes: Iterable[Fix] = (
     return ProgramError([problem.with_fixes(*fixes)])
 
 
-def _syntax_fixes(source: Source, reason: str, start: int, sign: str) -> Iterator[Fix]:
+def _syntax_fixes(source: PythonSource, reason: str, start: int, sign: str) -> Iterator[Fix]:
     """Yield the edit that makes Python of a text, which Python's parser refuses at the character ``start``.
 
     Args:
@@ -195,11 +204,11 @@ def _syntax_fixes(source: Source, reason: str, start: int, sign: str) -> Iterato
         sign: the character that it is about.
     """
     text = source.text
-    if len(text) > MOST_TRIED:
+    if len(text) > _MOST_TRIED:
         return
     for at, end, new in _candidates(text, reason, start, sign):
         # One of several such characters is corrected, although the others are wrong still.
-        if reason == "python-bad-character" or is_python(text[:at] + new + text[end:]):
+        if reason == "python-bad-character" or _is_python(text[:at] + new + text[end:]):
             yield Fix(TEXT, new, source.span_between(at, end))
             return
 
@@ -238,10 +247,105 @@ def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple
                 yield start, start + digits.end(), ""
 
 
-def is_python(text: str) -> bool:
+def _is_python(text: str) -> bool:
     """Whether Python's parser takes a text."""
     try:
         ast.parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return False
     return True
+
+
+def as_text(value: Any) -> str:
+    """Return a value as it is written in Python."""
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def replacement(source: PythonSource, start: int, end: int, text: str) -> list[Fix]:
+    """Return the edit that puts ``text`` in the place of these characters; none where the result is no Python."""
+    if len(source.text) > _MOST_TRIED or not _is_python(source.text[:start] + text + source.text[end:]):
+        return []
+    return [Fix(TEXT, text, source.span_between(start, end))]
+
+
+def without_argument(source: PythonSource, call: ast.Call, argument: Any) -> list[Fix]:
+    """Return the edit that deletes an argument of a call, with its comma."""
+    extents = sorted(source.extent(each) for each in (*call.args, *call.keywords))
+    place = extents.index(source.extent(argument))
+    start, end = extents[place]
+    if place:
+        start = extents[place - 1][1]
+    elif len(extents) > 1:
+        end = extents[1][0]
+    return [] if "#" in source.text[start:end] else replacement(source, start, end, "")
+
+
+def with_argument(source: PythonSource, call: ast.Call, name: str, value: Any) -> list[Fix]:
+    """Return the edit that adds a named argument to a call, behind its others."""
+    ends = [source.extent(each)[1] for each in (*call.args, *call.keywords)]
+    at = max(ends, default=source.extent(call)[1] - 1)
+    return replacement(source, at, at, f"{', ' if ends else ''}{name}={as_text(value)}")
+
+
+def without_lines(source: PythonSource, statement: ast.stmt) -> list[Fix]:
+    """Return the edit that deletes the lines of a statement."""
+    start, end = source.extent(statement)
+    start = source.start_of(source.line_at(start))
+    return replacement(source, start, min(end + 1, len(source.text)), "")
+
+
+def with_line(source: PythonSource, line: str) -> list[Fix]:
+    """Return the edit that adds a line at the end."""
+    end = len(source.text)
+    before = "" if source.text.endswith("\n") or not end else "\n"
+    return replacement(source, end, end, f"{before}{line}\n")
+
+
+def with_imports(source: PythonSource, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Fix]:
+    """Return the edit that imports ``names`` too; ``statement`` is the import that is there."""
+    text = ", ".join(names)
+    if statement:
+        at = source.extent(statement.names[-1])[1]
+        return replacement(source, at, at, f", {text}")
+    at = source.import_place()
+    return replacement(source, at, at, f"from {_PACKAGE} import {text}\n\n")
+
+
+def right_import(source: PythonSource, statement: ast.Import | ast.ImportFrom) -> list[Fix]:
+    """Return the edit that corrects a misspelt import, or deletes another one."""
+    start, end = source.extent(statement)
+    module = statement.module if isinstance(statement, ast.ImportFrom) else statement.names[0].name
+    if not get_close_matches(module or "", [_PACKAGE], 1):
+        return without_lines(source, statement)
+    names = ", ".join(ast.unparse(each) for each in statement.names) if isinstance(statement, ast.ImportFrom) else "*"
+    return replacement(source, start, end, f"from {_PACKAGE} import {names}")
+
+
+def as_program(source: PythonSource, statement: ast.stmt, variable: str, name: str) -> list[Fix]:
+    """Return the edit that gives a call of ``name``, the program's class, to the variable of the program."""
+    match statement:
+        case ast.Expr(value=ast.Call(func=ast.Name(id=found)) as call) if found == name:
+            start = source.extent(call)[0]
+            return replacement(source, start, start, f"{variable} = ")
+        case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id=found))) if found == name:
+            return replacement(source, *source.extent(target), variable)
+    return []
+
+
+def as_list(source: PythonSource, value: ast.expr, names: Iterable[str]) -> list[Fix]:
+    """Return the edit that puts a single step into a list."""
+    start, end = source.extent(value)
+    is_step = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in names
+    return replacement(source, start, end, f"[{source.text[start:end]}]") if is_step else []
+
+
+def as_step(source: PythonSource, value: ast.expr, kinds: dict[str, type[Step]]) -> list[Fix]:
+    """Return the edit that makes a step of its name alone, or of a name that is much like it."""
+    if not isinstance(value, ast.Name):
+        return []
+    for name in get_close_matches(value.id, kinds, 1):
+        kind = kinds[name]
+        given = {**kind.names[name], "speed": None}
+        values = [first_value(kind, each.name) for each in own_fields(kind) if each.name not in given]
+        return replacement(source, *source.extent(value), f"{name}({', '.join(map(as_text, values))})")
+    return []

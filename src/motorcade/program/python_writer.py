@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from motorcade.program import steps
-from motorcade.program.alignment import align, without_ids
-from motorcade.program.model import Followers, Program
+from motorcade.program.blocks import plain
+from motorcade.program.model import Followers, Program, align, without_ids
 from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
-from motorcade.program.python_syntax import Comment, Source
-from motorcade.program.step import COMMON, Step
-from motorcade.program.steps import RepeatStep, TogetherStep
+from motorcade.program.python_syntax import Comment, PythonSource
+from motorcade.program.steps import COMMON, RepeatStep, Step, TogetherStep
 
 _INDENT = "    "
 _LONGEST_LINE = 100
@@ -92,7 +91,7 @@ def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
     return found
 
 
-def _attach(comment: Comment, node: Node, source: Source, found: dict[str, _Comments]) -> None:
+def _attach(comment: Comment, node: Node, source: PythonSource, found: dict[str, _Comments]) -> None:
     parts = node.parts
     number = bisect_right(parts, comment.start, key=lambda part: part.start)
     last = parts[number - 1] if number else None
@@ -139,7 +138,7 @@ class _Writer:
         path = "followers.steps" if "followers.steps" in self._nodes else "followers"
         rows = self._argument("followers.steps", self._list(old, followers.steps, path, 2), 2)
         for name, value in settings.items():
-            rows += self._argument(f"followers.{name}", f"{name}={_plain(value)!r}", 2)
+            rows += self._argument(f"followers.{name}", f"{name}={plain(value)!r}", 2)
         return self._call(Followers.__name__, [*rows, *self._end("followers", 2)], 1)
 
     def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
@@ -187,9 +186,9 @@ class _Writer:
             if each in defaults and value == defaults[each]:
                 continue
             if each in defaults and each != names[0]:
-                named.append(f"{each}={_plain(value)!r}")
+                named.append(f"{each}={plain(value)!r}")
             else:
-                positional.append(repr(_plain(value)))
+                positional.append(repr(plain(value)))
         for each in COMMON:
             if (value := getattr(step, each)) is not None and each != "id":
                 named.append(f"{each}={value!r}")
@@ -277,11 +276,6 @@ def _names_in(item: _Item) -> set[str]:
     return {_name_of(item.step), *(name for each in item.inside for name in _names_in(each))}
 
 
-def _plain(value: Any) -> Any:
-    """Return a whole number as an integer: 2 for 2.0."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
 def _nodes(node: Node) -> Iterator[tuple[str, Node]]:
     yield node.path, node
     for part in node.parts:
@@ -293,9 +287,7 @@ def _with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
     source, statement = old.source, old.imported_at
     missing = used - set(old.imports)
     if statement is None:
-        body = source.tree.body
-        first = body[1] if isinstance(body[0], ast.Expr) and len(body) > 1 else body[0]
-        at = source.start_of(first.lineno)
+        at = source.import_place()
         return f"{text[:at]}{_import_of({name: name for name in used})}\n\n{text[at:]}"
     start, end = source.extent(statement)
     here = {alias.name: alias.asname or alias.name for alias in statement.names}
