@@ -3,10 +3,9 @@
 import pytest
 
 from motorcade.locales import languages
-from motorcade.missions.check import check_program, simulate
-from motorcade.missions.document import LITERATURE, missions
+from motorcade.missions.check import check_program, open_worlds_here, watched
+from motorcade.missions.document import LITERATURE, missions, shortest_programs
 from motorcade.missions.schema import PATHS
-from motorcade.missions.shortest import shortest_programs
 from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import count_blocks, program_from_dict
@@ -86,7 +85,7 @@ def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():
     times, states = [], []
     for _ in range(2):
         watch = MissionWatch(mission, image)
-        for sight in simulate(mission, image):
+        for sight in watched(open_worlds_here(mission, image, mission.seeds, True), mission):
             if sight.seed == mission.seeds[0]:
                 times.append(sight.moment.t_ms)
                 watch.see(sight.moment, sight.events)

@@ -8,8 +8,7 @@ from motorcade.locales import catalogue, languages
 from motorcade.missions.document import missions
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.model import Followers
-from motorcade.program.step import own_fields
-from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
+from motorcade.program.steps import KINDS, RepeatStep, TogetherStep, own_fields
 
 MISSIONS = {each.id: each for each in missions()}
 QUOTED = {"en": r"(?<!\w)'([^']+)'(?!\w)", "zh": "“([^”]+)”"}

@@ -17,8 +17,7 @@ from motorcade.missions.watch import EVERY_MS, MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program
-from motorcade.program.step import Step
-from motorcade.program.steps import RepeatStep, TogetherStep
+from motorcade.program.steps import RepeatStep, Step, TogetherStep
 from motorcade.words.image import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.
@@ -117,7 +116,7 @@ def _check(
     look: Look = _look_away,
 ) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
-    for sight in simulate(mission, image, open_worlds):
+    for sight in watched(open_worlds(mission, image, mission.seeds, True), mission):
         watches[sight.seed].see(sight.moment, sight.events)
         look(sight)
     states = {seed: watch.states() for seed, watch in watches.items()}
@@ -197,11 +196,8 @@ def steps_result(mission: Mission, program: Program | None) -> GoalResult | None
 
 def _listed(kinds: Iterable[str]) -> Phrase:
     """The names of kinds of steps, one after another."""
-    return reduce(lambda first, second: Phrase("listed", first=first, second=second), map(_name_of, kinds))
-
-
-def _name_of(kind: str) -> Phrase:
-    return Phrase(f"step-{kind}")
+    names = (Phrase(f"step-{kind}") for kind in kinds)
+    return reduce(lambda first, second: Phrase("listed", first=first, second=second), names)
 
 
 def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
@@ -209,15 +205,6 @@ def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
         yield step.kind
         if isinstance(step, RepeatStep | TogetherStep):
             yield from _kinds_in(step.steps)
-
-
-def simulate(mission: Mission, image: bytes, open_worlds: OpenWorlds = open_worlds_here) -> Iterator[Sight]:
-    """Simulate a mission, all its seeds side by side. Raises MotorcadeError.
-
-    Args:
-        open_worlds: opens the worlds.
-    """
-    yield from watched(open_worlds(mission, image, mission.seeds, True), mission)
 
 
 def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:

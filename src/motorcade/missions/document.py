@@ -1,5 +1,9 @@
-"""Read missions from TOML and JSON, and list those that come with Motorcade."""
+"""Read missions from TOML and JSON; list those that come with Motorcade, and the shortest programs for them.
 
+`scripts/shortest_programs.py` makes shortest.json.
+"""
+
+import json
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -282,3 +286,11 @@ def built_in_mission(name: str) -> Mission:
 def _names(folder: str) -> list[str]:
     files = (resources.files("motorcade.missions") / folder).iterdir()
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+
+
+@cache
+def shortest_programs() -> dict[str, dict[str, Any]]:
+    """Of each mission by id the shortest ``program`` found for all stars, its ``blocks``, and the search's ``runs``."""
+    text = (resources.files("motorcade.missions") / "shortest.json").read_text(encoding="utf-8")
+    found: dict[str, dict[str, Any]] = json.loads(text)
+    return found

@@ -13,12 +13,12 @@ from motorcade.engine import judging, layout
 from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event
 from motorcade.engine.simulation import Simulation
+from motorcade.missions.event_goals import Slots, SlotWatch
 from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.schema import GOALS, WORKS
 from motorcade.missions.scores import Score
 from motorcade.missions.watch import EVERY_MS, watch_of
-from motorcade.missions.word_goals import Slots, SlotWatch
 from motorcade.words.image import parse_image_bytes
 
 OpenWorlds = Callable[[Mission, bytes, Sequence[int], bool], Simulation]
@@ -107,12 +107,11 @@ class Odds:
     def _new_watches(self) -> dict[int, GoalWatch]:
         """The watches of the goals that the kernel doesn't judge, for one run."""
         mission, known = self._mission, dict[str, Score]()
-        found = {
+        return {
             number: watch_of(goal, mission, parse_image_bytes(self._image), self._slots, known)
             for number, goal in enumerate(mission.goals)
-            if goal.kind not in (*_KINDS, "no-touch", WORKS)
+            if goal.kind not in (*_KINDS, "no-touch", "all-by", WORKS)
         }
-        return {number: watch for number, watch in found.items() if watch is not None}
 
     def _ask(self) -> judging.Questions:
         """What the kernel is asked."""

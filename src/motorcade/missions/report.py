@@ -75,35 +75,30 @@ def files_of(folder: Path) -> list[Path]:
     return sorted(path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts))
 
 
-class _Run:
-    """Notes where all cars are in the run with one seed."""
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-        self.points: list[list[tuple[float, float]]] = []
-
-    def see(self, sight: Sight) -> None:
-        if sight.seed == self._seed:
-            self.points.append(list(zip(sight.moment.x_m, sight.moment.y_m, strict=True)))
-
-
 def check_files(mission: Mission, folder: Path, files: Iterable[Path]) -> Iterator[Checked]:
     """Check files of a folder, one after another; one that can't be checked doesn't end this."""
     for path in files:
-        name = path.relative_to(folder).as_posix()
-        run = _Run(mission.seeds[0])
-        try:
-            result = check_file(mission, path, run.see)
-        except ImageError as problem:
-            # To who put a photo into the folder its number of bytes says nothing.
-            is_image = path.suffix in _IMAGES
-            yield Checked(name, None, problem if is_image else MotorcadeError("no-program-in-file"))
-        except MotorcadeError as problem:
-            yield Checked(name, None, problem)
-        except OSError as problem:
-            yield Checked(name, None, MotorcadeError("cant-read", reason=disk_reason(problem)))
-        else:
-            yield Checked(name, result, None, _picture(mission, run.points))
+        yield _checked(mission, path.relative_to(folder).as_posix(), path)
+
+
+def _checked(mission: Mission, name: str, path: Path) -> Checked:
+    points: list[list[tuple[float, float]]] = []
+
+    def note(sight: Sight) -> None:
+        """Note where all cars are in the run with the first seed."""
+        if sight.seed == mission.seeds[0]:
+            points.append(list(zip(sight.moment.x_m, sight.moment.y_m, strict=True)))
+
+    try:
+        result = check_file(mission, path, note)
+    except ImageError as problem:
+        # To who put a photo into the folder its number of bytes says nothing.
+        return Checked(name, None, problem if path.suffix in _IMAGES else MotorcadeError("no-program-in-file"))
+    except MotorcadeError as problem:
+        return Checked(name, None, problem)
+    except OSError as problem:
+        return Checked(name, None, MotorcadeError("cant-read", reason=disk_reason(problem)))
+    return Checked(name, result, None, _picture(mission, points))
 
 
 def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) -> str:

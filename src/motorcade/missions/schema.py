@@ -1,6 +1,6 @@
 """The schema of a mission's file: every key, what it is (its ``title``), what is allowed, and its default.
 
-Each kind of goal is declared in GOALS; the watches in `motorcade.missions.goals` and `motorcade.missions.word_goals`
+Each kind of goal is declared in GOALS; the watches in `motorcade.missions.goals` and `motorcade.missions.event_goals`
 say when it is met.
 """
 

@@ -1,11 +1,11 @@
 """Watch all goals of a mission while a run goes on, one moment after another; and say what each goal asks for."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, cast
 
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.missions import goals, safety_goals, scores, word_goals
+from motorcade.missions import event_goals, goals, scores
 from motorcade.missions.goals import GoalState, GoalWatch
 from motorcade.missions.model import Goal, Mission, Wording
 from motorcade.words.image import Image, parse_image_bytes
@@ -35,20 +35,23 @@ class MissionWatch:
         _check_work(mission)
         self._mission = mission
         parsed = parse_image_bytes(image)
-        slots = word_goals.Slots(parsed, mission.profile, mission.duration_ms)
+        slots = event_goals.Slots(parsed, mission.profile, mission.duration_ms)
         known: dict[str, scores.Score] = {}
-        self._watches = [watch_of(goal, mission, parsed, slots, known) for goal in mission.goals]
-        self._all_by = {
-            number: _AllBy(goal, other)
-            for number, goal in enumerate(mission.goals)
-            if goal.kind == "all-by" and (other := self._watches[goal.values["goal"] - 1]) is not None
-        }
+        found = [
+            None if goal.kind == "all-by" else watch_of(goal, mission, parsed, slots, known) for goal in mission.goals
+        ]
+        self._watches = [
+            watch or _AllByWatch(goal, cast(GoalWatch, found[goal.values["goal"] - 1]))
+            for goal, watch in zip(mission.goals, found, strict=True)
+        ]
+        # Those that look at another goal's watch see a moment after it.
+        self._in_order = sorted(self._watches, key=lambda watch: isinstance(watch, _AllByWatch))
         self._now_ms, self._end_ms = -1, mission.duration_ms
 
     @property
     def sees_all(self) -> bool:
         """Whether its goals need every moment; else the last one is enough."""
-        return any(watch is not None and watch.sees_all for watch in self._watches)
+        return any(watch.sees_all for watch in self._watches)
 
     @property
     def is_over(self) -> bool:
@@ -65,56 +68,39 @@ class MissionWatch:
         self._now_ms = moment.t_ms
         plain = _with_lists(moment)
         rows = [Event(*event) for event in events]
-        for watch in self._watches:
-            if watch is not None:
-                watch.see(plain, rows)
-        for all_by in self._all_by.values():
-            all_by.see(moment.t_ms)
+        for watch in self._in_order:
+            watch.see(plain, rows)
 
     def states(self) -> list[GoalState]:
         """How it stands with each goal, in the order of the file."""
-        states: list[GoalState] = []
-        found = [None if watch is None else watch.state(self.is_over) for watch in self._watches]
-        for number, (goal, state) in enumerate(zip(self._mission.goals, found, strict=True)):
-            if state is None:
-                other = found[goal.values["goal"] - 1]
-                assert other is not None
-                state = self._all_by[number].state(other, self.is_over)
-            states.append(state)
-        return states
+        return [watch.state(self.is_over) for watch in self._watches]
 
     def grades(self) -> list[float]:
         """How near the run came to each goal, in the order of the file; exactly 1 where it is met."""
-        over = self.is_over
-        grades = [0.0 if watch is None else watch.grade(over) for watch in self._watches]
-        for number, all_by in self._all_by.items():
-            other = self._mission.goals[number].values["goal"] - 1
-            watch = self._watches[other]
-            assert watch is not None
-            grades[number] = all_by.grade(watch.state(over), grades[other], over)
-        return grades
+        return [watch.grade(self.is_over) for watch in self._watches]
 
 
-class _AllBy:
+class _AllByWatch(GoalWatch):
     """A goal that another one is met by some time, and from then on to the end of the run.
 
     Args:
-        watch: of the other goal.
+        other: the watch of the other goal.
     """
 
-    def __init__(self, goal: Goal, watch: GoalWatch) -> None:
+    def __init__(self, goal: Goal, other: GoalWatch) -> None:
+        super().__init__()
         self._number, self._seconds = goal.values["goal"], goal.values["seconds"]
         self._by_ms = round(self._seconds * 1000)
-        self._watch = watch
+        self._other = other
         # How the other goal stood last, at the time, and when it was lost again after it was met in time.
         self._before: GoalState | None = None
         self._then: GoalState | None = None
         self._gone: GoalState | None = None
-        self._now_ms = 0
 
-    def see(self, t_ms: int) -> None:
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
         """Look at the other goal, which has seen this moment."""
-        before, now = self._before, self._watch.state(False)
+        t_ms = moment.t_ms
+        before, now = self._before, self._other.state(False)
         if before and before.progress == "holds" and now.progress == "open" and self._in_time(before):
             self._gone = now._replace(t_ms=t_ms)
         if t_ms <= self._by_ms:
@@ -124,8 +110,8 @@ class _AllBy:
     def _in_time(self, other: GoalState) -> bool:
         return other.t_ms is not None and other.t_ms <= self._by_ms
 
-    def state(self, other: GoalState, is_over: bool) -> GoalState:
-        """How it stands, by the state of the other goal."""
+    def state(self, is_over: bool) -> GoalState:
+        other = self._other.state(is_over)
         details = {"goal": self._number, "most": self._seconds}
         is_met = other.progress in ("met", "holds") and other.t_ms is not None
         if is_met and self._in_time(other):
@@ -144,12 +130,12 @@ class _AllBy:
             why = Phrase("goal-all-by-not", **details)
         return GoalState("lost", seen.t_ms, 0, 0, why, seen.cars)
 
-    def grade(self, other: GoalState, grade: float, is_over: bool) -> float:
-        """1 where it is met; half the ``grade`` of the other goal, and more where that was met soon after the time."""
-        if self.state(other, is_over).progress == "met":
-            return 1.0
+    def nearness(self) -> float:
+        """Half the grade of the other goal, and more where that was met soon after the time."""
+        other = self._other.state(True)
         is_late = other.progress in ("met", "holds") and other.t_ms is not None
-        return grade / 2 + (self._by_ms / (2 * max(other.t_ms or 0, self._by_ms + 1)) if is_late else 0.0)
+        late = self._by_ms / (2 * max(other.t_ms or 0, self._by_ms + 1)) if is_late else 0.0
+        return self._other.grade(True) / 2 + late
 
     def _met(self, other: GoalState) -> dict[str, float]:
         return {"seconds": (other.t_ms or 0) / 1000}
@@ -166,15 +152,13 @@ def _check_work(mission: Mission) -> None:
 
 
 def watch_of(
-    goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots, known: dict[str, scores.Score]
-) -> GoalWatch | None:
-    """The watch of a goal; None for one that other goals decide. Goals for the same score share it in ``known``."""
+    goal: Goal, mission: Mission, image: Image, slots: event_goals.Slots, known: dict[str, scores.Score]
+) -> GoalWatch:
+    """The watch of a goal of another kind than all-by. Goals for the same score share it in ``known``."""
     match goal.kind:
         case "gathered" | "covered" | "networked" | "stopped":
             key = repr((goal.kind, goal.values | {"least": 0}))
             return scores.ScoreWatch(goal, known.setdefault(key, scores.score_of(goal, mission)))
-        case "all-by":
-            return None
         case "works":
             return goals.LaterWatch()
         case "travelled":
@@ -182,15 +166,15 @@ def watch_of(
         case "together":
             return goals.TogetherWatch(goal)
         case "no-touch":
-            return safety_goals.NoTouchWatch(mission)
+            return event_goals.NoTouchWatch(mission)
         case "stopped-by-voice":
-            return safety_goals.VoiceWatch(goal, mission.mat)
+            return event_goals.VoiceWatch(goal, mission.mat)
         case "heard":
-            return word_goals.HeardWatch(goal, mission, slots)
+            return event_goals.HeardWatch(goal, mission, slots)
         case "in-step":
-            return word_goals.InStepWatch(goal, mission, slots)
+            return event_goals.InStepWatch(goal, mission, slots)
         case "words-at-most" | "states-at-most" | "seconds-at-most":
-            return word_goals.static_watch(goal, image, mission.profile)
+            return event_goals.static_watch(goal, image, mission.profile)
     return goals.cars_watch(goal, mission)
 
 
