@@ -27,29 +27,21 @@ def program(install_lock: FileLock) -> Finder:
     return find
 
 
-@pytest.fixture(scope="session")
-def gcc(program: Finder) -> Path:
-    return program("gcc", "gcc", "libc6-dev")
+def _program(command: str, *packages: str) -> Callable[..., Path]:
+    """A fixture that is the path of a program of Debian's packages."""
+
+    @pytest.fixture(scope="session")
+    def found(program: Finder) -> Path:
+        return program(command, *packages)
+
+    return found
 
 
-@pytest.fixture(scope="session")
-def gxx(program: Finder) -> Path:
-    return program("g++", "g++")
-
-
-@pytest.fixture(scope="session")
-def avr_gcc(program: Finder) -> Path:
-    return program("avr-gcc", "gcc-avr", "avr-libc")
-
-
-@pytest.fixture(scope="session")
-def simavr(program: Finder) -> Path:
-    return program("simavr", "simavr")
-
-
-@pytest.fixture(scope="session")
-def tshark(program: Finder) -> Path:
-    return program("tshark", "tshark")
+gcc = _program("gcc", "gcc", "libc6-dev")
+gxx = _program("g++", "g++")
+avr_gcc = _program("avr-gcc", "gcc-avr", "avr-libc")
+simavr = _program("simavr", "simavr")
+tshark = _program("tshark", "tshark")
 
 
 @pytest.fixture(scope="session")

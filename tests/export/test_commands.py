@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from motorcade.export import TARGETS, export
+from motorcade.cli.words import TARGETS, exported
 from motorcade.words.formats import FORMATS, fingerprint
 from support.command_line import Terminal, data, refusal, run
 
@@ -13,7 +13,7 @@ from support.command_line import Terminal, data, refusal, run
 def test_an_export_is_written_into_the_folder(target, tmp_path):
     ran = run("export", target, "-o", tmp_path / "new" / "folder")
     assert (ran.code, ran.err) == (0, "")
-    files = export(target)
+    files = exported(target)
     for name, contents in files.items():
         path = tmp_path / "new" / "folder" / name
         assert path.read_bytes() == contents

@@ -9,7 +9,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from motorcade.engine import world as engine_world
 from motorcade.engine.backend import NAMES
-from motorcade.engine.backends import open_backend
+from motorcade.engine.world import open_backend
 from motorcade.errors import MotorcadeError
 from motorcade.lab import parallel_env, vector_env
 from motorcade.mats import Mat, Physics, Pose, open_table, playground

@@ -7,9 +7,8 @@ from random import Random
 import pytest
 
 from motorcade.errors import MotorcadeError
-from motorcade.lab.archive import opened_archive
 from motorcade.lab.programs import ProgramSource
-from motorcade.lab.search import Search, do_task
+from motorcade.lab.search import Search, do_task, opened_archive
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission, mission_of
 from motorcade.program.compiler import compile_program
@@ -178,7 +177,7 @@ def test_a_budget_of_0_and_a_mission_whose_runs_change_nothing_are_refused():
     Search(mission(ZONE), "random", 10)
 
 
-@pytest.mark.parametrize("name", ["red-light", "the-square", "find-the-road", "home-on-the-dark", "aac", "two-words"])
+@pytest.mark.parametrize("name", ["the-square", "find-the-road", "aac"])
 def test_programs_are_of_the_missions_blocks_and_differ(name):
     wanted = built_in_mission(name)
     source, random = ProgramSource(wanted, set()), Random(1)
@@ -202,8 +201,7 @@ def _kinds(program):
     return {step.kind for step in steps} & KINDS.keys()
 
 
-@pytest.mark.parametrize("ending", ["png", "svg"])
-def test_the_picture_shows_the_archive(found, ending, tmp_path):
-    picture = tmp_path / f"archive.{ending}"
+def test_the_picture_shows_the_archive(found, tmp_path):
+    picture = tmp_path / "archive.png"
     found["map-elites"][1].best.draw(picture, "Quick")
     assert picture.stat().st_size > 3000

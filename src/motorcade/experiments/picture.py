@@ -16,9 +16,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from motorcade.errors import MotorcadeError
-from motorcade.experiments.parameters import NEVER, Sample
 from motorcade.experiments.run import read_rows
-from motorcade.experiments.spec import Sweep
+from motorcade.experiments.spec import NEVER, Sample, Sweep
 from motorcade.experiments.task import MEASURES
 from motorcade.runs.drawing import picture_text
 from motorcade.runs.recording import PICTURE_ENDINGS, check_writable

@@ -21,9 +21,7 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine.layout import rules_of
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.digests import CAR_BYTES, MOST_BYTES, MOST_CHECKPOINTS
-from motorcade.experiments.parameters import NEVER, Value, mat_with, profile_with
-from motorcade.experiments.spec import EMPTY_TABLE, Sweep
+from motorcade.experiments.spec import EMPTY_TABLE, NEVER, Sweep, Value, mat_with, profile_with
 from motorcade.mats import Mat, check_mat, formation, open_table
 
 TASK_CAR_STEPS = 150_000_000
@@ -34,6 +32,11 @@ RUN_CAR_STEPS = 2_000
 WORLD_CAR_STEPS = 160_000
 FOLLOWERS = 5
 _NOISE = "physics.wheel_noise"
+CAR_BYTES = 8  # of a car in a digest
+# All digests of a sweep together take at most so many bytes, unless its runs have none then; a run has at most so many.
+MOST_BYTES = 1 << 24
+MOST_CHECKPOINTS = 1000
+
 # The packages that a run's outcome depends on.
 _HASHED = ("car", "config", "engine", "experiments", "mats", "words")
 
@@ -75,7 +78,7 @@ class Plan:
         mats: each of its mats; None for the empty table.
         version: of Motorcade.
         progress: called with the number of points that were checked, of `Sweep.cells`.
-        with_digests: whether the table has digests of the runs: `motorcade.experiments.digests`.
+        with_digests: whether the table has digests of the runs: `motorcade.experiments.task.car_digests`.
 
     Raises:
         MotorcadeError: a point is not valid; the error tells which and why.
@@ -202,31 +205,28 @@ class Plan:
             seconds = self.sweep.duration_ms / 1000
             raise MotorcadeError("seconds-not-in-ticks", point=self.place(cell), seconds=seconds, tick_ms=tick_ms)
         try:
-            profile = profile_with(self.programs[program][1], values)
-            self._check(program, mat, values, profile, checked)
+            self._check(program, mat, values, checked)
         except MotorcadeError as problem:
             raise MotorcadeError("sweep-point-fails", point=self.place(cell), reason=problem) from None
         steps = cars * (ticks + int(self.sweep.duration_ms * TICKS_PER_MS) + START_TICKS)
         return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds), cars
 
-    def _check(
-        self, program: int, mat: int, values: Mapping[str, Value], profile: Profile, checked: set[tuple[object, ...]]
-    ) -> None:
+    def _check(self, program: int, mat: int, values: Mapping[str, Value], checked: set[tuple[object, ...]]) -> None:
         """Check that the simulator can run the world. Raises MotorcadeError.
 
         ``checked`` gets a key of all that a check depends on, so that a grid of other parameters costs one check.
         """
         cars, tick_ms = self._size(mat, values)
+        profile = profile_with(self.programs[program][1], values)
         body_key = program, mat, cars, profile.body
         if body_key not in checked:
             check_mat(self._mat(program, mat, values), profile)
             checked.add(body_key)
         speed_key = mat, tick_ms, values.get(_NOISE), profile
         if speed_key not in checked:
-            whole = self._mat(program, mat, values)
-            rules_of(
-                dataclasses.replace(whole, physics=dataclasses.replace(whole.physics, bit_error_rate=0.0)), profile, ()
-            )
+            # The key has no rate of bit errors: any is fine.
+            whole = mat_with(self._mat(program, mat, values), {"physics.bit_error_rate": 0.0})
+            rules_of(whole, profile, ())
             checked.add(speed_key)
 
     def _size(self, mat: int, values: Mapping[str, Value]) -> tuple[int, int]:

@@ -121,10 +121,8 @@ class Store:
         """Whether the complete table is there."""
         if not self.path.exists():
             return False
-        if contents := contents_of(self.path):
-            self._check(contents, self.path.name, Phrase("other-table-name"))
-            return True
-        raise MotorcadeError("not-a-sweep-table", file=self.path)
+        self._check(contents_of(self.path), self.path.name, Phrase("other-table-name"))
+        return True
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -185,28 +183,33 @@ class Store:
 
 def read_rows(path: Path | BinaryIO, columns: list[str] | None = None) -> pa.Table:
     """Read a sweep's table or part, or some of its columns. Raises MotorcadeError where it is damaged, and OSError."""
-    try:
+    with _damaged_as(MotorcadeError("sweep-file-damaged", file=path)):
         return pq.read_table(path, columns=columns, page_checksum_verification=True)
+
+
+def contents_of(path: Path) -> dict[str, str]:
+    """Read what a sweep's table was made from. Raises MotorcadeError where the file is no such table, and OSError."""
+    refusal = MotorcadeError("not-a-sweep-table", file=path)
+    with _damaged_as(refusal):
+        metadata = pq.read_schema(path).metadata or {}
+    contents = _contents(metadata.get(_CONTENTS, b"null"))
+    if contents is None:
+        raise refusal
+    return contents
+
+
+@contextmanager
+def _damaged_as(refusal: MotorcadeError) -> Iterator[None]:
+    """Raise ``refusal`` where what the block reads is damaged."""
+    try:
+        yield
     except (pa.ArrowException, UnicodeError):
-        pass
+        raise refusal from None
     except OSError as problem:
         # What pyarrow itself raises has no number of an error of the system.
         if problem.errno is not None:
             raise
-    raise MotorcadeError("sweep-file-damaged", file=path)
-
-
-def contents_of(path: Path) -> dict[str, str] | None:
-    """Read what a sweep's table was made from; None where the file is not such a table. Raises OSError."""
-    try:
-        metadata = pq.read_schema(path).metadata or {}
-    except (pa.ArrowException, UnicodeError):
-        return None
-    except OSError as problem:
-        if problem.errno is not None:
-            raise
-        return None
-    return _contents(metadata.get(_CONTENTS, b"null"))
+        raise refusal from None
 
 
 def _contents(data: bytes) -> dict[str, str] | None:

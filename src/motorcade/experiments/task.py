@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from motorcade.car import brain, frames, next_wakeup
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.parameters import kind_of
 from motorcade.experiments.plan import Batch, Task, code_hash, describe
+from motorcade.experiments.spec import kind_of
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import word_of
 
@@ -42,7 +42,7 @@ MEASURES = (*COUNTS, *FIGURES)
 _LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "lost_check", "deaf")
 
 
-# The column of the digests of all cars at a run's checkpoints, where they are wanted: `motorcade.experiments.digests`.
+# The column of the digests of all cars at a run's checkpoints, where they are wanted.
 DIGESTS = "digests"
 
 
@@ -109,13 +109,31 @@ def _run(world: "World", task: Task) -> dict[str, Sequence[Any]]:
     if not task.checkpoints:
         world.run(task.duration_ms)
         return {}
-    from motorcade.experiments.digests import car_digests, checkpoint_ticks
-
     found = []
     for tick in checkpoint_ticks(task.duration_ms // world.tick_ms, task.checkpoints):
         world.run((tick - world.tick) * world.tick_ms)
         found.append(car_digests(world).astype("<u8"))
     return {DIGESTS: [each.tobytes() for each in np.stack(found, axis=1)]}
+
+
+def checkpoint_ticks(ticks: int, checkpoints: int) -> list[int]:
+    """Return after which ticks of a run of ``ticks`` its checkpoints are; the last one is its end."""
+    count = min(checkpoints, ticks)
+    return [ticks * number // count for number in range(1, count + 1)]
+
+
+def car_digests(world: "World") -> NDArray[np.uint64]:
+    """Return a digest of each car, (worlds, cars), in the order of numbers: of its brain, place, heading and wheels."""
+    cars = world.state
+    digests = np.full(world.worlds * world.cars, 0xCBF29CE484222325, np.uint64)
+    # FNV-1a, over numbers in place of bytes.
+    for row in (*np.asarray(cars.memory)[: brain.SIZE], cars.x, cars.y, cars.heading, cars.wheels):
+        digests = (digests ^ np.asarray(row).astype(np.uint32)) * np.uint64(0x100000001B3)
+        digests ^= digests >> np.uint64(29)
+    in_order = np.empty((world.worlds, world.cars), np.uint64)
+    numbers = np.asarray(cars.number).reshape(world.worlds, world.cars)
+    np.put_along_axis(in_order, numbers.astype(np.int64), digests.reshape(in_order.shape), axis=1)
+    return in_order
 
 
 def _measures(world: "World", image: bytes, duration_ms: int) -> dict[str, list[int] | list[float | None]]:

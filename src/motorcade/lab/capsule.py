@@ -22,11 +22,10 @@ from motorcade import __version__
 from motorcade.config.files import replace_file
 from motorcade.config.profile import profile_from_dict
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.digests import checkpoint_ticks
 from motorcade.experiments.plan import Plan, code_hash
 from motorcade.experiments.run import ProgressBar, Workers, read_rows
 from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.task import DIGESTS
+from motorcade.experiments.task import DIGESTS, checkpoint_ticks
 from motorcade.mats.document import cars_of, document_of, mat_of
 
 FORMAT = "motorcade-capsule/1"

@@ -9,8 +9,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.model import Mission
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
-from motorcade.program.step import Step, own_fields
-from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
+from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
 Steps = tuple[Step, ...]
 _SECONDS = (1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 30.0, 60.0)

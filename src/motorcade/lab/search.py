@@ -1,26 +1,31 @@
 """Search for programs that solve a mission: at random, by racing, or by MAP-Elites.
 
 A search goes in batches. A batch is made from the outcomes of all batches but the last few, which are still at work, so
-that the programs and the archive don't depend on how many workers there are, or how fast they are.
+that the programs and the archive don't depend on how many workers there are, or how fast they are. The archive is a
+file that grows by a line for each batch, and a map of the best programs.
 """
 
 import hashlib
 import json
+import zlib
 from bisect import insort
 from collections import deque
-from collections.abc import Iterator, Sequence
-from contextlib import closing
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from random import Random
-from typing import Literal
+from statistics import fmean
+from typing import Any, BinaryIO, Literal
 
-from motorcade.config.files import replace_file
-from motorcade.errors import MotorcadeError
+import numpy as np
+from matplotlib.figure import Figure
+
+from motorcade.config.files import locked, replace_file
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import code_hash
 from motorcade.experiments.run import ProgressBar, Workers, no_bar
-from motorcade.lab.archive import ArchiveFile, BestPrograms, Candidate
 from motorcade.lab.programs import ProgramSource
 from motorcade.missions.check import check_program
 from motorcade.missions.grading import Graded, grade_runs
@@ -28,6 +33,17 @@ from motorcade.missions.model import Mission
 from motorcade.missions.schema import GOALS, WORKS
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, count_blocks
+from motorcade.runs.drawing import picture_text
+
+FORMAT = "motorcade-search/1"
+# The map: coverage from left to right, words a minute upwards; more words count as the most.
+_CELLS, _MOST_WORDS = 10, 240.0
+# Of the best programs.
+_SAVED = 3
+# A mean that is a bound of a cell may be a little less in floating point.
+_ROUNDING = 1e-9
+# What a block less is worth: less than any difference of grades that matters.
+_BLOCK = 1e-4
 
 Method = Literal["map-elites", "racing", "random"]
 # What a search's outcome depends on, beside what a sweep's does.
@@ -38,6 +54,149 @@ _BATCH_RUNS = 32
 _DRAWN = {"map-elites": 0.1, "racing": 0.3}
 # Racing gives more runs to the best of so many that had equally many; and changes one of the best few.
 _OF, _FEW = 4, 10
+
+
+@dataclass(slots=True)
+class Candidate:
+    """A program that is tried, and the outcomes of its runs.
+
+    Attributes:
+        image: its bytes for the leader.
+        blocks: how many it has.
+        runs: the outcomes of the runs that it has had.
+        is_chosen: whether it was given more runs than its first.
+    """
+
+    program: Program
+    image: bytes
+    blocks: int
+    runs: list[Graded] = field(default_factory=list)
+    is_chosen: bool = False
+
+    @property
+    def mean(self) -> Graded:
+        """The mean of the runs."""
+        return Graded(*map(fmean, zip(*self.runs, strict=True)))
+
+    @property
+    def quality(self) -> float:
+        """Its grade, less a little for each block: of two programs with one grade the shorter is better."""
+        return self.mean.grade - _BLOCK * self.blocks
+
+    def to_dict(self, seeds: Sequence[int]) -> dict[str, Any]:
+        """The line of the archive about its last runs, which had ``seeds``."""
+        runs = [list(run) for run in self.runs[-len(seeds) :]]
+        return {"program": self.program.as_dict(), "blocks": self.blocks, "seeds": list(seeds), "runs": runs}
+
+
+class BestPrograms:
+    """The best program of each kind of behaviour (MAP-Elites): a grid of coverage and words a minute."""
+
+    def __init__(self, seed: int) -> None:
+        self._random = np.random.default_rng(seed)
+        # By column and row.
+        self._best: dict[tuple[int, int], Candidate] = {}
+
+    def add(self, candidate: Candidate) -> None:
+        """Keep a candidate that has had all its runs if it is the best of its cell."""
+        shares = candidate.mean.coverage, candidate.mean.words / _MOST_WORDS
+        column, row = (min(int(share * _CELLS + _ROUNDING), _CELLS - 1) for share in shares)
+        known = self._best.get((column, row))
+        if known is None or candidate.quality > known.quality:
+            self._best[column, row] = candidate
+
+    def __len__(self) -> int:
+        return len(self._best)
+
+    def sample(self) -> Candidate:
+        """Draw one, each cell alike."""
+        return list(self._best.values())[self._random.integers(len(self._best))]
+
+    def ranked(self) -> list[Candidate]:
+        """All of them, the best first."""
+        return sorted(self._best.values(), key=lambda each: -each.quality)
+
+    def draw(self, picture: Path, title: str) -> None:
+        """Draw the map into a PNG, SVG or PDF file: colours are grades, numbers are blocks. Raises OSError."""
+        figure = Figure(figsize=(8, 5.5), layout="constrained")
+        axes = figure.add_subplot()
+        edges_x, edges_y = (np.linspace(0, most, _CELLS + 1) for most in (1, _MOST_WORDS))
+        grades = np.full((_CELLS, _CELLS), np.nan)
+        for (column, row), each in self._best.items():
+            grades[row, column] = grade = each.mean.grade
+            middle = float(edges_x[column : column + 2].mean()), float(edges_y[row : row + 2].mean())
+            colour = "black" if grade > 0.6 else "white"
+            axes.text(*middle, str(each.blocks), ha="center", va="center", color=colour)
+        mesh = axes.pcolormesh(edges_x, edges_y, grades, cmap="viridis", vmin=0, vmax=1)
+        figure.colorbar(mesh, ax=axes, label=picture_text("picture-grade"))
+        axes.set_xlabel(picture_text("picture-coverage"))
+        axes.set_ylabel(picture_text("picture-words"))
+        axes.set_title(title)
+        figure.savefig(picture)
+
+
+class ArchiveFile:
+    """The file: a line for what the search is, then a line for each batch, each with its checksum.
+
+    What a crash left of a last line is cut off.
+
+    Args:
+        path: the file; it need not be there.
+        contents: what the search depends on; a file with other contents is refused.
+
+    Attributes:
+        path: the file.
+        stream: what it is written with.
+        batches: those that are in the file.
+
+    Raises:
+        MotorcadeError: it is damaged, or of another search.
+        OSError: it can't be read or written.
+    """
+
+    def __init__(self, path: Path, contents: Mapping[str, str]) -> None:
+        self.path = path
+        data = path.read_bytes() if path.exists() else b""
+        whole = data[: data.rfind(b"\n") + 1]
+        lines = [self._decoded(line, number) for number, line in enumerate(whole.splitlines(), start=1)]
+        wanted = {"format": FORMAT, **contents}
+        known = lines[0] if lines and isinstance(lines[0], dict) else {}
+        changed = next((key for key in wanted if known.get(key) != wanted[key]), None)
+        if lines and changed:
+            raise MotorcadeError("archive-of-another-search", file=path, changed=Phrase(f"search-{changed}"))
+        self.stream: BinaryIO = path.open("r+b" if path.exists() else "xb")
+        self.stream.truncate(len(whole))
+        self.stream.seek(len(whole))
+        if not lines:
+            self.append(wanted)
+        self.batches = lines[1:]
+
+    def append(self, line: Mapping[str, Any]) -> None:
+        """Write a line; it is there even if this process is killed. Raises OSError."""
+        text = json.dumps(line, ensure_ascii=False, separators=(",", ":")).encode()
+        self.stream.write(b"%08x %s\n" % (zlib.crc32(text), text))
+        self.stream.flush()
+
+    def _decoded(self, line: bytes, number: int) -> Any:
+        checksum, _, text = line.partition(b" ")
+        try:
+            if int(checksum, 16) == zlib.crc32(text):
+                return json.loads(text)
+        except ValueError:
+            pass
+        raise MotorcadeError("search-archive-damaged", file=self.path, line=number)
+
+
+@contextmanager
+def opened_archive(folder: Path, contents: Mapping[str, str]) -> Iterator[ArchiveFile]:
+    """Open the archive of a search in ``folder``, which is created and locked. Raises MotorcadeError and OSError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder / "lock", MotorcadeError("search-is-running", folder=folder)):
+        file = ArchiveFile(folder / "archive.jsonl", contents)
+        with file.stream:
+            yield file
+
+
 # A candidate, and the seeds of the runs that a batch gives it.
 Tried = tuple[Candidate, tuple[int, ...]]
 
@@ -210,10 +369,10 @@ class Search:
             each.is_chosen = True
         return [(each, rest) for each in chosen]
 
-    def save_best(self, folder: Path, count: int = 3) -> list[tuple[Path, Candidate]]:
+    def save_best(self, folder: Path) -> list[tuple[Path, Candidate]]:
         """Write the best programs as projects with the mission's mat, which the studio opens. Raises OSError."""
         saved = []
-        for number, each in enumerate(self.best.ranked()[:count], start=1):
+        for number, each in enumerate(self.best.ranked()[:_SAVED], start=1):
             path = folder / f"best-{number}.motorcade.json"
             project = each.program.as_dict() | {"mat": self.mission.mat_document}
             replace_file(path, (json.dumps(project, indent=1, ensure_ascii=False) + "\n").encode())

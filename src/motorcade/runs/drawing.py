@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from motorcade.engine.moment import Moment
 from motorcade.errors import Phrase
 from motorcade.locales import FIRST, catalogue
-from motorcade.mats.lines import way_of
-from motorcade.runs.palette import LEDS, rgb
-from motorcade.runs.recording import Description, Recording
+from motorcade.mats.model import way_of
+from motorcade.runs.recording import LEDS, Description, Recording, rgb
 
 _PERSON_M = 0.3
 _WALL = "#3a3a3a"
@@ -151,7 +150,7 @@ def show_box(axes: Axes, box: Box) -> None:
     axes.autoscale_view()
 
 
-class Cars:
+class CarArtists:
     """Draw all cars as a few collections, so that thousands are drawn at once.
 
     The axes must have their limits before: cars that would be very small are drawn larger than they are.

@@ -14,15 +14,18 @@ from numpy.typing import NDArray
 
 from motorcade.engine.moment import Moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.drawing import PLAIN, Box, Cars, bounding_box, draw_mat, picture_text, recording_box, show_box
-from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb
+from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, recording_box, show_box
 from motorcade.runs.recording import (
     FILM_ENDING,
+    FOLLOWERS,
+    LEADER,
     PICTURE_ENDINGS,
     Description,
     Progress,
     Recording,
+    WordColours,
     check_writable,
+    rgb,
 )
 
 # Wide, square and tall.
@@ -108,7 +111,7 @@ class _Tracks:
         figure = axes.get_figure(root=True)
         if figure is not None:
             figure.draw_without_rendering()
-        Cars(axes, about).show(last._replace(led=np.full_like(last.led, 4)), colours)
+        CarArtists(axes, about).show(last._replace(led=np.full_like(last.led, 4)), colours)
         axes.set_title(self._title(few))
 
     def _colours(self) -> NDArray[np.float32]:
@@ -234,7 +237,7 @@ class _Pictures:
         self._title = self._axes.annotate(
             "", (0.5, 1), xycoords="axes fraction", xytext=(0, 5), textcoords="offset points", ha="center", size=11
         )
-        self._cars = Cars(self._axes, about)
+        self._cars = CarArtists(self._axes, about)
         self._colours = WordColours(about.images)
         self._mat = about.mat.name
 

@@ -166,6 +166,7 @@ def simulate(
     profile: Profile | None = None,
     mat: Mat | None = None,
     record: Iterable[str | Path] = (),
+    progress: Progress = lambda done_ms: None,
 ) -> Run:
     """Simulate leaders that run ``image``, and their followers.
 
@@ -177,35 +178,13 @@ def simulate(
         profile: the meaning of the levels in words; the built-in ``classroom`` unless given.
         mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
         record: files to record the run in: .mcap; .gif; .png, .svg, .pdf.
+        progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
 
     Raises:
         MotorcadeError: the run can't be simulated, or a file can't be written.
     """
     chosen = profile or built_in_profile("classroom")
     place = mat or open_table(formation(followers, chosen.infrared.range_mm / 1000))
-    return simulate_on(place, image, seconds, seed, chosen, record)
-
-
-def simulate_on(
-    place: Mat,
-    image: bytes,
-    seconds: float,
-    seed: int,
-    chosen: Profile,
-    record: Iterable[str | Path] = (),
-    progress: Progress = lambda done_ms: None,
-) -> Run:
-    """Simulate leaders that run ``image``, and their followers, all in their places.
-
-    Args:
-        place: the mat with all cars.
-        chosen: the meaning of the levels in words.
-        progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
-        image, seconds, seed, record: as of `simulate`.
-
-    Raises:
-        MotorcadeError: the run can't be simulated, or a file can't be written.
-    """
     check_mat(place, chosen)
     files = [Path(path) for path in record]
     is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
