@@ -16,6 +16,7 @@ NO_INFRARED = {
     "en": "A leader can't be set to accept infrared.",
     "zh": "无法设置主机接受红外信息",
 }
+COLOUR = "element => getComputedStyle(element).backgroundColor"
 TOO_MANY = {
     "en": "The serial modules in use are more than 255",
     "zh": "所用的串行模块数目已经大于255",
@@ -178,6 +179,12 @@ def test_more_states_than_a_car_holds_are_refused(show, language) -> None:
     costly = studio.block("leader", "128")
     expect(costly).to_contain_class("blocklySelected")
     expect(costly.locator(":scope > .blocklyIconGroup")).to_be_visible()
+    # Where the system chooses the colours, the bar still says that there are too many.
+    studio.page.emulate_media(forced_colors="active")
+    bar = studio.page.get_by_role("meter").first.locator("span:has(> span)")
+    colours = [part.evaluate(COLOUR) for part in (bar, bar.locator("> span"))]
+    studio.page.emulate_media(forced_colors="none")
+    assert colours[0] != colours[1]
 
 
 @pytest.mark.parametrize("language", ["zh", "en"])

@@ -3,7 +3,7 @@
 from playwright.sync_api import expect
 
 from motorcade import Program, compile_program, forward, led
-from motorcade.config.cars import cars_text
+from motorcade.fleet.places import list_text
 from motorcade.program.blocks import blocks_of
 from support.class_visits import class_room
 from support.rooms import FIRST, simulated_cars
@@ -15,7 +15,7 @@ PROGRAM = Program([forward(2), led(1, 1)])
 def test_a_teacher_loads_ticked_cars_with_an_own_project_and_stops_all(browser, page_built, tmp_path) -> None:
     listed = tmp_path / "room.toml"
     with simulated_cars(2) as cars:
-        listed.write_text(cars_text([("ada", cars[0].address), ("bo", cars[1].address)]), encoding="utf-8")
+        listed.write_text(list_text([("ada", cars[0].address), ("bo", cars[1].address)]), encoding="utf-8")
         with class_room(browser, tmp_path / "class", "--list", str(listed)) as room:
             teacher = room.teacher
             leader, followers = blocks_of(PROGRAM)
@@ -32,7 +32,15 @@ def test_a_teacher_loads_ticked_cars_with_an_own_project_and_stops_all(browser, 
             load.click()
             row = part.get_by_role("listitem").filter(has_text="car-1")
             expect(row).to_contain_text(teacher.say("cars.new"))
-            teacher.button("cars.stopAll").click()
-            expect(part.get_by_text(teacher.say("cars.stopped"))).to_have_count(2)
+            expect(row).to_contain_text("Parade")
+            # One button stops all cars, those that are driven, too.
+            expect(teacher.button("cars.stopAll")).to_have_count(0)
+            teacher.button("class.stopAll").click()
+            stopped = part.get_by_role("listitem").filter(has_text=teacher.say("cars.stopped"))
+            expect(stopped).to_have_count(2)
+            teacher.button("class.releaseAll").click()
+            expect(stopped).to_have_count(0)
+            teacher.button("class.stopAll").click()
+            expect(stopped).to_have_count(2)
         wait_until(lambda: [car.wheels for car in cars] == [(0, 0)] * 2)
         assert [car.image for car in cars] == [FIRST, compile_program(PROGRAM).image]

@@ -11,15 +11,12 @@ from playwright.sync_api import expect
 from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
-from support.barriers import serious_barriers
 from support.class_page import PROJECT
-from support.class_visits import DRAWN, SIZES, class_room, expect_leaders
+from support.class_visits import DRAWN, SIZES, assert_clear, class_room, expect_drafts, expect_leaders
 from support.driven_car import DrivenCar
-from support.layout import Windows
 from support.soak import SOAK
 from support.studio_page import PHONE
 from support.studio_programs import EXAMPLE
-from support.waiting import wait_until
 
 LOOKS = product(SIZES, ("en", "zh"), ("light", "dark", "contrast")) if SOAK else [(SIZES[3], "zh", "dark")]
 
@@ -236,6 +233,8 @@ def test_a_pupil_sees_nothing_of_what_others_do(room) -> None:
     expect_drafts(room, {"02": "Robot"})
     page.goto(f"{room.base}?pupil=01")
     expect(page.get_by_role("textbox").first).to_have_value("Robot")
+    # A page of the same pupil's takes the world once it is connected.
+    expect(ming.button("mat.comeBack")).to_be_visible()
     page.close()
     ming.button("mat.comeBack").click()
     asked = ming.context.request.post(f"{room.base}api/teacher/project", data={"pupil": "01", "name": ""})
@@ -341,19 +340,19 @@ def test_no_page_of_the_class_has_barriers_or_is_too_wide(room, size, language, 
     newcomer.context.close()
 
 
-def assert_clear(page) -> None:
-    assert serious_barriers(page) == [], page.url
-    assert Windows(page).faults(page.url) == []
-
-
-def expect_drafts(room, names: dict[str, str]) -> None:
-    """Wait until the server holds drafts of these names, by pupils' ids."""
-
-    def name_of(pupil: str) -> str | None:
-        asked = room.teacher.context.request.post(f"{room.base}api/teacher/project", data={"pupil": pupil, "name": ""})
-        return asked.json().get("name")
-
-    wait_until(lambda: {pupil: name_of(pupil) for pupil in names} == names)
+def test_the_report_of_all_work_says_that_it_is_made_and_is_downloaded(room, teacher) -> None:
+    room.mia.page.get_by_role("textbox").first.fill("Reported")
+    expect_drafts(room, {"01": "Reported"})
+    teacher.part("progress")
+    button = teacher.button("class.checkReport")
+    with teacher.page.expect_download() as download:
+        button.click()
+        expect(teacher.page.get_by_text(teacher.say("class.checking"), exact=True)).to_be_visible()
+        expect(button).to_be_disabled()
+    report = download.value.path().read_text()
+    assert "Mia" in report
+    assert "<svg" in report
+    expect(button).to_be_enabled()
 
 
 def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, teacher) -> None:

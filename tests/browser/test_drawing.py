@@ -6,9 +6,24 @@ from playwright.sync_api import expect
 from support.browser_profiles import Profiles, launched
 from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
+from support.waiting import wait_until
 
 # How a block looks while some car runs it.
 RUNNING = "motorcade-running"
+# Counts the pictures that the page asks for, and keeps what it sounds with.
+WATCHED = """
+asked = 0;
+const ask = requestAnimationFrame;
+requestAnimationFrame = (draw) => { asked++; return ask(draw); };
+contexts = [];
+AudioContext = class extends AudioContext { constructor(...given) { super(...given); contexts.push(this); } };
+"""
+# Whether the page asks for no picture of its own while the screen shows 20, and nothing sounds.
+RESTS = """async () => {
+  const before = asked;
+  for (let k = 0; k < 20; k++) await new Promise(requestAnimationFrame);
+  return asked - before === 20 && contexts.every(({ state }) => state !== "running");
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -54,3 +69,12 @@ def test_webgl_that_is_a_program_is_found_by_its_speed_whatever_its_name(browser
     stage = studio.page.locator("#stage canvas").first
     assert stage.evaluate("canvas => canvas.getContext('2d') !== null")
     studio.context.close()
+
+
+def test_a_page_where_nothing_moves_draws_nothing_and_is_silent_without_work(open_page) -> None:
+    studio = open_page(project=FOLLOWED, script=WATCHED)
+    studio.play()
+    wait_until(lambda: studio.page.evaluate("contexts.some(({ state }) => state === 'running')"))
+    assert not studio.page.evaluate(RESTS)
+    studio.mat_button("pause").click()
+    wait_until(lambda: studio.page.evaluate(RESTS))

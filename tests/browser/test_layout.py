@@ -122,11 +122,27 @@ def test_the_bits_beside_blocks_are_apart_and_cover_none(open_page, language, th
         wait_for_picture(studio.page)
         bits = studio.page.evaluate(_BITS)
         assert bits["faults"] == [], f"{width}×{height}"
-        # Both editors in so narrow a page have no room for both words; the table shows them.
-        assert bits["words"] == 2 or width == 768, f"{width}×{height}"
+        assert bits["words"] == 2, f"{width}×{height}"
 
 
-# How many words the leader's blocks have beside them, and which digits, words and blocks lie over one another.
+def test_a_long_program_and_its_bits_are_drawn_where_they_are_seen(open_page) -> None:
+    steps = [{"drive": {"direction": "left", "speed": 1 + k % 3, "seconds": 3}} for k in range(100)]
+    studio = open_page(size=SIZES[2], plain=True, project={**FOLLOWED, "leader": steps})
+    for scrolled in (0, 2000, 9000):
+        studio.editor("leader").hover()
+        studio.page.mouse.wheel(0, scrolled)
+        wait_for_picture(studio.page)
+        wait_for_picture(studio.page)
+        bits = studio.page.evaluate(_BITS)
+        assert bits["faults"] == [], scrolled
+        assert bits["seen"] > 1, scrolled
+        # The others would cost each edit a picture.
+        assert bits["words"] < 30, scrolled
+        assert bits["painted"] < 30, scrolled
+
+
+# How many words the leader's blocks have beside them, how many of those are seen, how many blocks are painted, and what
+# is wrong: digits, words and blocks that lie over one another, and blocks in view that are not painted.
 _BITS = """() => {
   const host = document.querySelector("#leader-blocks"), view = host.getBoundingClientRect(), faults = [];
   const shared = (a, b, [from, to]) => Math.min(a[to], b[to]) - Math.max(a[from], b[from]);
@@ -150,5 +166,13 @@ _BITS = """() => {
     if (close.length) faults.push(`${close.length} digits of word ${k} lie over the next`);
     if (digits.length !== 32) faults.push(`word ${k} has ${digits.length} bits`);
   }
-  return { words: words.length, faults };
+  const seen = boxes.filter(({ top, bottom }) => top < view.bottom && bottom > view.top).length;
+  const isPainted = (block) => {
+    const field = block.parentNode.querySelector(":scope > .blocklyField > *");
+    return getComputedStyle(block).fill !== "none" && (!field || getComputedStyle(field).visibility === "visible");
+  };
+  const painted = blocks.filter(isPainted).length;
+  for (const block of blocks.filter((each) => over(view, each.getBoundingClientRect()) && !isPainted(each)))
+    faults.push(`${block.ariaLabel} is in view and not painted`);
+  return { words: words.length, seen, painted, faults };
 }"""

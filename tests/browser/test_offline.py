@@ -6,8 +6,7 @@ import shutil
 import pytest
 from playwright.sync_api import Page, expect
 
-from motorcade.browser.python_zip import python_zip
-from motorcade.browser.site import PAGE, site_files, write_site
+from motorcade.browser.site import PAGE, python_zip, site_files, write_site
 from motorcade.locales import catalogue
 from support.site_server import PATH, SiteServer, serving
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from playwright.sync_api import FloatRect, expect
 
-from motorcade.mats.lines import Line, way_of
+from motorcade.mats.model import Line, way_of
 from support.studio_page import StudioPage
 from support.studio_programs import PAIR
 from support.waiting import wait_until

@@ -11,7 +11,7 @@ from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.server.studio import uploads
 from motorcade.upload import transfer
-from motorcade.upload.ports import BOARD, PortInfo
+from motorcade.upload.serial_port import BOARD, PortInfo
 from support.class_page import class_room
 from support.strategies import CLASSROOM
 

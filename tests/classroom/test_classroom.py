@@ -7,11 +7,11 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from motorcade.classroom.app import class_view, pupil_view
 from motorcade.classroom.messages import Shared
 from motorcade.classroom.names import is_password, likeness, to_stored
 from motorcade.classroom.record import from_bytes, to_bytes
 from motorcade.classroom.room import Classroom
-from motorcade.classroom.views import class_view, pupil_view
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 from support.classrooms import BUS, MAT, a_class, refused, row, with_pupils

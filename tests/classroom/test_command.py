@@ -78,6 +78,9 @@ def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answe
                 thread.start()
             for _ in range(chance.randrange(2 * PUPILS, 5 * PUPILS)):
                 assert answered.acquire(timeout=60)
+            # The system may let one of them run much later than the others.
+            while not all(each.projects and each.draft > 0 for each in editors):
+                assert answered.acquire(timeout=60)
             process.kill()
             for thread in editing:
                 thread.join()
@@ -88,7 +91,6 @@ def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answe
             assert ask(teacher, "teacher/about").json() == {"has_password": True, "signed_in": True}
             for each in editors:
                 each.expect_all()
-        assert all(each.projects and each.draft > 0 for each in editors)
 
 
 @pytest.mark.parametrize("data", ["", "{", '{"format": "motorcade-class/2", "code": "x"}'])

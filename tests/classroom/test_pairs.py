@@ -1,8 +1,5 @@
 """One project, two windows: a pupil programs the leader, another one the followers."""
 
-import json
-
-import httpx2 as httpx
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -12,7 +9,6 @@ from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.pairs import AWAY_S, Pairs
 from motorcade.errors import MotorcadeError
 from support.class_page import PROJECT, class_room
-from support.class_process import started
 from support.classrooms import refused, with_pupils
 
 BOTH = {"leader": {"blocks": {"mark": "leader 0"}}, "followers": {"blocks": {"mark": "followers 0"}}}
@@ -141,33 +137,6 @@ def test_a_class_begun_again_has_all_windows_as_they_were_answered(tmp_path):
         again.client.cookies = cookies
         assert view(again)["versions"] == {"leader": 2, "followers": 1}
         assert mark(again, "leader") == "leader 1"
-
-
-def test_a_killed_server_has_lost_nothing_of_either(tmp_path):
-    def ask(client, path, **message):
-        return client.post(f"/api/{path}", content=json.dumps(message)).raise_for_status().json()
-
-    with started(tmp_path) as (process, told):
-        base = told["addresses"][0]
-        pupils = {name: httpx.Client(base_url=base) for name in ("Mia", "Bo")}
-        ids = {
-            name: ask(client, "class/join", code=told["code"], name=name, avatar="bus")["id"]
-            for name, client in pupils.items()
-        }
-        ask(pupils["Mia"], "class/pair/begin", to=ids["Bo"], name="Parade", project=PROJECT | BOTH)
-        ask(pupils["Bo"], "class/pair/join")
-        for number in range(1, 4):
-            for name, window in (("Mia", "leader"), ("Bo", "followers")):
-                message = {"window": window, "project": marked(window, number), "base": number}
-                assert ask(pupils[name], "class/pair/write", **message) == number + 1
-        process.kill()
-        process.wait()
-    with started(tmp_path, int(base.rpartition(":")[2].strip("/"))):
-        for client in pupils.values():
-            for window in ("leader", "followers"):
-                found = ask(client, "class/pair/read", window=window)
-                assert (found["version"], found["project"][window]["blocks"]["mark"]) == (4, f"{window} 3")
-            client.close()
 
 
 class AnyOrder(RuleBasedStateMachine):

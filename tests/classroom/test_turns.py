@@ -1,19 +1,23 @@
 """Real cars in the room: one pupil drives each, and the teacher stops all."""
 
 import asyncio
+from contextlib import ExitStack, contextmanager
 from functools import partial
 
-import pytest
+from starlette.testclient import TestClient
 
-from motorcade.classroom.cars import EmergencyStop, PupilFleet
+from motorcade.classroom.running import EmergencyStop
 from motorcade.drive.connection import CarError
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.fleet import Fleet, PageControl
-from motorcade.server.remote.messages import ListedCar
-from motorcade.server.remote.remote_cars import RemoteCar
+from motorcade.server.fleet import CombinedFleet, Fleet, PageControl, RemoteCar
+from motorcade.server.remote import make_remote
+from motorcade.server.remote_messages import ListedCar
+from motorcade.server.request_filter import ServerSettings
 from support.class_page import class_room
 from support.classrooms import with_pupils
 from support.mock_clock import mock_clock, pass_time
+from support.remote_page import RemotePage
+from support.waiting import wait_until
 
 
 class Control(PageControl):
@@ -31,7 +35,7 @@ class Control(PageControl):
         self.asked.append((self.name, action))
 
     def telemetry(self):
-        return "telemetry"
+        return {}
 
     def leave(self):
         self.asked.append((self.name, "leave"))
@@ -48,35 +52,43 @@ class Cars(Fleet):
         return Control(car, self.asked)
 
 
-def fleet_of(room, cars, pupil):
-    return PupilFleet(cars, partial(room.may_drive, pupil))
+@contextmanager
+def pages(room, cars, *pupils):
+    """A page of the remote for each of these pupils, connected to the red car."""
+    found = []
+    with ExitStack() as opened:
+        for pupil in pupils:
+            fleet = CombinedFleet(None, cars, partial(room.may_drive, pupil))
+            client = opened.enter_context(TestClient(make_remote(ServerSettings(), fleet), base_url="http://127.0.0.1"))
+            page = RemotePage(opened.enter_context(client.websocket_connect("ws://127.0.0.1/drive/ws")))
+            page.send("join", car="red")
+            found.append(page)
+        yield found
 
 
-def refused(code, act):
-    with pytest.raises(MotorcadeError) as found:
-        act()
-    assert found.value.code == code
+def turned_away(page):
+    page.send("drive", cars=["red"], throttle=1.0, steering=0.0)
+    assert page.until("error")["code"] == "not-your-turn"
 
 
-@mock_clock
-async def test_a_pupil_drives_in_turn_and_gives_the_car_back():
+def test_a_pupil_drives_in_turn_and_gives_the_car_back():
     room, cars = with_pupils("Mia", "Ben", cars=["red"]), Cars("red")
-    hers, his = [await fleet_of(room, cars, pupil).connect("red", "page") for pupil in ("01", "02")]
-    refused("not-your-turn", lambda: hers.steer(1, 0))
-    room.take("01", "red", True)
-    hers.steer(1, 0)
-    refused("not-your-turn", lambda: his.steer(1, 0))
-    with pytest.raises(MotorcadeError):
-        await his.act("request")
-    await his.act("stop")
-    assert cars.asked == [("red", 1), ("red", "stop")], "everybody may stop"
-    cars.asked.clear()
-    room.pass_on("red", "02")
-    assert hers.telemetry() == "telemetry"
-    await asyncio.sleep(0)
-    assert cars.asked == [("red", 0.0), ("red", "release")]
-    his.steer(0.5, 0)
-    refused("not-your-turn", lambda: hers.steer(1, 0))
+    with pages(room, cars, "01", "02") as (hers, his):
+        turned_away(hers)
+        room.take("01", "red", True)
+        hers.drive("red")
+        turned_away(his)
+        his.send("request", car="red")
+        assert his.until("error")["code"] == "not-your-turn"
+        his.send("stop", cars=["red"])
+        wait_until(lambda: ("red", "stop") in cars.asked)
+        assert cars.asked == [("red", 1), ("red", "stop")], "everybody may stop"
+        cars.asked.clear()
+        room.pass_on("red", "02")
+        wait_until(lambda: cars.asked == [("red", 0.0), ("red", "release")])
+        his.drive("red", throttle=0.5)
+        assert cars.asked[-1] == ("red", 0.5)
+        turned_away(hers)
 
 
 @mock_clock

@@ -10,7 +10,7 @@ from starlette.requests import ClientDisconnect, Request
 from motorcade.server.http import Bodies
 from motorcade.server.studio.library import FolderStorage
 from motorcade.service.documents import example, project_text
-from motorcade.service.exchange import export_all, export_answer
+from motorcade.service.library import export_all, export_answer
 from support.mock_clock import mock_clock
 
 MOST_BYTES = 128 << 20

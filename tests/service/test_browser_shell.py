@@ -95,19 +95,6 @@ def test_a_world_plays_as_time_passes(shell, clock):
     assert 200 < times[-1] <= 400
 
 
-def test_no_picture_is_made_before_the_page_has_drawn_two(shell, clock):
-    shell.open(1, "world", KEY)
-    shell.receive(1, json.dumps(SET))
-    shell.receive(1, '{"do": "play", "speed": 1}')
-    pictures = []
-    for _ in range(20):
-        clock.now_s += shell.wait_s(1)
-        pictures += [each.number for each in said(shell.advance(1)) if isinstance(each, Picture)]
-    assert pictures == [1, 2]
-    shell.receive(1, '{"do": "shown", "frame": 2}')
-    assert any(isinstance(each, Picture) for each in said(shell.advance(1)))
-
-
 def test_a_world_stays_when_its_stream_is_opened_again(shell):
     shell.open(1, "world", KEY)
     shell.receive(1, json.dumps(SET))
@@ -132,27 +119,6 @@ def test_a_wrong_message_is_refused_and_the_stream_stays(shell, message, code):
     shell.open(1, "world", KEY)
     assert [each["code"] for each in said(shell.receive(1, message))] == [code]
     assert said(shell.receive(1, json.dumps(SET)))[0]["is"] == "hello"
-
-
-def test_bytes_of_a_port_are_carried_until_the_outcome(shell, clock):
-    shell.open(1, "serial", "")
-    assert shell.wait_s(1) < 0
-    first = shell.receive(1, '{"readback": true}')
-    sent = b"".join(each for each in first if isinstance(each, bytes))
-    outcome = None
-    for _ in range(100_000):
-        wait_s = shell.wait_s(1)
-        if wait_s < 0:
-            break
-        clock.now_s += max(wait_s, 0.001)
-        for each in shell.advance(1):
-            if isinstance(each, bytes):
-                sent += each
-            else:
-                outcome = json.loads(each)
-    assert sent
-    assert outcome["error"]["code"] == "nothing-to-read"
-    assert shell.receive(1, b"too late") == []
 
 
 @pytest.mark.parametrize("message", ["{", b"bytes", "{}", '{"image": "AAAA"}'])

@@ -8,8 +8,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.program.steps import forward
-from motorcade.service.exchange import export_all
-from motorcade.service.library import Limits
+from motorcade.service.library import Limits, export_all
 from support.browser_store import MockStore, MockTab
 
 IMAGE = compile_program(Program([forward(1)])).image

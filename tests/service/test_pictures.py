@@ -1,9 +1,16 @@
-"""A picture, byte by byte, and the moments and events that are stored for pictures of the past."""
+"""A picture, byte by byte, the moments and events that are stored for pictures of the past, and events as a table."""
 
-from motorcade.engine.events import LOSS_REASONS
+import csv
+
+import pytest
+
+from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.moment import EVENT_ROW, HEARD, NO_INDEX, RUNS, SENDS, unpack_events, unpack_moment
+from motorcade.errors import MotorcadeError
 from motorcade.locales import catalogue, languages
-from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History, pack_picture
+from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History, event_table, pack_picture
+from motorcade.service.messages import EventRows
+from motorcade.words.infrared import tagged_frame
 from support.pictures import Picture, pack_moment
 
 
@@ -71,10 +78,39 @@ def test_stored_events_are_found_by_time_across_batches() -> None:
 
 
 def test_the_oldest_moments_and_events_are_dropped_first() -> None:
-    history = History(most_moment_bytes=500, most_event_bytes=500)
+    history = History((500, 500))
     for t_ms in range(0, 1000, 100):
         history.add_moment(t_ms, bytes(72))
         history.add_events(rows_at(t_ms))
     assert history.earliest_ms == 800
     assert history.moment_at(0)[0] == 800
     assert [times_of(batch) for batch in history.events()] == [[700], [800], [900]]
+
+
+FRAME, LOST, START = (KINDS.index(kind) for kind in ("frame", "lost", "start"))
+
+
+def rows_of(*events):
+    return EventRows(b"".join(EVENT_ROW.pack(*event) for event in events))
+
+
+def test_a_table_has_a_row_for_each_event_and_words_without_their_tags():
+    word = 0x65800000
+    parity = LOSS_REASONS.index("parity")
+    sent = rows_of(
+        (5, 1, START, 0, word, 3), (7, 0, FRAME, 0, tagged_frame(word, 3), 0), (9, 2, LOST, parity, 0xFFFFFFFF, 1)
+    )
+    table = list(csv.DictReader(event_table(sent).text.splitlines()))
+    assert [list(row.values()) for row in table] == [
+        ["5", "1", "start", "", "0x65800000", "3", "3"],
+        ["7", "0", "frame", "", "0x65800000", "0", "3"],
+        ["9", "2", "lost", "parity", "0xFFFFFFFF", "1", "0"],
+    ]
+    assert event_table(EventRows(b"")).text.strip() == "t_ms,car,event,why,word,other,tag"
+
+
+@pytest.mark.parametrize("rows", [b"\0" * 19, b"\xff" * 20])
+def test_other_bytes_are_refused(rows):
+    with pytest.raises(MotorcadeError) as refused:
+        event_table(EventRows(rows))
+    assert refused.value.code == "bad-message"

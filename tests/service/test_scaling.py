@@ -10,12 +10,11 @@ import pytest
 import motorcade.missions
 from motorcade import Program, compile_program, decompile, forward, led
 from motorcade.config.files import line_of
-from motorcade.config.pins import parse_pins
+from motorcade.config.pins import parse_pins, parse_voice_map
 from motorcade.config.profile import parse_profile
-from motorcade.config.voice_map import parse_voice_map
 from motorcade.errors import MotorcadeError
 from motorcade.mats import parse_mat
-from motorcade.program.alignment import align
+from motorcade.program.model import align
 from motorcade.service.requests import Context, respond
 from motorcade.words.image import bytes_to_words
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio.library import FolderStorage
-from motorcade.service.exchange import export_all, import_all
-from motorcade.service.library import DEFAULT_LIMITS, LONGEST_NAME, Limits
+from motorcade.service.library import DEFAULT_LIMITS, LONGEST_NAME, Limits, export_all, import_all
 from support.browser_store import MockStore, MockTab
 
 NAMES = ["CON", "...", "50% faster", "名字", "👩\u200d🚀 rocket", "🚗" * LONGEST_NAME, "deleted"]

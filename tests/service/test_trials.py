@@ -11,9 +11,9 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.document import built_in_mission
 from motorcade.server.studio.driving import build_world
+from motorcade.service.difference import Compare, Compared, Difference, Show
 from motorcade.service.messages import MissionChoice
-from motorcade.service.trial_messages import Compare, Compared, Difference, Explain, Failure, Luck, Show, Try
-from motorcade.service.trials import TrialSession
+from motorcade.service.trials import Explain, Failure, Luck, TrialSession, Try
 from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.pictures import Picture
@@ -40,13 +40,22 @@ def program(*steps, rest_s=1):
 DANCE = program(led(1, 1), forward(1), right(1), wait(2))
 
 
-@pytest.fixture(params=["server", "site"])
-def session(request):
-    """A page's trials, with each shell's worlds."""
-    if request.param == "server":
-        return TrialSession(lambda message: build_world(message, DrivenCars(), MOST_CARS), MOST_CARS, open_worlds_here)
-    opened = kernels.open_worlds(MockInstance)
-    return TrialSession(lambda message: kernels.make_world(message, MockInstance, MOST_CARS), MOST_CARS, opened)
+SESSIONS = {
+    "server": lambda: TrialSession(
+        lambda message: build_world(message, DrivenCars(), MOST_CARS), MOST_CARS, open_worlds_here
+    ),
+    "site": lambda: TrialSession(
+        lambda message: kernels.make_world(message, MockInstance, MOST_CARS),
+        MOST_CARS,
+        kernels.open_worlds(MockInstance),
+    ),
+}
+
+
+@pytest.fixture
+def session():
+    """A page's trials."""
+    return SESSIONS["server"]()
 
 
 def answers(session, message):
@@ -122,7 +131,9 @@ def test_what_cannot_be_tried_is_told(session, message, code):
     assert answers(session, Explain(1)) == answers(session, Show(0)) == []
 
 
-def test_two_seeds_part_where_a_car_misses_a_word_and_why_is_told(session):
+@pytest.mark.parametrize("shell", SESSIONS)
+def test_two_seeds_part_where_a_car_misses_a_word_and_why_is_told(shell):
+    session = SESSIONS[shell]()
     run = SetWorld(CROWD, image=DANCE)
     told = difference(session, run, dataclass_with(run, seed=1))
     assert (told.kind, told.missed) == ("word", told.words.index(None))

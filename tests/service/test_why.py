@@ -17,12 +17,13 @@ from motorcade import forward as ahead
 from motorcade.config.profile import built_in_profile
 from motorcade.locales import languages
 from motorcade.mats import Mat, Pose, Starts
+from motorcade.mats.geometry import Obstacle
 from motorcade.program.blocks import blocks_of
 from motorcade.service.messages import Blocks, Capabilities
 from motorcade.service.programs import compile_blocks
 from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import open_world
-from motorcade.service.why import Obstacle, in_the_way
+from motorcade.service.why import in_the_way
 from motorcade.service.world_messages import SetWorld
 
 SECONDS = 9
@@ -212,7 +213,7 @@ def test_only_what_stands_ahead_is_in_the_way(kind, depth_mm, heading_deg, side_
 
 def _x_m(studio):
     """Where the first car is, from the picture that the page gets."""
-    return struct.unpack_from("<f", studio.moment(is_stored=False))[0]
+    return struct.unpack_from("<f", studio.pictures.moment(is_stored=False))[0]
 
 
 def test_who_drives_against_the_edge_or_a_leader_is_told_what_would_be_needed():

@@ -12,7 +12,6 @@ from motorcade.service.world_messages import (
     Move,
     Pause,
     Play,
-    Seek,
     SetWorld,
     Shown,
     State,
@@ -167,16 +166,6 @@ def test_a_page_that_connects_again_finds_its_world(page: Page) -> None:
     page.look(1)
     (picture,) = page.take(Picture)
     assert (picture.number, picture.t_ms) == (1, 500)
-
-
-def test_the_past_is_shown_until_the_present_is_requested(page: Page) -> None:
-    page.send(Step(100))
-    page.send(Seek(240))
-    page.look(1)
-    assert page.take(Picture)[-1].t_ms == 200
-    page.send(Seek(None))
-    page.look(1)
-    assert page.take(Picture)[-1].t_ms == 500
 
 
 @pytest.mark.parametrize("message", [Watch(2), Move(2, 0.0, 0.0)])

@@ -131,7 +131,7 @@ class _World:
         """
         # Once to let each slot become as large as it has to be, and once for what is recorded.
         self._tried()
-        self._world.reset(self._world.seed)
+        self._world.reset(self._simulation.seeds[0])
         memory = bytearray(self._kernels.contents())
         stepped, shown = self._tried()
         run = [_Sample(values, calls[:1]) for values, calls in stepped]
@@ -141,7 +141,7 @@ class _World:
         to, room = kernels.slot("taken")
         packed, packed_room = kernels.slot("packed events")
         most = min(room // _ROW_BYTES, packed_room // EVENT_BYTES, counters.events.shape[1])
-        moment = self._world.moment(is_stored=False)
+        moment = self._world.pictures.moment(is_stored=False)
         recipe = {
             "heap": kernels.heap,
             "run": self._calls_of(run, memory),
@@ -166,7 +166,7 @@ class _World:
             rows = self._world.run(ticks * self._world.tick_ms)
             values = {"tick": tick, "ticks": ticks, "events": len(rows) // EVENT_BYTES}
             stepped.append(_Sample(values, self._kernels.take_calls()))
-            self._world.moment(is_stored=False)
+            self._world.pictures.moment(is_stored=False)
             shown.append(_Sample({"tick": self._simulation.tick}, self._kernels.take_calls()))
         return stepped, shown
 

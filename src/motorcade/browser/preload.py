@@ -4,11 +4,10 @@ A snapshot can't hold a compiled module such as msgspec's, so nothing here may i
 """
 
 from motorcade.missions import check, watch
-from motorcade.program import alignment, blocks, compiler, decompiler, python_reader, python_writer
+from motorcade.program import blocks, compiler, decompiler, python_reader, python_writer
 from motorcade.upload import transfer
 
 __all__ = [
-    "alignment",
     "blocks",
     "check",
     "compiler",

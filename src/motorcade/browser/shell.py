@@ -5,6 +5,7 @@
 is to be sent to the page, in order: texts are JSON, bytes are pictures or for a serial port.
 """
 
+import os
 import time
 import traceback
 from collections.abc import Callable
@@ -14,19 +15,25 @@ import msgspec
 
 from motorcade.browser.kernels import OpenInstance, make_world, open_worlds
 from motorcade.browser.storage import BrowserStorage
-from motorcade.browser.uploads import VIRTUAL_PORT, UploadStream
+from motorcade.car.board import Board
+from motorcade.car.loop import Car
+from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
-from motorcade.service.messages import Capabilities, decode
+from motorcade.service.messages import Capabilities, Port, decode
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.trial_messages import TrialMessage
-from motorcade.service.trials import TrialSession
-from motorcade.service.world_messages import SetWorld, WorldMessage
+from motorcade.service.trials import TrialMessage, TrialSession
+from motorcade.service.upload_session import UploadSession, check_order, failed
+from motorcade.service.world_messages import SetWorld, UploadOrder, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
+from motorcade.words.ticks import TICKS_MASK
 
+VIRTUAL_PORT = Port("virtual", "", "virtual")
+# As the simulated car of a computer.
+_TICK_S = 0.004
 CAPABILITIES = Capabilities(
     serial_ports=False,
     downloads=False,
@@ -34,8 +41,100 @@ CAPABILITIES = Capabilities(
     real_cars=False,
     most_cars=2_000,
 )
-
 Sent = list[str | bytes]
+
+
+class _VirtualBoard(Board):
+    """A leader without wheels and lights, whose store is the browser's."""
+
+    is_leader = True
+
+    def __init__(self, levels: tuple[int, ...], storage: BrowserStorage) -> None:
+        self.levels = levels
+        self.time_ms = 0
+        self.received = b""
+        self.sent = b""
+        self._storage = storage
+
+    def now_ms(self) -> int:
+        return self.time_ms
+
+    def load_image(self) -> bytes | None:
+        return self._storage.car_image()
+
+    def store_image(self, data: bytes) -> None:
+        self._storage.store_car_image(data)
+
+    def read_serial(self) -> bytes:
+        received, self.received = self.received, b""
+        return received
+
+    def write_serial(self, data: bytes) -> None:
+        self.sent += data
+
+
+class UploadStream:
+    """One transfer: the order first, then the bytes of a port that the page has opened.
+
+    Args:
+        clock: seconds since any moment.
+        storage: what the virtual car holds, where the transfer is with that car, which is switched on for it; None for
+            a port of the page.
+    """
+
+    def __init__(self, clock: Callable[[], float], storage: BrowserStorage | None) -> None:
+        self._clock = clock
+        self._storage = storage
+        self._session: UploadSession | None = None
+        self._board: _VirtualBoard | None = None
+        self._is_over = False
+
+    def receive(self, data: str | bytes) -> list[Any]:
+        """Take the order, or bytes of the port; return what is to be sent. Raises MotorcadeError."""
+        if self._is_over:
+            return []
+        if self._session is None:
+            self._begin(decode(data, UploadOrder))
+        else:
+            # A text isn't for the port, and nothing of the page is for the virtual car: the page is faulty.
+            self._session.receive(data if isinstance(data, bytes) and self._board is None else None)
+        return self.advance()
+
+    def _begin(self, order: UploadOrder) -> None:
+        if self._storage is not None:
+            if order.port != VIRTUAL_PORT.port:
+                raise MotorcadeError("no-such-port", port=order.port)
+            self._board = _VirtualBoard(levels_of(check_order(order)), self._storage)
+            self._car = Car(self._board)
+        self._session = UploadSession(order, os.urandom(1)[0])
+
+    def advance(self) -> list[Any]:
+        """Do what is due; return what is to be sent."""
+        if self._session is None:
+            return []
+        now_s = self._clock()
+        answers: list[Any] = list(self._session.advance(now_s))
+        self._is_over = self._session.is_over
+        if self._board:
+            self._board.received += b"".join(each for each in answers if isinstance(each, bytes))
+            self._board.time_ms = int(now_s * 1000) & TICKS_MASK
+            self._car.tick()
+            if self._board.sent:
+                self._session.receive(self._board.sent)
+                self._board.sent = b""
+            answers = [each for each in answers if not isinstance(each, bytes)]
+        return answers
+
+    def wait_s(self) -> float | None:
+        """After how many seconds `advance` is to be called; None: not before the next message."""
+        if self._session is None or self._is_over:
+            return None
+        return _TICK_S if self._board else self._session.wait_s
+
+    def refuse(self, problem: MotorcadeError) -> Any:
+        """End the transfer; return the message that tells the page an error."""
+        self._is_over = True
+        return failed(problem)
 
 
 class JavaScriptBytes(Protocol):
@@ -45,20 +144,35 @@ class JavaScriptBytes(Protocol):
         """Return its bytes."""
 
 
-class Stream(Protocol):
-    """One stream of the page."""
+class _SessionStream:
+    """A world in play, or trials of the page's program."""
+
+    def __init__(self, session: WorldSession | TrialSession, clock: Callable[[], float]) -> None:
+        self._session = session
+        self._clock = clock
 
     def receive(self, data: str | bytes) -> list[Any]:
-        """Take a message; return what is to be sent. Raises MotorcadeError."""
+        kind: Any = WorldMessage if isinstance(self._session, WorldSession) else TrialMessage
+        return list(self._session.receive(decode(data, kind)))
 
     def advance(self) -> list[Any]:
-        """Do what is due; return what is to be sent."""
+        if isinstance(self._session, TrialSession):
+            return list(self._session.advance())
+        now_s = self._clock()
+        answers = self._session.advance(now_s)
+        self._session.adapt_to(self._clock() - now_s)
+        return list(answers)
 
     def wait_s(self) -> float | None:
-        """After how many seconds `advance` is to be called; None: not before the next message."""
+        if isinstance(self._session, TrialSession):
+            return 0.0 if self._session.is_busy else None
+        return self._session.wait_s(self._clock())
 
     def refuse(self, problem: MotorcadeError) -> Any:
-        """The message that tells the page an error."""
+        return refused(problem)
+
+
+Stream = UploadStream | _SessionStream
 
 
 def start(open_instance: OpenInstance) -> "Shell":
@@ -106,9 +220,8 @@ class Shell:
     def open(self, number: int, name: str, session: str) -> Sent:
         """Open the stream ``name``, world, trials, upload or serial; the page calls it ``number``."""
         if name == "trials":
-            self._streams[number] = _TrialStream(
-                TrialSession(self._make_world, CAPABILITIES.most_cars, self._open_worlds)
-            )
+            trials = TrialSession(self._make_world, CAPABILITIES.most_cars, self._open_worlds)
+            self._streams[number] = _SessionStream(trials, self._clock)
             return []
         if name != "world":
             car = self.storage if name == "upload" else None
@@ -116,7 +229,7 @@ class Shell:
             return []
         world = self._worlds.get(session) or WorldSession(session, self._make_world)
         self._worlds[session] = world
-        self._streams[number] = _WorldStream(world, self._clock)
+        self._streams[number] = _SessionStream(world, self._clock)
         return _packed(world.connect())
 
     def receive(self, number: int, data: "str | bytes | JavaScriptBytes") -> Sent:
@@ -146,50 +259,6 @@ class Shell:
             return _packed(work(stream))
         except Exception as problem:  # noqa: BLE001 - the page is told, whatever it is
             return _packed([stream.refuse(_known(problem))])
-
-
-class _TrialStream:
-    """Trials of the page's program."""
-
-    def __init__(self, session: TrialSession) -> None:
-        self._session = session
-
-    def receive(self, data: str | bytes) -> list[Any]:
-        kind: Any = TrialMessage
-        return list(self._session.receive(decode(data, kind)))
-
-    def advance(self) -> list[Any]:
-        return list(self._session.advance())
-
-    def wait_s(self) -> float | None:
-        return 0.0 if self._session.is_busy else None
-
-    def refuse(self, problem: MotorcadeError) -> Any:
-        return refused(problem)
-
-
-class _WorldStream:
-    """A world in play."""
-
-    def __init__(self, session: WorldSession, clock: Callable[[], float]) -> None:
-        self._session = session
-        self._clock = clock
-
-    def receive(self, data: str | bytes) -> list[Any]:
-        kind: Any = WorldMessage
-        return list(self._session.receive(decode(data, kind)))
-
-    def advance(self) -> list[Any]:
-        now_s = self._clock()
-        answers = self._session.advance(now_s)
-        self._session.adapt_to(self._clock() - now_s)
-        return list(answers)
-
-    def wait_s(self) -> float | None:
-        return self._session.wait_s(self._clock())
-
-    def refuse(self, problem: MotorcadeError) -> Any:
-        return refused(problem)
 
 
 def _known(problem: Exception) -> MotorcadeError:

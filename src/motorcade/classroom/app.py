@@ -9,6 +9,7 @@ from inspect import isawaitable
 from pathlib import Path
 
 import msgspec
+from anyio import to_thread
 from msgspec import structs
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
@@ -18,29 +19,34 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from motorcade.classroom.cars import EmergencyStop, PupilFleet
-from motorcade.classroom.folder import ClassFolder, class_report, write_work
+from motorcade.classroom.folder import ClassFolder, ReportOrder, class_report, write_work
 from motorcade.classroom.handlers import Asks, Handlers
-from motorcade.classroom.messages import ClassView, Goodbye, PupilView, exchanges_of
+from motorcade.classroom.messages import (
+    ClassView,
+    Goodbye,
+    MatView,
+    PairView,
+    PupilRow,
+    PupilView,
+    exchanges_of,
+)
 from motorcade.classroom.pairs import Pairs
+from motorcade.classroom.record import Presence, Pupil
 from motorcade.classroom.room import Classroom
-from motorcade.classroom.running import TEACHER, ClassServerSettings, RunningClass
+from motorcade.classroom.running import TEACHER, ClassServerSettings, EmergencyStop, RunningClass
 from motorcade.classroom.shared_mat import SharedMat
-from motorcade.classroom.views import class_view, pupil_view
 from motorcade.classroom.wall import Walls
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
 from motorcade.missions.document import built_in_mission
-from motorcade.server.http import exception_handlers, json_response, page_not_built, page_routes
+from motorcade.server.http import exception_handlers, json_response, page_file, page_routes
 from motorcade.server.page_socket import PageSocket, refuse_page
-from motorcade.server.remote.fleet import Fleet
-from motorcade.server.remote.remote_cars import RemoteCars
 from motorcade.server.request_filter import RequestFilter
-from motorcade.server.studio.app import TEACHERS_CARS
+from motorcade.server.studio.app import TEACHERS_CARS, real_cars
 from motorcade.server.studio.app import routes as studio_routes
 from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
-from motorcade.service.messages import Nothing, Text, decode, sentences
+from motorcade.service.messages import Nothing, Sentence, Text, decode, sentences
 from motorcade.service.missions import mission_in
 from motorcade.sockets import network_of
 
@@ -56,16 +62,12 @@ _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:
     """Return the whole server of a class, as an ASGI application; the folder is locked for this process."""
-    cars = RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
+    cars = real_cars(settings)
     running = RunningClass(settings, folder, tuple(car.name for car in settings.cars))
     worlds = PageWorlds(settings, settings.sessions, running)
-    handlers = Handlers(running, worlds, EmergencyStop(cars, TEACHER) if cars else None)
-    walls = Walls(running, worlds)
     room_cars = CarList(settings, settings.places, settings.keys, running.is_teacher)
-
-    def cars_of(visitor: str) -> Fleet:
-        assert cars
-        return cars if visitor == TEACHER else PupilFleet(cars, partial(running.room.may_drive, visitor))
+    handlers = Handlers(running, worlds, EmergencyStop(cars, TEACHER) if cars else None, room_cars)
+    walls = Walls(running, worlds)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -89,12 +91,12 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
             WebSocketRoute(f"{_TEACHER}mat", walls.serve_mat),
             WebSocketRoute(TEACHERS_CARS, room_cars.serve),
             Route(f"{_TEACHER}work.zip", partial(_work, running)),
-            Route(f"{_TEACHER}report.html", partial(_report, running), methods=["GET", "POST"]),
+            Route(f"{_TEACHER}report.html", partial(_report, running), methods=["POST"]),
             *(
                 Route(f"{_API}{path}/{{name:path}}", partial(_answer, running, handlers), methods=["POST"])
                 for path in ("class", "teacher")
             ),
-            *studio_routes(settings, running, worlds, cars_of if cars else None),
+            *studio_routes(settings, running, worlds, cars),
             *_pages(running),
             *page_routes(settings.page),
         ],
@@ -122,7 +124,7 @@ def admit(running: RunningClass, connection: HTTPConnection) -> None:
     _, exchange = REQUESTS.get(path.removeprefix(_API), (None, None))
     if exchange and exchange.is_open:
         if running.pupil(connection) is None and not running.is_teacher(connection):
-            running.rates.count(_address(connection), running.now_s())
+            running.rates.count(_address(connection), running.settings.clock())
     elif not path.startswith(_TEACHER):
         running.visitor(connection)
     elif not running.is_teacher(connection):
@@ -142,11 +144,11 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     owner = next(each for each in (running.room, running.mat, running.pairs, handlers) if isinstance(each, kind))
     who = "" if exchange.is_open else running.visitor(request)
     if who:
-        running.check_request(who, running.now_s())
+        running.check_request(who, running.settings.clock())
     async with running.bodies.loaded(request) as data:
         message = decode(data or b"{}", exchange.message)
     response, since = json_response(None), running.room.revision
-    given = {"asks": Asks(request, response, _address(request)), "who": who, "now_s": running.now_s()}
+    given = {"asks": Asks(request, response, _address(request)), "who": who, "now_s": running.settings.clock()}
     try:
         answer = exchange.method(owner, **{name: given[name] for name in exchange.given}, **structs.asdict(message))
         answer = await answer if isawaitable(answer) else answer
@@ -171,17 +173,14 @@ def _language(request: Request) -> str:
 
 
 async def _report(running: RunningClass, request: Request) -> Response:
-    """Answer with the report about all work and the query's ``mission``, or the one in a file's text that is sent."""
+    """Answer with the report that a ReportOrder asks for; the query's ``language`` is that of its page."""
     language, pupils = _language(request), list(running.room.record.pupils)
-    if request.method == "POST":
-        async with running.bodies.loaded(request) as data:
-            mission = mission_in(decode(data, Text))
-    else:
-        mission = built_in_mission(request.query_params.get("mission", ""))
-    async with running.reporting:
-        page = await running.with_files(class_report, running.folder, pupils, mission, language)
-    name = f'attachment; filename="{mission.id}.html"'
-    return HTMLResponse(page, headers={"content-disposition": name})
+    async with running.bodies.loaded(request) as data:
+        order = decode(data, ReportOrder)
+        mission = mission_in(Text(order.text)) if order.mission is None else built_in_mission(order.mission)
+        async with running.reporting:
+            page = await to_thread.run_sync(class_report, running.folder, order.files or pupils, mission, language)
+    return HTMLResponse(page)
 
 
 async def _work(running: RunningClass, request: Request) -> Response:
@@ -194,7 +193,7 @@ async def _work(running: RunningClass, request: Request) -> Response:
             write_work(file, running.folder, pupils, title, language)  # type: ignore[arg-type]
         return Path(file.name)
 
-    path = await running.with_files(write)
+    path = await to_thread.run_sync(write)
     after = BackgroundTask(path.unlink, missing_ok=True)
     return FileResponse(path, media_type="application/zip", filename="class.zip", background=after)
 
@@ -206,10 +205,10 @@ def _pages(running: RunningClass) -> list[BaseRoute]:
     async def start(request: Request) -> Response:
         if running.pupil(request) is None and not running.is_teacher(request):
             return RedirectResponse("/join", 303)
-        return _file(page / "index.html")
+        return page_file(page / "index.html")
 
     async def of_the_class(request: Request) -> Response:
-        return _file(page / "class.html")
+        return page_file(page / "class.html")
 
     async def authority(request: Request) -> Response:
         file = running.settings.authority
@@ -220,10 +219,6 @@ def _pages(running: RunningClass) -> list[BaseRoute]:
     return [Route("/", start), *(Route(path, of_the_class) for path in PAGES), Route(AUTHORITY, authority)]
 
 
-def _file(path: Path) -> Response:
-    return FileResponse(path) if path.is_file() else page_not_built()
-
-
 async def _serve_pupil(running: RunningClass, socket: WebSocket) -> None:
     """Serve a pupil's page until it leaves, or the pupil is no longer in the class."""
     await socket.accept()
@@ -232,12 +227,12 @@ async def _serve_pupil(running: RunningClass, socket: WebSocket) -> None:
         await refuse_page(socket, running.settings, MotorcadeError("class-session-needed"))
         return
     page = PageSocket(socket, running.settings, (PupilView,))
-    room.connect(pupil.id, running.now_s())
+    room.connect(pupil.id, running.settings.clock())
     running.show_changes()
     try:
         await page.serve(Nothing, _ignore, [lambda: _show_pupil(running, socket, page, pupil.id)])
     finally:
-        room.disconnect(pupil.id, running.now_s())
+        room.disconnect(pupil.id, running.settings.clock())
         running.show_changes()
 
 
@@ -269,7 +264,7 @@ async def _show_teacher(running: RunningClass, socket: WebSocket, page: PageSock
         while running.is_teacher(socket):
             problem = running.folder.problem
             disk = sentences(problem) if problem else None
-            page.put(class_view(running.room, running.mat.view(), running.now_s(), disk))
+            page.put(class_view(running.room, running.mat.view(), running.settings.clock(), disk))
             await asyncio.sleep(_TEACHER_EVERY_S)
             with suppress(TimeoutError):
                 await asyncio.wait_for(changed.wait(), _TEACHER_LATEST_S)
@@ -279,3 +274,52 @@ async def _show_teacher(running: RunningClass, socket: WebSocket, page: PageSock
 
 async def _ignore(message: Nothing) -> None:
     """Such a page has nothing to say."""
+
+
+def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, pair: PairView | None = None) -> PupilView:
+    """Return what a pupil's page shows of the class; no other pupil's number or progress."""
+    return PupilView(
+        me=room.self_of(pupil),
+        hand=room.presence[pupil.id].hand_s is not None,
+        frozen=room.frozen,
+        shared=room.shared(),
+        stopped=room.stopped,
+        mat=mat,
+        mission=pupil.mission,
+        news=pupil.news,
+        pair=pair,
+    )
+
+
+def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | None = None) -> ClassView:
+    """Return what the teacher's page shows; ``disk`` is why work can't be stored at present."""
+    record = room.record
+    return ClassView(
+        title=record.title,
+        code=record.code,
+        is_open=record.is_open,
+        frozen=room.frozen,
+        stuck_minutes=record.stuck_minutes,
+        pupils=[_row(each, room.presence[each.id], now_s) for each in record.pupils],
+        shared=room.shared(),
+        stopped=room.stopped,
+        mat=mat,
+        disk=disk,
+    )
+
+
+def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
+    return PupilRow(
+        id=pupil.id,
+        name=pupil.name,
+        avatar=pupil.avatar,
+        number=pupil.number,
+        online=presence.pages > 0,
+        away_s=0 if presence.pages else int(now_s - presence.left_s),
+        hand_s=None if presence.hand_s is None else int(now_s - presence.hand_s),
+        stuck_s=int(now_s - presence.step_s) if presence.stuck else None,
+        mission=presence.mission,
+        goals_met=presence.met,
+        goals=presence.goals,
+        stars=presence.stars,
+    )

@@ -10,14 +10,16 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from html import escape
 from itertools import chain, count
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from threading import Lock
-from typing import BinaryIO, NamedTuple
+from typing import Annotated, BinaryIO, NamedTuple
 from urllib.parse import quote
+
+from msgspec import Meta, Struct
 
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
@@ -37,6 +39,8 @@ RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
 _ENDING, _OVERVIEW = ".motorcade.json", "overview.html"
 _REPORT_S = 600.0
+# Of the name of a file that a teacher chooses so many characters are kept: any file system takes them.
+_LONGEST_FILE = 60
 # What Windows allows in no name of a file.
 _FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 _STYLE = (
@@ -192,6 +196,27 @@ class ClassFolder(FolderStorage):
         return folder / "virtual-car.image"
 
 
+class WorkFile(Struct):
+    """The name of a file and its text: a project, or a program in Python."""
+
+    name: str
+    text: str
+
+
+class ReportOrder(Struct):
+    """Which mission work is checked against, and which work.
+
+    Attributes:
+        mission: the id of a built-in mission; None for the one in ``text``.
+        text: the text of a mission's file.
+        files: checked in place of all pupils' work; None for that.
+    """
+
+    mission: str | None = None
+    text: str = ""
+    files: Annotated[list[WorkFile], Meta(max_length=1000)] | None = None
+
+
 class _Work(NamedTuple):
     """What a pupil has made: the folder in the ZIP file, the projects and their files, and the stars by mission."""
 
@@ -212,18 +237,23 @@ def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], tit
         archive.writestr(_OVERVIEW, overview(works, title, language))
 
 
-def class_report(folder: ClassFolder, pupils: Iterable[Pupil], mission: Mission, language: str) -> bytes:
-    """Return the page of `motorcade check` about all work of these pupils; a process of its own computes it.
+def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission: Mission, language: str) -> bytes:
+    """Return the page of `motorcade check` about these files and all work of these pupils; a process computes it.
 
     Raises MotorcadeError where it can't be made, or takes ten minutes.
     """
     with tempfile.TemporaryDirectory(prefix="motorcade-") as name:
         work, page = Path(name) / "work", Path(name) / "report.html"
         with tempfile.TemporaryFile(dir=name) as file:
-            write_work(file, folder, pupils, "", language)
+            write_work(file, folder, [each for each in works if isinstance(each, Pupil)], "", language)
             with zipfile.ZipFile(file) as archive:
                 archive.extractall(work, [each for each in archive.namelist() if each != _OVERVIEW])
         work.mkdir(exist_ok=True)
+        taken: set[str] = set()
+        for each in works:
+            if isinstance(each, WorkFile):
+                stem, dot, ending = each.name[-_LONGEST_FILE:].partition(".")
+                (work / f"{_file_name(stem, taken)}{dot}{_FORBIDDEN.sub('_', ending)}").write_text(each.text, "utf-8")
         asked = mission.id
         if mission.id == OWN:
             asked = str(Path(name) / f"{OWN}.json")

@@ -13,21 +13,22 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from motorcade.classroom import messages
-from motorcade.classroom.cars import EmergencyStop
 from motorcade.classroom.messages import Id, Secret, Self, Text40, Window, request
 from motorcade.classroom.names import Attempts, check_password, digest, is_password, to_stored
 from motorcade.classroom.network import join_url, qr_svg
 from motorcade.classroom.pairs import WINDOWS
 from motorcade.classroom.record import Pair, Pupil
 from motorcade.classroom.room import SIGNED_IN_S
-from motorcade.classroom.running import TEACHER, RunningClass
+from motorcade.classroom.running import TEACHER, EmergencyStop, RunningClass
 from motorcade.errors import MotorcadeError
+from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.documents import open_text, project_text
 from motorcade.service.messages import MissionChoice, Project, StoredProject, sentences
 from motorcade.service.missions import Mission, chosen_mission, list_missions, open_mission
+from motorcade.words.request import GO, STOP
 
-_SALT_BYTES = 16
+_SALT_BYTES, _SECRET_BYTES = 16, 24
 _GIFTS_A_MINUTE = 10
 
 
@@ -46,16 +47,20 @@ class Handlers:
     Args:
         running: the class.
         worlds: the pupils' worlds.
-        stop: of the real cars; None where there are none.
+        stop: of the cars that are driven; None where there are none.
+        programmed: the cars that run programs.
     """
 
-    def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop | None) -> None:
+    def __init__(
+        self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop | None, programmed: CarList
+    ) -> None:
         self._running = running
         self._room = running.room
         self._pairs = running.pairs
         self._folder = running.folder
         self._worlds = worlds
         self._stop = stop
+        self._programmed = programmed
         self._gifts = Attempts(_GIFTS_A_MINUTE, 60.0, "gives-too-often")
 
     # Everybody who comes in.
@@ -85,7 +90,7 @@ class Handlers:
         return self._let_in(asks, lambda device: self._room.come_back(name, number, device, asks.address, now_s))
 
     def _let_in(self, asks: Asks, enter: Callable[[str], Pupil]) -> Self:
-        secret = self._running.new_secret()
+        secret = secrets.token_urlsafe(_SECRET_BYTES)
         pupil = enter(digest(secret))
         self._running.remember(asks.response, asks.connection, secret)
         return self._room.self_of(pupil)
@@ -121,7 +126,7 @@ class Handlers:
         self._sign_in(asks)
 
     def _sign_in(self, asks: Asks) -> None:
-        secret = self._running.new_secret()
+        secret = secrets.token_urlsafe(_SECRET_BYTES)
         self._room.sign_in(digest(secret), self._running.settings.unix_s() + SIGNED_IN_S)
         self._running.remember(asks.response, asks.connection, secret, teacher=True)
 
@@ -137,28 +142,28 @@ class Handlers:
     @request("class/draft/read")
     async def read_draft(self, who: str) -> messages.StoredDraft:
         """Return the draft of who asks, also the teacher's. Raises MotorcadeError where it is damaged."""
-        return await self._running.with_files(self._folder.read_draft, who) or messages.StoredDraft("", None, "")
+        return await to_thread.run_sync(self._folder.read_draft, who) or messages.StoredDraft("", None, "")
 
     @request("class/draft/write")
     async def write_draft(self, who: str, name: Text40, project: Project) -> None:
         """Store the draft of who asks."""
         data = msgspec.json.encode(messages.Draft(name, project))
-        await self._running.with_files(self._folder.write_draft, who, data)
+        await to_thread.run_sync(self._folder.write_draft, who, data)
 
     @request("class/give", stores=True)
     async def give(self, who: str, to: Id, name: Text40, now_s: float) -> str:
         """Put a copy of an own project into a classmate's library; return its name there."""
         giver, taker = self._room.pupil(who), self._room.pupil(to)
         self._gifts.count(who, now_s)
-        data = await self._running.with_files(self._folder.read, giver.id, name)
-        copied = await self._running.with_files(self._folder.copy, data, taker.id, name, giver.name)
+        data = await to_thread.run_sync(self._folder.read, giver.id, name)
+        copied = await to_thread.run_sync(self._folder.copy, data, taker.id, name, giver.name)
         self._room.tell(taker, "project", copied, giver.name)
         return copied
 
     @request("class/mission")
     async def open_handed(self, who: str, number: int) -> Mission:
         """Return a mission that was handed out; ``number`` as in `PupilView.mission`."""
-        stars = await self._running.with_files(self._folder.stars, who)
+        stars = await to_thread.run_sync(self._folder.stars, who)
         return open_mission(self._room.handed_mission(number), stars)
 
     @request("class/mat")
@@ -188,8 +193,8 @@ class Handlers:
     async def read_window(self, who: str, window: Window) -> messages.PairProject:
         """Return what a window holds: the leader's blocks with mat and profile, or the followers' blocks."""
         pair = self._pairs.joined(who)
-        history = await self._running.with_files(self._folder.history, pair.library, window)
-        data = await self._running.with_files(self._folder.read, pair.library, window, history[0].version)
+        history = await to_thread.run_sync(self._folder.history, pair.library, window)
+        data = await to_thread.run_sync(self._folder.read, pair.library, window, history[0].version)
         return messages.PairProject(open_text(data), history[0].version)
 
     @request("class/pair/write", stores=True)
@@ -202,7 +207,7 @@ class Handlers:
 
     async def _store_window(self, pair: Pair, window: Window, project: Project, base: int) -> int:
         data = project_text(project).encode()
-        version = await self._running.with_files(self._folder.write_version, pair.library, window, data, base)
+        version = await to_thread.run_sync(self._folder.write_version, pair.library, window, data, base)
         self._pairs.note_stored(pair, window, version)
         return version
 
@@ -213,7 +218,7 @@ class Handlers:
         if pair and who in pair.joined:
             leader = (await self.read_window(who, "leader")).project
             whole = structs.replace(leader, followers=(await self.read_window(who, "followers")).project.followers)
-            copied = await self._running.with_files(self._folder.copy, project_text(whole).encode(), who, pair.name)
+            copied = await to_thread.run_sync(self._folder.copy, project_text(whole).encode(), who, pair.name)
         self._pairs.leave(who)
         await self._delete_libraries()
         return copied
@@ -291,11 +296,11 @@ class Handlers:
         if project:
             data = project_text(project).encode()
         else:
-            data = await self._running.with_files(self._folder.read, TEACHER, name)
+            data = await to_thread.run_sync(self._folder.read, TEACHER, name)
         missed, why = [], None
         for pupil in pupils:
             try:
-                copied = await self._running.with_files(self._folder.copy, data, pupil.id, name)
+                copied = await to_thread.run_sync(self._folder.copy, data, pupil.id, name)
             except MotorcadeError as problem:
                 missed.append(pupil.id)
                 why = problem
@@ -309,8 +314,8 @@ class Handlers:
     async def library(self, pupil: Id) -> messages.PupilLibrary:
         """Return a pupil's projects."""
         found = self._room.pupil(pupil)
-        projects = await self._running.with_files(self._folder.list, pupil)
-        return messages.PupilLibrary(found.name, projects, await self._running.with_files(self._folder.draft_at, pupil))
+        projects = await to_thread.run_sync(self._folder.list, pupil)
+        return messages.PupilLibrary(found.name, projects, await to_thread.run_sync(self._folder.draft_at, pupil))
 
     @request("teacher/project")
     async def project(self, pupil: Id, name: Text40) -> StoredProject:
@@ -318,7 +323,7 @@ class Handlers:
         owner = self._room.pupil(pupil).id
         found: Project | None
         if name:
-            found = open_text(await self._running.with_files(self._folder.read, owner, name))
+            found = open_text(await to_thread.run_sync(self._folder.read, owner, name))
         else:
             draft = await self.read_draft(owner)
             name, found = draft.name, draft.project
@@ -331,21 +336,25 @@ class Handlers:
         """Return the missions, and what each pupil has earned."""
         found = [messages.MissionStars(each.id, each.name, each.stars) for each in list_missions({})]
         stars = {
-            pupil.id: await self._running.with_files(self._folder.stars, pupil.id)
-            for pupil in list(self._room.record.pupils)
+            pupil.id: await to_thread.run_sync(self._folder.stars, pupil.id) for pupil in list(self._room.record.pupils)
         }
         return messages.ClassProgress(found, stars)
 
     @request("teacher/stop-all")
     async def stop_all(self) -> list[str]:
-        """Stop all real cars; no pupil drives until they are released. Return those that could not be reached."""
+        """Stop all real cars; no pupil drives until they are released.
+
+        Return the driven ones that could not be reached; the list of the others shows which have stopped.
+        """
         self._room.stop_cars(True)
+        self._programmed.order(STOP)
         self._running.show_changes()
         return await self._stop.stop() if self._stop else []
 
     @request("teacher/release-all")
     async def release_all(self) -> None:
-        """Let pupils drive again."""
+        """Let pupils drive again, and programs begin anew."""
+        self._programmed.order(GO)
         if self._stop:
             await self._stop.release()
         self._room.stop_cars(False)

@@ -14,8 +14,8 @@ import psutil
 import segno
 from cryptography import x509
 
-from motorcade.drive.tls.certificates import AUTHORITY_PUBLIC, CarKeys, make_keys
-from motorcade.drive.tls.keys import CAR
+from motorcade.drive.certificates import AUTHORITY_PUBLIC, CarKeys, make_keys
+from motorcade.drive.keys import CAR
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
 from motorcade.server.running import url_of

@@ -1,14 +1,14 @@
-"""A class while its server runs: its state, its folder, who asks and may do what, and who waits for changes."""
+"""A class while its server runs: its state, its folder, who asks and may do what; and the stop of all real cars."""
 
 import asyncio
 import secrets
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Coroutine, Iterable, Iterator
 from contextlib import AbstractAsyncContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from anyio import CapacityLimiter, to_thread
 from starlette.requests import HTTPConnection
@@ -21,7 +21,9 @@ from motorcade.classroom.pairs import WINDOWS, Pairs
 from motorcade.classroom.record import Presence, Pupil, from_bytes, to_bytes
 from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.shared_mat import SharedMat
+from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.errors import MotorcadeError
+from motorcade.server.fleet import Fleet
 from motorcade.server.studio.app import Settings, capabilities
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Visitors
 from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
@@ -33,7 +35,6 @@ from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldA
 # The owner of the teacher's own projects; pupils' ids are numbers.
 TEACHER = "teacher"
 _YEAR_S = 365 * 24 * 3600
-_SECRET_BYTES = 24
 # One world for each pupil and the teacher, so that nobody takes another's place. A hundred take 600 MB at most, so
 # each stores less of the past than in a studio of one user: some ten minutes of 20 cars.
 SESSIONS = SessionLimits(
@@ -44,7 +45,9 @@ _REQUESTS_A_SECOND, _RATE_WINDOW_S = 20, 2.0
 _OWN_MISSION = "own"
 # A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
 _MOST_IMPORT_S = 5.0
-_T = TypeVar("_T")
+_AGAIN_S = 0.1
+# An answer waits so long for cars that can't be reached; they are stopped when they can be again.
+_PATIENCE_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,10 +106,6 @@ class RunningClass(Visitors):
         own = self.room.record.id
         self._pupil_cookie, self._teacher_cookie = (f"motorcade_{name}_{own}" for name in ("class", "teacher"))
 
-    def now_s(self) -> float:
-        """Return the time by the server's clock."""
-        return self.settings.clock()
-
     # Who asks.
 
     def pupil(self, connection: HTTPConnection) -> Pupil | None:
@@ -125,10 +124,6 @@ class RunningClass(Visitors):
         if self.is_teacher(connection):
             return TEACHER
         raise MotorcadeError("class-session-needed")
-
-    def new_secret(self) -> str:
-        """Return a new secret of a device."""
-        return secrets.token_urlsafe(_SECRET_BYTES)
 
     def remember(self, response: Response, connection: HTTPConnection, secret: str, *, teacher: bool = False) -> None:
         """Have a browser keep a pupil's or the teacher's secret."""
@@ -161,7 +156,7 @@ class RunningClass(Visitors):
                 self._check_kept(since)
                 if revision != self._stored:
                     data = to_bytes(self.room.record)
-                    await self.with_files(self.folder.store, data)
+                    await to_thread.run_sync(self.folder.store, data)
                     self._stored, self._kept = revision, data
         except MotorcadeError:
             self._undo()
@@ -180,7 +175,7 @@ class RunningClass(Visitors):
     async def delete_libraries(self) -> None:
         """Delete the libraries of pupils who are out. Raises MotorcadeError; the next start tries again."""
         for owner in list(self.room.record.removed):
-            await self.with_files(self.folder.remove_owner, owner)
+            await to_thread.run_sync(self.folder.remove_owner, owner)
             self.room.library_deleted(owner)
 
     def show_changes(self) -> None:
@@ -205,14 +200,10 @@ class RunningClass(Visitors):
         """Let time pass, until the task is cancelled."""
         while True:
             await asyncio.sleep(_TICK_S)
-            self.room.advance(self.now_s())
-            self.pairs.advance(self.now_s())
+            self.room.advance(self.settings.clock())
+            self.pairs.advance(self.settings.clock())
             with suppress(MotorcadeError):
                 await self.settle()
-
-    async def with_files(self, job: Callable[..., _T], *arguments: Any) -> _T:
-        """Do a job with the folder in a thread."""
-        return await to_thread.run_sync(job, *arguments)
 
     # What its visitors may do in the studio.
 
@@ -233,6 +224,9 @@ class RunningClass(Visitors):
     def may_use(self, visitor: str, owner: str) -> bool:
         return visitor == owner
 
+    def may_drive(self, visitor: str, car: str) -> bool:
+        return visitor == TEACHER or self.room.may_drive(visitor, car)
+
     def check_message(self, visitor: str, message: WorldMessage) -> None:
         if visitor not in self.room.presence:
             return
@@ -241,14 +235,14 @@ class RunningClass(Visitors):
             raise MotorcadeError("class-frozen")
         if isinstance(message, SetWorld):
             mission = (message.mission.id or _OWN_MISSION) if message.mission else None
-            self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.now_s()))
+            self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.settings.clock()))
             self.show_changes()
 
     def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
         for answer in answers:
             if isinstance(answer, Goals):
                 met, count = sum(goal.progress == "met" for goal in answer.goals), len(answer.goals)
-                self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.now_s()))
+                self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.settings.clock()))
                 self.show_changes()
 
     def note_answered(self, visitor: str, request: str) -> None:
@@ -260,9 +254,9 @@ class RunningClass(Visitors):
     async def count_stars(self, owners: Iterable[str]) -> None:
         """Count the stars that pupils have earned."""
         for owner in owners:
-            earned = await self.with_files(self.folder.stars, owner)
+            earned = await to_thread.run_sync(self.folder.stars, owner)
             total = sum(map(len, earned.values()))
-            self.room.note(owner, partial(Presence.earn, stars=total, now_s=self.now_s()))
+            self.room.note(owner, partial(Presence.earn, stars=total, now_s=self.settings.clock()))
         self.show_changes()
 
     def check_request(self, visitor: str, now_s: float) -> None:
@@ -284,3 +278,63 @@ class RunningClass(Visitors):
         if visitor not in self._cars:
             self._cars[visitor] = VirtualCar(self.folder.virtual_car(visitor))
         yield self._cars[visitor]
+
+
+class EmergencyStop:
+    """The teacher's emergency stop of all real cars.
+
+    Args:
+        cars: the real cars.
+        page: the name of who stops them.
+    """
+
+    def __init__(self, cars: Fleet, page: str) -> None:
+        self._cars = cars
+        self._page = page
+        self._pending: set[asyncio.Task[None]] = set()
+
+    async def stop(self) -> list[str]:
+        """Stop all cars at once; return those that could not be reached yet."""
+        self._cancel()
+        return await self._at_all(lambda car: self._cars.stop(car, self._page))
+
+    async def release(self) -> list[str]:
+        """Let all cars drive again; return those that could not be reached yet."""
+        self._cancel()
+        return await self._at_all(self._clear)
+
+    async def _clear(self, car: str) -> None:
+        control = await self._cars.connect(car, self._page)
+        try:
+            while True:
+                try:
+                    await control.act("clear")
+                except CarRefusesError:
+                    raise
+                except CarError:
+                    # A new connection to a car takes a moment.
+                    await asyncio.sleep(_AGAIN_S)
+                else:
+                    return
+        finally:
+            control.leave()
+
+    def _cancel(self) -> None:
+        for task in self._pending:
+            task.cancel()
+
+    async def _at_all(self, act: Callable[[str], Coroutine[Any, Any, None]]) -> list[str]:
+        tasks = {listed.car: asyncio.create_task(act(listed.car)) for listed in await self._cars.listed()}
+        if not tasks:
+            return []
+        for task in tasks.values():
+            self._pending.add(task)
+            task.add_done_callback(self._end)
+        await asyncio.wait(tasks.values(), timeout=_PATIENCE_S)
+        return [car for car, task in tasks.items() if not task.done() or task.cancelled() or task.exception()]
+
+    def _end(self, task: "asyncio.Task[None]") -> None:
+        self._pending.discard(task)
+        if not task.cancelled():
+            # A car that refuses was told to the teacher.
+            task.exception()

@@ -33,7 +33,7 @@ from motorcade.service.world_messages import (
     WorldAnswer,
 )
 
-PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 1 / 15, 1.0, 0.1
+PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 1 / 16, 1.0, 0.1
 # The shared mat goes on in such steps while only the wall shows it.
 UNSHOWN_EVERY_S = 0.2
 MOST_CARS_SHOWN = 60
@@ -184,7 +184,7 @@ class Walls:
             wall.receive(message)
 
         def show() -> Awaitable[None]:
-            return self._show(socket, page, lambda: wall.answers(self._running.now_s()), PICTURE_EVERY_S)
+            return self._show(socket, page, lambda: wall.answers(self._running.settings.clock()), PICTURE_EVERY_S)
 
         # The parade goes on although nobody has opened its own page.
         await page.serve(DrawnWall, drawn, [show, lambda: self._worlds.run_unshown(self._mat.session, UNSHOWN_EVERY_S)])
@@ -218,10 +218,14 @@ class Walls:
         self, socket: WebSocket, page: PageSocket, answers: Callable[[], Iterable[object]], every_s: float
     ) -> None:
         """Send what there is, until the teacher is signed out."""
+        now_s = asyncio.get_running_loop().time
+        due_s = now_s()
         while self._running.is_teacher(socket):
             for answer in answers():
                 page.put(answer)
-            await asyncio.sleep(every_s)
+            # The work is part of the time between two pictures; those that came late are not made up for.
+            due_s = max(due_s + every_s, now_s())
+            await asyncio.sleep(due_s - now_s())
         await page.say_last(Goodbye("left"))
 
     def _now_shown(self) -> Iterator[ShownWorld]:

@@ -88,14 +88,9 @@ async def _answer_http(request: Request, problem: Exception) -> Response:
 def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
     """Return the routes of both pages and their files; to be the last of an app's routes, as they match every path."""
     if not (folder / "index.html").is_file():
-        return [Route(path, lambda request: page_not_built()) for path in ("/", _REMOTE)]
-    files = StaticFiles(directory=folder, html=True)
-
-    def remote(request: Request) -> Response:
-        page = folder / "drive.html"
-        return FileResponse(page) if page.is_file() else page_not_built()
-
-    return [Route(_REMOTE, remote), Mount("/", GZipMiddleware(files, minimum_size=1024, compresslevel=6))]
+        return [Route(path, lambda request: page_file(folder / "index.html")) for path in ("/", _REMOTE)]
+    files = GZipMiddleware(StaticFiles(directory=folder, html=True), minimum_size=1024, compresslevel=6)
+    return [Route(_REMOTE, lambda request: page_file(folder / "drive.html")), Mount("/", files)]
 
 
 def check_page() -> None:
@@ -104,9 +99,9 @@ def check_page() -> None:
         raise MotorcadeError("page-missing", folder=PAGE)
 
 
-def page_not_built() -> HTMLResponse:
-    """Return a page that says how to get the pages, in every language."""
-    return refusal_page(MotorcadeError("page-missing", folder=PAGE))
+def page_file(path: Path) -> Response:
+    """Return a page's file; where the pages aren't built, a page that says in every language how to get them."""
+    return FileResponse(path) if path.is_file() else refusal_page(MotorcadeError("page-missing", folder=PAGE))
 
 
 def refusal_page(problem: MotorcadeError) -> HTMLResponse:

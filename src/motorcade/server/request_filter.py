@@ -22,7 +22,7 @@ from starlette.websockets import WebSocket
 from motorcade.drive.listener import Connected
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import error_response, refusal_page
-from motorcade.service.exchange import MOST_BYTES
+from motorcade.service.library import MOST_BYTES
 from motorcade.sockets import network_of
 from motorcade.timing import RateLimit, to_ticks
 

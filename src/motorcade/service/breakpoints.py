@@ -10,9 +10,11 @@ from motorcade.engine.events import LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.judging import to_disc_m, to_outline_m
 from motorcade.engine.moment import STUCK, unpack_events, unpack_moment
 from motorcade.errors import Phrase
+from motorcade.mats.geometry import Obstacle
+from motorcade.missions.goals import car_phrase
 from motorcade.service.messages import sentences
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.why import Obstacle, touched
+from motorcade.service.why import touched
 from motorcade.service.world_messages import StopCondition, Stopped
 
 # A picture shows more.
@@ -39,7 +41,7 @@ class Breakpoints:
         self._world, self._stopped = world, None
         # What held at the last look, of each condition; None: nothing was seen yet.
         self._held: list[set[_Key] | None] = [None] * len(self.conditions)
-        self._touching_ms = world.touching_ms()
+        self._touching_ms = world.simulation.totals()["touching_ms"]
         # What the cars show now, where a condition asked for it.
         self._columns: dict[str, Any] | None = None
 
@@ -62,7 +64,7 @@ class Breakpoints:
                 car, other, *_ = begun[0]
                 others = [other] if other >= 0 else []
                 self._stopped = Stopped(self._world.now_ms, number, car, others, sentences(now[begun[0]]))
-        self._touching_ms = self._world.touching_ms() if self._asks_for_touch else 0
+        self._touching_ms = self._world.simulation.totals()["touching_ms"] if self._asks_for_touch else 0
         return self._stopped is not None
 
     @property
@@ -72,7 +74,7 @@ class Breakpoints:
     def _now(self) -> dict[str, Any]:
         """What the cars show now."""
         if self._columns is None:
-            self._columns = unpack_moment(self._world.look(), self._world.cars)
+            self._columns = unpack_moment(self._world.pictures.look(), self._world.cars)
         return self._columns
 
     def _holding(self, condition: StopCondition, events: bytes) -> Iterator[tuple[_Key, Phrase]]:
@@ -82,26 +84,25 @@ class Breakpoints:
         if condition.car is not None:
             cars = [condition.car] if condition.car in cars else []
         match condition.kind:
-            case "touch" if world.touching_ms() > self._touching_ms:
-                radius_m = world.profile.body.diameter_mm / 2000
+            case "touch" if world.simulation.totals()["touching_ms"] > self._touching_ms:
                 x_m, y_m = self._now()["x_m"], self._now()["y_m"]
-                for car, thing in touched(world.simulation.mat, cars, x_m, y_m, radius_m):
+                for car, thing in touched(world.simulation.mat, cars, x_m, y_m, world.radius_m):
                     if condition.thing in ("", thing.kind) and condition.number in (None, thing.number):
                         other = thing.number if thing.kind == "car" else _NOBODY
-                        yield (car, other, f"{thing}"), Phrase("stop-touch", car=_car(car), thing=_named(thing))
+                        yield (car, other, f"{thing}"), Phrase("stop-touch", car=car_phrase(car), thing=_named(thing))
             case "stuck":
                 for car in cars:
                     if self._now()["flags"][car] & STUCK:
-                        yield (car, _NOBODY, ""), Phrase("stop-stuck", car=_car(car))
+                        yield (car, _NOBODY, ""), Phrase("stop-stuck", car=car_phrase(car))
             case "zone":
                 for car in cars:
                     if self._is_inside(condition, self._now()["x_m"][car], self._now()["y_m"][car]):
-                        yield (car, _NOBODY, ""), Phrase("stop-zone", car=_car(car), zone=condition.name)
+                        yield (car, _NOBODY, ""), Phrase("stop-zone", car=car_phrase(car), zone=condition.name)
             case "lost":
                 for event in unpack_events(events):
                     if event.kind == LOST and event.car in cars:
                         why = Phrase(f"lost-{LOSS_REASONS[event.why]}")
-                        phrase = Phrase("stop-lost", car=_car(event.car), other=_car(event.other), why=why)
+                        phrase = Phrase("stop-lost", car=car_phrase(event.car), other=car_phrase(event.other), why=why)
                         yield (event.car, event.other, f"{event.t_ms}"), phrase
             case "block":
                 for event in unpack_events(events):
@@ -109,7 +110,7 @@ class Breakpoints:
                         # A leader's event names its state; a follower's word is found by its bits.
                         index = event.other + 1 if event.kind == STATE else self._now()["index"][event.car]
                         if index in condition.words:
-                            yield (event.car, _NOBODY, f"{event.t_ms}"), Phrase("stop-block", car=_car(event.car))
+                            yield (event.car, _NOBODY, f"{event.t_ms}"), Phrase("stop-block", car=car_phrase(event.car))
 
     def _is_inside(self, condition: StopCondition, x: float, y: float) -> bool:
         if len(condition.disc) == 3:
@@ -118,9 +119,5 @@ class Breakpoints:
         return bool(flat) and to_outline_m(flat, 0, len(flat) // 2, x, y) == 0
 
 
-def _car(car: int) -> Phrase:
-    return Phrase("car-number", number=car)
-
-
 def _named(thing: Obstacle) -> Phrase:
-    return _car(thing.number) if thing.kind == "car" else Phrase(_THINGS[thing.kind])
+    return car_phrase(thing.number) if thing.kind == "car" else Phrase(_THINGS[thing.kind])

@@ -8,15 +8,17 @@ sent. Where all words agree, they part where a car stands elsewhere.
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
+
+from msgspec import Meta, Struct
 
 from motorcade.engine.events import FRAME, HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import EVENT_BYTES, Event, unpack_events, unpack_moment
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.missions.goals import car_phrase
 from motorcade.service.history import EVERY_MS, History, pack_picture
-from motorcade.service.messages import sentences
+from motorcade.service.messages import Sentence, sentences
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.trial_messages import BegunWord, Compare, Compared, Difference, TrialAnswer
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import air_us, word_of
@@ -34,6 +36,71 @@ _TOLD_EVERY_MS = 5_000
 _WORK_MS = 1_000_000
 _ROW_NUMBERS = EVENT_BYTES // 4
 Pair = tuple[StudioWorld, StudioWorld]
+
+
+class TrialMessageBase(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
+    """What a page sends over the stream ``trials``."""
+
+
+class Compare(TrialMessageBase):
+    """Find where two runs part; what was compared before ends."""
+
+    one: SetWorld
+    other: SetWorld
+    until_ms: Annotated[int, Meta(ge=100, le=600_000)] = 60_000
+
+
+class Show(TrialMessageBase):
+    """Send a picture of each of the two runs at a time."""
+
+    t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)]
+
+
+class TrialAnswerBase(Struct, tag_field="is", tag=str.lower):
+    """What a page is sent over the stream ``trials``."""
+
+
+class BegunWord(Struct):
+    """A word that a car began, as eight hexadecimal digits."""
+
+    t_ms: int
+    word: str
+
+
+class Difference(TrialAnswerBase):
+    """Where two runs part.
+
+    Attributes:
+        kind: ``word``: a car begins a word in one run and not in the other; ``place``: words are the same, but a car
+            comes to stand elsewhere; ``none``: neither; the runs may still differ in what nobody sees.
+        t_ms: when.
+        car: which car.
+        missed: of ``word``, the run, 0 or 1, in which the car does not begin the word; None: it begins another one.
+        late_ms: how much later it begins the word in the run ``missed``; None: not at all, as far as is known.
+        words: of ``word``, the word that it begins in each run.
+        cause: why, where the engine's events say it.
+        exact_ms, exact_car: the first tick in which anything differs, and in which car; None: nothing does.
+        begun: the words that this car begins in each run, around that time.
+        until_ms: both runs are simulated until then.
+    """
+
+    kind: Literal["word", "place", "none"]
+    t_ms: int
+    car: int
+    missed: int | None
+    late_ms: int | None
+    words: list[str | None]
+    cause: Sentence | None
+    exact_ms: int | None
+    exact_car: int | None
+    begun: list[list[BegunWord]]
+    until_ms: int
+
+
+class Compared(TrialAnswerBase):
+    """How far two runs are simulated."""
+
+    t_ms: int
 
 
 class _Parting(NamedTuple):
@@ -76,10 +143,10 @@ class Comparison:
     def is_busy(self) -> bool:
         return self._worlds[0].now_ms < self._until_ms
 
-    def advance(self) -> list[TrialAnswer]:
+    def advance(self) -> list[Difference | Compared]:
         """Simulate a part of both runs; return where they part as soon as that is known, and how far they are."""
         one = self._worlds[0]
-        answers: list[TrialAnswer] = []
+        answers: list[Difference | Compared] = []
         for _ in range(max(1, _WORK_MS // (EVERY_MS * one.cars))):
             if not self.is_busy:
                 break
@@ -115,7 +182,7 @@ class Comparison:
 
     def _store(self) -> tuple[bytes, bytes]:
         one, other = self._worlds
-        moments = one.moment(is_stored=True), other.moment(is_stored=True)
+        moments = one.pictures.moment(is_stored=True), other.pictures.moment(is_stored=True)
         for history, world, moment in zip(self._histories, self._worlds, moments, strict=True):
             history.add_moment(world.now_ms, moment)
         return moments
@@ -126,10 +193,10 @@ class Comparison:
         for world in (one, other):
             if after_ms:
                 world.run(after_ms)
-            world.moment(is_stored=True)
+            world.pictures.moment(is_stored=True)
         while True:
             rows = one.run(one.tick_ms), other.run(other.tick_ms)
-            moments = one.moment(is_stored=True), other.moment(is_stored=True)
+            moments = one.pictures.moment(is_stored=True), other.pictures.moment(is_stored=True)
             if rows[0] != rows[1]:
                 first = set(unpack_events(rows[0])) ^ set(unpack_events(rows[1]))
                 return one.now_ms, min(first).car if first else 0
@@ -203,12 +270,12 @@ class Comparison:
         if lost:
             first = lost[0]
             if LOSS_REASONS[first.why] == "collision" and (by := self._collided(missed, first, near)) is not None:
-                return Phrase("parted-collision", other=_car(first.other), by=_car(by))
-            return Phrase("parted-lost", other=_car(first.other), why=Phrase(f"lost-{LOSS_REASONS[first.why]}"))
+                return Phrase("parted-collision", other=car_phrase(first.other), by=car_phrase(by))
+            return Phrase("parted-lost", other=car_phrase(first.other), why=Phrase(f"lost-{LOSS_REASONS[first.why]}"))
         if heard:
             sender = heard[-1].other
             sent = any(each.kind == FRAME and each.car == sender for each in near)
-            return Phrase("parted-unreached" if sent else "parted-silent", other=_car(sender))
+            return Phrase("parted-unreached" if sent else "parted-silent", other=car_phrase(sender))
         return None
 
     def _cause_of_another(self, car: int) -> Phrase | None:
@@ -222,7 +289,7 @@ class Comparison:
     def _collided(self, run: int, lost: Event, near: list[Event]) -> int | None:
         """The nearest car that sent at the same time as the one whose frame was lost."""
         world = self._worlds[run]
-        frame_ms = air_us(lost.word, world.profile.infrared.unit_us) / 1000
+        frame_ms = air_us(lost.word, world.simulation.profile.infrared.unit_us) / 1000
         columns = unpack_moment(self._histories[run].moment_at(lost.t_ms)[1], world.cars)
         x_m, y_m = columns["x_m"], columns["y_m"]
         sent = [each.car for each in near if each.kind == FRAME and 0 <= lost.t_ms - each.t_ms <= 2 * frame_ms]
@@ -257,7 +324,7 @@ class Comparison:
 
 def _late_ms(world: StudioWorld) -> int:
     image = parse_image_bytes(world.simulation.images[0])
-    return int(world.profile.dwell_ms[image.dwell_level] * _LATE_PART) if image.followers else _LATE_MS
+    return int(world.simulation.profile.dwell_ms[image.dwell_level] * _LATE_PART) if image.followers else _LATE_MS
 
 
 def _note_words(begun: list[list[tuple[int, int]]], events: bytes) -> None:
@@ -296,7 +363,3 @@ def _shown(history: History, t_ms: int, world: StudioWorld) -> tuple[int, int, i
     """The arguments of `pack_picture` from its time on."""
     at_ms, moment = history.moment_at(t_ms)
     return at_ms, world.cars, 0, moment, history.events_between(at_ms - EVERY_MS, at_ms)
-
-
-def _car(car: int) -> Phrase:
-    return Phrase("car-number", number=car)

@@ -7,13 +7,12 @@ from itertools import count
 from typing import Any
 
 import msgspec
-from msgspec import Struct
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
-from motorcade.service.messages import Difficulty, Example, Level, Project, RangeMm, sentences
+from motorcade.service.messages import Difficulty, Example, Project, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
 EXAMPLES: dict[str, Difficulty] = {
@@ -31,6 +30,9 @@ EXAMPLES: dict[str, Difficulty] = {
 # What a first visit finds; its cars drive at once.
 _OPENING = "town"
 
+# What a project keeps of the page beside its blocks.
+_SETTINGS = ("range_mm", "python", "level")
+
 # Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
 _NO_PROJECTS = {
     "motorcade-mat": "mat-not-project",
@@ -39,26 +41,14 @@ _NO_PROJECTS = {
 }
 
 
-class _RangeView(Struct):
-    range_mm: RangeMm | None = None
-
-
-class _TextView(Struct):
-    python: str | None = None
-
-
-class _LevelView(Struct):
-    level: Level | None = None
-
-
 def project_text(project: Project) -> str:
     """Return the text of the project's file.
 
     Blocks that aren't a valid program yet are stored too; the file's program has no steps then.
     """
-    text = _program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
+    text = whole_program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
     view: dict[str, Any] = {"leader": project.leader, "followers": project.followers}
-    for name in ("range_mm", "python", "level"):
+    for name in _SETTINGS:
         if (value := getattr(project, name)) is not None:
             view[name] = value
     for name, value in (("mat", project.mat), ("view", view)):
@@ -77,7 +67,7 @@ def open_text(text: str | bytes) -> Project:
     program = program_from_dict(document)
     view = document.get("view")
     leader, followers = _stored_blocks(view, program) or blocks_of(program)
-    own = (_part(view, _RangeView, "range_mm"), _part(view, _TextView, "python"), _part(view, _LevelView, "level"))
+    own = (_setting(view, name) for name in _SETTINGS)
     return Project(leader, followers, program.profile, document.get("mat"), *own)
 
 
@@ -105,10 +95,11 @@ def project_of(program: Program) -> Project:
     return Project(*blocks_of(program), program.profile)
 
 
-def _part(view: Any, kind: type[Struct], name: str) -> Any:
+def _setting(view: Any, name: str) -> Any:
     """Return one stored setting of the page; None where the file has no valid one."""
+    kind = next(each.type for each in msgspec.structs.fields(Project) if each.name == name)
     try:
-        return getattr(msgspec.convert(view, kind), name)
+        return msgspec.convert(view.get(name) if isinstance(view, dict) else None, kind)
     except msgspec.ValidationError:
         return None
 
@@ -116,16 +107,16 @@ def _part(view: Any, kind: type[Struct], name: str) -> Any:
 def _stored_blocks(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
     """Return the workspaces in ``view``; None unless they make ``program``."""
     try:
-        own = {"profile": program.profile, "range_mm": None, "python": None, "level": None}
+        own = {"profile": program.profile, **dict.fromkeys(_SETTINGS)}
         stored = msgspec.convert({**(view or {}), **own}, Project)
     except msgspec.ValidationError:
         return None
-    if _program(stored.leader, stored.followers, stored.profile) != program:
+    if whole_program(stored.leader, stored.followers, stored.profile) != program:
         return None
     return stored.leader, stored.followers
 
 
-def _program(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
+def whole_program(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
     """Return the program of the blocks; one without steps where they aren't a valid program yet."""
     try:
         return program_of(leader, followers, profile)

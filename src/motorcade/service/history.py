@@ -27,9 +27,8 @@ MOST_EVENTS = 4000
 EVERY_MS = 100
 # The time whose lost frames a picture counts.
 LATELY_MS = 5000
-MOST_MOMENT_BYTES = 24 << 20
-MOST_EVENT_BYTES = 12 << 20
-PAST_BYTES = (MOST_MOMENT_BYTES, MOST_EVENT_BYTES)
+# How much of the past is stored: bytes of moments and of events.
+PAST_BYTES = (24 << 20, 12 << 20)
 _TABLE_COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
@@ -72,8 +71,8 @@ def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, momen
 class History:
     """Moments and events by time, each up to a number of bytes; the oldest are dropped."""
 
-    def __init__(self, most_moment_bytes: int = MOST_MOMENT_BYTES, most_event_bytes: int = MOST_EVENT_BYTES):
-        self.most_bytes = most_moment_bytes, most_event_bytes
+    def __init__(self, most_bytes: tuple[int, int] = PAST_BYTES):
+        self._most_bytes = most_bytes
         self._times: deque[int] = deque()
         self._moments: deque[bytes] = deque()
         self._events: deque[bytes] = deque()
@@ -89,7 +88,7 @@ class History:
         self._times.append(t_ms)
         self._moments.append(moment)
         self._moment_bytes += len(moment) + _OBJECT_BYTES
-        while self._moment_bytes > self.most_bytes[0] and len(self._moments) > 1:
+        while self._moment_bytes > self._most_bytes[0] and len(self._moments) > 1:
             self._times.popleft()
             self._moment_bytes -= len(self._moments.popleft()) + _OBJECT_BYTES
         while len(self._losses) > 1 and self._losses[1][0] <= self.earliest_ms - LATELY_MS:
@@ -102,7 +101,7 @@ class History:
         self._events.append(events)
         self._until.append(EVENT_ROW.unpack_from(events, len(events) - EVENT_BYTES)[0])
         self._event_bytes += len(events) + _OBJECT_BYTES
-        while self._event_bytes > self.most_bytes[1] and len(self._events) > 1:
+        while self._event_bytes > self._most_bytes[1] and len(self._events) > 1:
             self._until.popleft()
             self._event_bytes -= len(self._events.popleft()) + _OBJECT_BYTES
 

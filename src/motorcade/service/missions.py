@@ -12,7 +12,7 @@ from motorcade.engine.moment import to_moment, unpack_events
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
 from motorcade.missions import model
-from motorcade.missions.check import STEPS, GoalResult, check_program, simulate
+from motorcade.missions.check import STEPS, check_program, open_worlds_here, watched
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.goals import GoalState
 from motorcade.missions.odds import OpenWorlds
@@ -180,7 +180,7 @@ def list_missions(stars: Stars) -> list[MissionEntry]:
             name=each.name.texts,
             path=each.document["path"],
             order=each.document["order"],
-            stars=_stars_in(each),
+            stars=sorted({goal.star for goal in each.goals}),
             earned=stars.get(each.id, []),
             mat=each.mat_document,
             zones=mission_zones(each),
@@ -193,7 +193,8 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
     """Return all of a mission. Raises MotorcadeError."""
     mission = chosen_mission(choice)
     document = mission.document
-    start = mission.start or Program([], Followers([]) if _has_followers(mission) else None, document["profile"])
+    has_followers = len(mission.mat.starts.leaders) < len(mission.mat.starts)
+    start = mission.start or Program([], Followers([]) if has_followers else None, document["profile"])
     leader, followers = blocks_of(start)
     return Mission(
         **_told(mission),
@@ -269,7 +270,11 @@ def check_attempt(attempt: MissionAttempt, open_worlds: OpenWorlds) -> MissionRe
     return MissionResult(
         stars=sorted(result.stars),
         earned=[],
-        goals=[_checked(goal) for goal in result.goals if goal.kind != STEPS],
+        goals=[
+            CheckedGoal(goal.kind, goal.star, goal.met, goal.seed, goal.t_ms, sentences(goal.why), list(goal.cars))
+            for goal in result.goals
+            if goal.kind != STEPS
+        ],
         steps=None if steps is None or steps.met else sentences(steps.why),
     )
 
@@ -277,19 +282,8 @@ def check_attempt(attempt: MissionAttempt, open_worlds: OpenWorlds) -> MissionRe
 def warm_up() -> None:
     """Load the engine and the missions, so that the first check takes no longer than others."""
     mission = documents.missions()[0]
-    next(iter(simulate(mission, compile_program(mission.start or Program([]), mission.profile).image)))
-
-
-def _checked(goal: GoalResult) -> CheckedGoal:
-    return CheckedGoal(goal.kind, goal.star, goal.met, goal.seed, goal.t_ms, sentences(goal.why), list(goal.cars))
-
-
-def _stars_in(mission: model.Mission) -> list[int]:
-    return sorted({goal.star for goal in mission.goals})
-
-
-def _has_followers(mission: model.Mission) -> bool:
-    return len(mission.mat.starts.leaders) < len(mission.mat.starts)
+    image = compile_program(mission.start or Program([]), mission.profile).image
+    next(watched(open_worlds_here(mission, image, mission.seeds, True), mission))
 
 
 def mission_goals(mission: model.Mission) -> list[MissionGoal]:

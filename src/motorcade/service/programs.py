@@ -12,20 +12,18 @@ from motorcade.config.profile import Profile, built_in_profile, built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
-from motorcade.program.alignment import with_ids_of
 from motorcade.program.blocks import blocks_of, field_value, holder_of, program_of
 from motorcade.program.compiler import Compiled as CompiledProgram
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
-from motorcade.program.model import Program
+from motorcade.program.model import Program, with_ids_of
 from motorcade.program.parts import MOST_PIECES, word_fields
 from motorcade.program.python_reader import PythonProgram, read_python
 from motorcade.program.python_writer import python_text, updated_text
-from motorcade.program.step import Step, own_fields
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, TogetherStep
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
-from motorcade.service.documents import project_of
+from motorcade.service.documents import project_of, whole_program
 from motorcade.words.image import bytes_to_words, words_to_bytes
 
 # The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
@@ -286,20 +284,14 @@ def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
             names = get_close_matches(read.program.profile, built_in_profiles(), 1)
             fixed = found.with_fixes(*(Fix(TEXT, f'"{name}"') for name in names))
             raise ProgramError(read.located([fixed])) from None
-        leader, followers = blocks_of(with_ids_of(read.program, _sent_program(sent)))
+        leader, followers = blocks_of(
+            with_ids_of(read.program, whole_program(sent.leader, sent.followers, sent.profile))
+        )
     except ProgramError as problem:
         return messages.PythonBlocks(diagnostics=diagnostics_in_all_languages(problem.diagnostics))
     return messages.PythonBlocks(
         leader, followers, read.program.profile, diagnostics_in_all_languages(read.diagnostics)
     )
-
-
-def _sent_program(sent: messages.BlocksAndText) -> Program:
-    """Return the program of the blocks that were sent; one without steps where they make none."""
-    try:
-        return program_of(sent.leader, sent.followers, sent.profile)
-    except ProgramError:
-        return Program([])
 
 
 def _places(read: PythonProgram, program: Program) -> list[messages.BlockPlace]:

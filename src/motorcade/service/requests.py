@@ -1,6 +1,7 @@
 """The requests of a page: one table from a request's name to the function that answers it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import exchange, messages, missions, remedies
+from motorcade.service import library, messages, missions, why
 from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
@@ -98,11 +99,18 @@ def _list_own_missions(message: Nothing, context: Context) -> list[messages.Libr
     return context.storage.list(mission_library(context.owner))
 
 
-def _read_own_mission(wanted: messages.ProjectName, context: Context) -> missions.Mission:
+@contextmanager
+def _of_mission() -> Iterator[None]:
+    """Say of a mission what the storage says of a project that isn't there."""
     try:
-        text = context.storage.read(mission_library(context.owner), wanted.name)
+        yield
     except MotorcadeError as problem:
-        raise _of_mission(problem) from None
+        raise MotorcadeError("no-own-mission", **problem.details) if problem.code == "no-project" else problem from None
+
+
+def _read_own_mission(wanted: messages.ProjectName, context: Context) -> missions.Mission:
+    with _of_mission():
+        text = context.storage.read(mission_library(context.owner), wanted.name)
     return missions.open_mission_text(messages.Text(text.decode(errors="replace")))
 
 
@@ -113,16 +121,9 @@ def _write_own_mission(sent: missions.MissionToSave, context: Context) -> messag
 
 
 def _delete_own_mission(named: messages.ProjectName, context: Context) -> Nothing:
-    try:
+    with _of_mission():
         context.storage.delete(mission_library(context.owner), named.name)
-    except MotorcadeError as problem:
-        raise _of_mission(problem) from None
     return Nothing()
-
-
-def _of_mission(problem: MotorcadeError) -> MotorcadeError:
-    """Return what a storage says of a project, said of a mission."""
-    return MotorcadeError("no-own-mission", **problem.details) if problem.code == "no-project" else problem
 
 
 def _check_mission(attempt: missions.MissionAttempt, context: Context) -> missions.MissionResult:
@@ -143,7 +144,7 @@ REQUESTS: dict[str, Request] = {
     "python-to-blocks": Request(
         messages.BlocksAndText, messages.PythonBlocks, lambda sent, context: python_to_blocks(sent)
     ),
-    "remedy": Request(remedies.RemedyOrder, remedies.RemedyChanges, lambda order, context: remedies.carry_out(order)),
+    "remedy": Request(why.RemedyOrder, why.RemedyChanges, lambda order, context: why.carry_out(order)),
     "open": Request(messages.Text, messages.Project, lambda file, context: open_file(file.text)),
     "save-text": Request(messages.Project, messages.Text, _save_text),
     "opening": Request(Nothing, messages.Project, lambda message, context: opening()),
@@ -174,12 +175,12 @@ REQUESTS: dict[str, Request] = {
         Nothing, messages.StorageState, lambda message, context: context.storage.place(context.owner)
     ),
     "projects/export": Request(
-        Nothing, exchange.Exported, lambda message, context: exchange.export_all(context.storage, context.owner)
+        Nothing, library.Exported, lambda message, context: library.export_all(context.storage, context.owner)
     ),
     "projects/import": Request(
         messages.Text,
-        exchange.Imported,
-        lambda file, context: exchange.import_all(context.storage, context.owner, file.text),
+        library.Imported,
+        lambda file, context: library.import_all(context.storage, context.owner, file.text),
     ),
 }
 

@@ -18,11 +18,12 @@ from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
+from motorcade.mats.geometry import Obstacle
 from motorcade.missions.model import Mission
 from motorcade.service.messages import MatDocument, MissionChoice, sentences
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.programs import profile_named
-from motorcade.service.why import Facts, Obstacle, in_the_way, why
+from motorcade.service.why import Facts, in_the_way, why
 from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld, Why
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
@@ -57,9 +58,11 @@ class StudioWorld:
         steering: of those of its cars that somebody drives; None where nobody can.
 
     Attributes:
-        simulation: the world itself, for what only a server does with it.
+        simulation: the world itself.
+        pictures: what its cars show, as bytes.
         cars: how many there are.
         tick_ms: the length of a tick.
+        radius_m: of the body of each car.
         referee: watches the goals of the world's mission; None where it has none.
     """
 
@@ -67,41 +70,28 @@ class StudioWorld:
         self.referee = referee
         self.cars = world.cars
         self.tick_ms = world.tick_ms
+        self.radius_m = world.profile.body.diameter_mm / 2000
         self.simulation = world
         self._steering = steering
         self._followers_words = parse_image_bytes(world.images[0]).followers
-        self._pictures = Pictures(world)
+        self.pictures = Pictures(world)
 
     @property
     def now_ms(self) -> int:
         """Simulated time."""
         return self.simulation.now_ms
 
-    @property
-    def seed(self) -> int:
-        """The seed of this run."""
-        return self.simulation.seeds[0]
-
-    @property
-    def profile(self) -> Profile:
-        """The cars' profile."""
-        return self.simulation.profile
-
     def run(self, duration_ms: int) -> bytes:
         """Simulate ``duration_ms``, a multiple of ``tick_ms``; return the rows of what happened, by time."""
         if self._steering:
             self._steering.steer(self.simulation)
         self.simulation.run(duration_ms)
-        return self._pictures.take_events()
+        return self.pictures.take_events()
 
     def reset(self, seed: int) -> None:
         """Begin again; walls, obstacles, people, voices and physics stay as they are."""
         self.simulation.reset(seed)
-        self._pictures = Pictures(self.simulation)
-
-    def speak(self, word: str) -> None:
-        """Have every car hear ``stop`` or ``go``."""
-        self.simulation.say(word)
+        self.pictures = Pictures(self.simulation)
 
     def set_environment(self, mat: MatDocument, range_mm: int | None) -> None:
         """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
@@ -124,14 +114,6 @@ class StudioWorld:
             raise MotorcadeError(
                 "bad-world", reason=MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
             )
-
-    def moment(self, is_stored: bool) -> bytes:
-        """Return what the cars show now; flags have what happened since the last call with the same ``is_stored``."""
-        return self._pictures.moment(is_stored)
-
-    def look(self) -> bytes:
-        """Return what the cars show now, beside pictures and stored moments."""
-        return self._pictures.look()
 
     def details(self, car: int) -> CarDetails:
         """Return the details of a car."""
@@ -170,7 +152,7 @@ class StudioWorld:
 
     def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
         """What `why` needs to know of a car."""
-        senders, listeners = self._pictures.nearest(car)
+        senders, listeners = self.pictures.nearest(car)
         word, holds = self.simulation.memory_of(car, (WORD, HOLDS))
         sent, flips = self._sent_now(), self.simulation.mat.physics.bit_error_rate > 0
         return Facts(
@@ -179,7 +161,7 @@ class StudioWorld:
             followers_words=len(self._followers_words),
             leaders=self.leads(),
             t_ms=self.now_ms,
-            range_mm=self.profile.infrared.range_mm,
+            range_mm=self.simulation.profile.infrared.range_mm,
             senders=senders,
             listeners=listeners,
             lost=counted["lost"],
@@ -207,7 +189,9 @@ class StudioWorld:
         if not wheels & 3 or wheels >> 2:
             return None
         x_m, y_m, heading = (view_column(name, memory.read(getattr(shown, name))) for name in ("x_m", "y_m", "heading"))
-        return in_the_way(self.simulation.mat, car, x_m, y_m, heading[car], self.profile.body.diameter_mm / 2000)
+        return in_the_way(
+            self.simulation.mat, car, x_m, y_m, heading[car], self.simulation.profile.body.diameter_mm / 2000
+        )
 
     def _word_of(self, car: int) -> dict[str, Any]:
         """The word that a car executes or holds: by fields, its index, and since when."""
@@ -217,14 +201,14 @@ class StudioWorld:
         return {
             "leads": is_leader,
             **_shown_word(word if holds else None),
-            "index": self._pictures.index_of(car),
+            "index": self.pictures.index_of(car),
             "runs": bool(runs),
             "since_ms": elapsed_ms(self.now_ms, started_ms) if holds else None,
         }
 
     def _counted(self, car: int) -> dict[str, Any]:
         """The frames that a car sent, received and lost, and the last one that it received."""
-        counted = self._pictures.counted(car)
+        counted = self.pictures.counted(car)
         last = _received(counted.last_word, counted.last_sender, counted.last_ms)
         return {
             "frames": counted.frames,
@@ -232,14 +216,6 @@ class StudioWorld:
             "lost": counted.lost,
             "last_frame": last if counted.heard else None,
         }
-
-    def counts(self) -> dict[str, int]:
-        """Return what has happened since the beginning, by name."""
-        return self.simulation.totals()
-
-    def touching_ms(self) -> int:
-        """For how long cars have touched something since the beginning, summed over cars."""
-        return self.counts()["touching_ms"]
 
     def driven(self) -> list[int]:
         """Return the cars that don't run their own program because somebody drives or drove them."""
@@ -251,9 +227,8 @@ class StudioWorld:
 
     def hello(self, session: str, resumed: bool) -> Hello:
         """Return the cars, and what doesn't change from picture to picture."""
-        radius_m = self.profile.body.diameter_mm / 2000
-        range_m = self.profile.infrared.range_mm / 1000
-        return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, radius_m, range_m)
+        range_m = self.simulation.profile.infrared.range_mm / 1000
+        return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, self.radius_m, range_m)
 
 
 def _shown_word(word: int | None) -> dict[str, Any]:

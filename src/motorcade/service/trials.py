@@ -5,26 +5,27 @@ A shell calls `receive` for each message, and `advance` as long as `is_busy`; ea
 
 from collections import deque
 from collections.abc import Callable
+from typing import Annotated
+
+from msgspec import Meta
 
 from motorcade.missions.check import open_worlds_here, watched
 from motorcade.missions.model import Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.watch import MissionWatch
-from motorcade.service.difference import Comparison
-from motorcade.service.messages import sentences
+from motorcade.service.difference import (
+    Compare,
+    Compared,
+    Comparison,
+    Difference,
+    Show,
+    TrialAnswerBase,
+    TrialMessageBase,
+)
+from motorcade.service.messages import MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission
 from motorcade.service.studio_world import StudioWorld, check_mission_size
-from motorcade.service.trial_messages import (
-    Compare,
-    Explain,
-    Failure,
-    Luck,
-    Show,
-    TrialAnswer,
-    TrialMessage,
-    Try,
-)
-from motorcade.service.world_messages import SetWorld
+from motorcade.service.world_messages import Refused, Seed, SetWorld
 from motorcade.words.image import parse_image_bytes
 
 # With large worlds fewer runs are tried: about so many car-seconds in all, some ten seconds of work.
@@ -32,6 +33,48 @@ _MOST_CAR_SECONDS = 1_500_000
 _FEWEST_RUNS = 20
 # A page shows no more.
 _MOST_FAILED = 100
+
+
+class Try(TrialMessageBase):
+    """Run a mission on other seeds than its own, with this image; what was tried before ends."""
+
+    mission: MissionChoice
+    image: bytes
+    runs: Annotated[int, Meta(ge=1, le=200)] = 200
+
+
+class Explain(TrialMessageBase):
+    """Say what went wrong in a run that was tried."""
+
+    seed: Seed
+
+
+class Luck(TrialAnswerBase):
+    """In how many runs the goals of the first star were met.
+
+    Attributes:
+        works: in so many of those ``tried`` so far.
+        of: how many runs there will be.
+        failed: the seeds of the others.
+    """
+
+    works: int
+    tried: int
+    of: int
+    failed: list[int]
+
+
+class Failure(TrialAnswerBase):
+    """What went wrong in a run: at ``t_ms`` one can see it, and ``cars`` are the cars that ``why`` is about."""
+
+    seed: int
+    t_ms: int
+    why: Sentence
+    cars: list[int]
+
+
+TrialMessage = Try | Explain | Compare | Show
+TrialAnswer = Luck | Failure | Difference | Compared | Refused
 
 
 class _Try:
@@ -55,7 +98,7 @@ class _Try:
     def is_busy(self) -> bool:
         return bool(self.asked) or not self._odds.is_over
 
-    def advance(self) -> list[TrialAnswer]:
+    def advance(self) -> list[Luck | Failure]:
         if self.asked:
             return [self._explain(self.asked.popleft())]
         ended = self._odds.advance()

@@ -323,17 +323,22 @@ UploadAnswer = Progress | Outcome
 
 
 class CarsOrder(Struct, forbid_unknown_fields=True):
-    """Blink or load the cars at some ports and addresses, or stop all cars, or let all go."""
+    """Blink or load the cars at some ports and addresses, or stop all cars, or let all go.
+
+    ``program`` is the name of the project whose ``image`` is loaded.
+    """
 
     do: Literal["blink", "load", "stop", "go"]
     where: list[str] = []
     image: bytes | None = None
+    program: str = ""
 
 
 class CarRow(Struct):
     """What is known of a car, as `motorcade.fleet.contact.CarStatus` has it.
 
     Attributes:
+        program: the name of the project that it holds, where this server loaded it; else empty.
         sent: bytes of an upload that were sent so far; None where none is under way.
         holds: what the car holds since the last upload, empty where there was none; ``error``: why it isn't the new
             program.
@@ -352,6 +357,7 @@ class CarRow(Struct):
     battery_mv: int | None
     away: bool
     silent_s: int | None
+    program: str
     problem: Sentence | None
     sent: int | None
     holds: str

@@ -84,7 +84,7 @@ class WorldSession:
         self._told_goals: Goals | None = None
         self._advanced_s: float | None = None
         self._shown_ms: int | None = None
-        self._history = History(*past_bytes)
+        self._history = History(past_bytes)
 
     @property
     def has_world(self) -> bool:
@@ -160,7 +160,7 @@ class WorldSession:
                 self._breakpoints.conditions = message.conditions
                 self._breakpoints.arm(world)
             case world_messages.Speak():
-                world.speak(message.word)
+                world.simulation.say(message.word)
             case world_messages.SetEnvironment():
                 world.set_environment(message.mat, message.range_mm)
                 self.has_news = True
@@ -211,7 +211,7 @@ class WorldSession:
     def play(self, speed: float | None = None) -> None:
         """Go on from the present, ``speed`` simulated seconds in a real one; after a mission's end begin again."""
         if self._is_over:
-            self._reset(self.world.seed)
+            self._reset(self.world.simulation.seeds[0])
         self.speed = speed or self.speed
         self.seek(None)
         self.playing = True
@@ -244,7 +244,7 @@ class WorldSession:
         self._real_s = self._simulated_s = 0.0
         # The time of the stored moment that is shown; None for the present.
         self._shown_ms = None
-        self._history = History(*self._past_bytes)
+        self._history = History(self._past_bytes)
         # The events since the last picture.
         self._new: deque[bytes] = deque()
         self._new_bytes = 0
@@ -327,8 +327,8 @@ class WorldSession:
             self._new_bytes -= len(self._new.popleft())
 
     def _store_moment(self) -> None:
-        now_ms, counts = self.world.now_ms, self.world.counts()
-        moment = self.world.moment(is_stored=True)
+        now_ms, counts = self.world.now_ms, self.world.simulation.totals()
+        moment = self.world.pictures.moment(is_stored=True)
         self._history.add_moment(now_ms, moment, _lost(counts))
         if self.world.referee:
             self.world.referee.see(now_ms, moment, b"".join(self._unseen), counts["touching_ms"])
@@ -348,11 +348,11 @@ class WorldSession:
             events = history.events_between(t_ms - EVERY_MS, t_ms)
             lost = history.lost_before(t_ms) - history.lost_before(t_ms - LATELY_MS)
             return pack_picture(number, flags | PAST, t_ms, cars, lost, moment, events)
-        moment = self.world.moment(is_stored=False)
+        moment = self.world.pictures.moment(is_stored=False)
         events = b"".join(self._new)
         self._new.clear()
         self._new_bytes = 0
-        lost = _lost(self.world.counts()) - history.lost_before(self.world.now_ms - LATELY_MS)
+        lost = _lost(self.world.simulation.totals()) - history.lost_before(self.world.now_ms - LATELY_MS)
         return pack_picture(number, flags, self.world.now_ms, cars, lost, moment, events)
 
     def state(self) -> State:
@@ -363,8 +363,8 @@ class WorldSession:
             t_ms=self.world.now_ms,
             shown_ms=self._shown_ms,
             earliest_ms=self._history.earliest_ms,
-            seed=self.world.seed,
-            counts=self.world.counts(),
+            seed=self.world.simulation.seeds[0],
+            counts=self.world.simulation.totals(),
             rate=self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
             driven=self.world.driven(),
         )

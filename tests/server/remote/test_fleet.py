@@ -12,13 +12,12 @@ from starlette.testclient import TestClient
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.drive import client as drive_client
-from motorcade.drive.client import DriveClient
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import client_context, server_context
 from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.remote_cars import IDLE_S, RemoteCar, RemoteCars, is_name
+from motorcade.server.fleet import IDLE_S, RemoteCar, RemoteCars, is_name
+from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import sentences
 from motorcade.timing import monotonic_ms
@@ -27,7 +26,7 @@ from support.fault_proxy import FaultProxy
 from support.mock_clock import mock_clock, pass_time
 from support.picture_server import picture_server
 from support.remote_page import RemotePage
-from support.waiting import until, wait_until
+from support.waiting import wait_until
 
 HERE = "127.0.0.1:7700"
 FULL = (90, 1, 255)
@@ -295,7 +294,7 @@ def test_all_pages_share_one_connection_to_a_camera(nowhere):
 
 
 def test_a_failing_camera_is_an_error_in_both_languages(nowhere, monkeypatch):
-    monkeypatch.setattr("motorcade.server.remote.fleet.Camera", partial(Camera, patience_s=0.2))
+    monkeypatch.setattr("motorcade.server.fleet.Camera", partial(Camera, patience_s=0.2))
     url = f"http://127.0.0.1:{nowhere}/camera?token=secret"
     with served(RemoteCar("ada", "127.0.0.1", nowhere, camera=url), RemoteCar("bo", "127.0.0.1", nowhere)) as pages:
         answer = pages.client.get("/camera/snapshot.jpg?car=ada")
@@ -347,14 +346,3 @@ def test_a_page_without_a_place_stops_the_car(pages, ada):
 )
 def test_a_name_is_a_word_and_not_a_number(text, good):
     assert is_name(text) == good
-
-
-@mock_clock
-async def test_a_client_has_the_reason_why_there_is_no_car(nowhere):
-    client = DriveClient("127.0.0.1", nowhere)
-    client.begin()
-    assert client.problem is None
-    await until(lambda: client.problem)
-    client.steer(1, 0)
-    assert client.problem.code == "no-car-there"
-    await client.end()

@@ -10,8 +10,8 @@ from starlette.testclient import TestClient
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.session import CarControl
-from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.fleet import SingleCar
+from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from support.remote_page import RemotePage
 

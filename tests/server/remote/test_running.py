@@ -23,11 +23,11 @@ from websockets.uri import parse_uri
 from motorcade.cameras.broadcast import Camera
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import https_context
 from motorcade.drive.session import CarControl
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import https_context
-from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.fleet import SingleCar
+from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.running import CONTROLS_A_MINUTE, FRAGMENTS_A_MINUTE, serving
 from support.soak import SOAK

@@ -7,7 +7,7 @@ from starlette.testclient import TestClient
 
 from motorcade.fleet.places import place_of
 from motorcade.server.studio.app import CARS, Settings, make_app
-from motorcade.upload import ports
+from motorcade.upload import serial_port
 from support.rooms import FIRST, SECOND, SECOND_CRC32, simulated_cars
 
 HERE = "http://127.0.0.1:7700"
@@ -16,7 +16,7 @@ HERE = "http://127.0.0.1:7700"
 @pytest.fixture(autouse=True)
 def no_ports(monkeypatch):
     """This computer's own ports are left alone."""
-    monkeypatch.setattr(ports.list_ports, "comports", list)
+    monkeypatch.setattr(serial_port.list_ports, "comports", list)
 
 
 class Page:
@@ -54,9 +54,12 @@ def test_a_page_sees_loads_blinks_and_stops_cars(tmp_path):
         ):
             page = Page(socket)
             page.until(lambda found: found.get("car-1", {}).get("away") is False and found["gone"]["problem"])
-            socket.send_json({"do": "load", "where": [cars[1].address, "127.0.0.1:1"], "image": image})
+            socket.send_json(
+                {"do": "load", "where": [cars[1].address, "127.0.0.1:1"], "image": image, "program": "阿<b>\n"}
+            )
             page.until(lambda found: found["car-1"]["crc32"] == SECOND_CRC32 and found["gone"]["holds"])
             assert [page.found[name]["holds"] for name in ("car-1", "car-0", "gone")] == ["new", "", "away"]
+            assert [page.found[name]["program"] for name in ("car-1", "car-0")] == ["阿<b>", ""]
             assert set(page.found["gone"]["error"]) == {"en", "zh"}
             socket.send_json({"do": "stop"})
             page.until(lambda found: [found[name]["state"] for name in ("car-0", "car-1")] == ["stopped"] * 2)

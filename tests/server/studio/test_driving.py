@@ -9,7 +9,7 @@ from starlette.testclient import TestClient
 
 from motorcade.drive.wire import DriveError
 from motorcade.engine.state import DRIVEN
-from motorcade.server.remote.remote_cars import RemoteCar
+from motorcade.server.fleet import RemoteCar
 from motorcade.server.studio.app import Settings, make_app
 from support.driven_car import PATIENT, DrivenCar
 from support.pictures import Picture

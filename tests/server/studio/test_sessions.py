@@ -1,6 +1,8 @@
 """Pages' worlds at a server: sessions, threads and queues around `motorcade.service.world_session`."""
 
 import asyncio
+import csv
+import io
 import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -14,7 +16,7 @@ from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio import driving, sessions, workers
 from motorcade.server.studio.sessions import SessionLimits
-from motorcade.service.history import FIRST, PAST
+from motorcade.service.history import FIRST
 from motorcade.service.world_messages import State
 from motorcade.service.world_session import WorldSession
 from support.waiting import DEADLINE_S
@@ -49,19 +51,6 @@ def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
         assert not mine.until("state", lambda state: not state["playing"])["playing"]
 
 
-def test_steps_and_the_past(client) -> None:
-    with page(client) as mine:
-        mine.set()
-        mine.send("step", ticks=100)
-        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 500
-        mine.send("seek", t_ms=240)
-        assert mine.until("picture", lambda picture: picture.flags & PAST).t_ms == 200
-        mine.send("seek", t_ms=None)
-        assert mine.until("picture", lambda picture: not picture.flags & PAST).t_ms == 500
-        mine.send("reset", seed=7)
-        assert mine.until("state", lambda state: state["t_ms"] == 0)["seed"] == 7
-
-
 def test_cars_are_moved_the_environment_is_changed_and_a_car_is_watched(client) -> None:
     with page(client) as mine:
         mine.set(image=None)
@@ -80,28 +69,6 @@ def test_cars_are_moved_the_environment_is_changed_and_a_car_is_watched(client) 
         mine.send("say", word="stop")
         mine.send("step")
         assert mine.until("state", lambda state: state["t_ms"] == 5)
-
-
-def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client) -> None:
-    with page(client) as mine:
-        mine.set()
-        mine.send("play", speed=16)
-        got = []
-        while len(got) < 2:
-            what, values = mine.next()
-            got += [values] if what == "picture" else []
-        states = []
-        while len(states) < 3:
-            what, values = mine.next()
-            assert what == "state"
-            states.append(values["t_ms"])
-        mine.send("shown", frame=got[-1].number)
-        following = mine.until("picture")
-        assert following.number == got[-1].number + 1
-        assert following.t_ms >= states[-1] > got[-1].t_ms
-        told_ms = [event.t_ms for event in following.events]
-        assert min(told_ms) < got[-1].t_ms + 200
-        assert max(told_ms) > following.t_ms - 200
 
 
 def test_a_page_that_is_loaded_again_finds_its_world(client) -> None:
@@ -216,12 +183,6 @@ def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_st
     assert len(sent) < 100
     assert [each["t_ms"] for each in sent[:-1] if each["is"] == "state"] == [999]
     assert sent[-1] == 1008
-
-
-def test_a_message_before_the_first_world_is_refused(client) -> None:
-    with page(client) as mine:
-        mine.send("play")
-        assert mine.until("error")["code"] == "no-world"
 
 
 @pytest.mark.parametrize("key", ["", "x" * 32, KEY + "0", KEY.upper()])
@@ -374,3 +335,17 @@ def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch) -> N
             ended.set()
     assert {each.result().status_code for each in asked} == {200}
     assert not any(held_up)
+
+
+def test_the_events_of_a_run_are_a_table(client) -> None:
+    with page(client) as mine:
+        mine.set()
+        mine.send("step", ticks=100)
+        mine.until("state", lambda state: state["t_ms"])
+        answer = client.get(f"/api/world/{KEY}/timeline.csv")
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    assert answer.headers["content-type"].startswith("text/csv")
+    assert {row["event"] for row in rows} == {"state", "frame", "heard", "start"}
+    first = {"t_ms": "0", "car": "0", "event": "state", "why": "", "word": rows[0]["word"], "other": "0", "tag": "0"}
+    assert rows[0] == first
+    assert rows[0]["word"].startswith("0x6")

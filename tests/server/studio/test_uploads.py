@@ -19,7 +19,7 @@ from motorcade.server.studio.uploads import VirtualCar
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
-from motorcade.upload.ports import BARE, BOARD, PortInfo
+from motorcade.upload.serial_port import BARE, BOARD, PortInfo
 from motorcade.upload.transfer import holds_phrase
 from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES, check_words, ready_line

@@ -1,40 +1,48 @@
-"""The studio's server: its routes, and the events of a run as a file."""
+"""The studio's server: its routes, the events of a run as a file, and the trials of its pages in one thread."""
 
 import asyncio
+import os
 import ssl
-from collections.abc import Callable, Coroutine, Iterable, Iterator
+import threading
+from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, Literal, TypeVar
-from weakref import WeakKeyDictionary
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
+from starlette.websockets import WebSocket
 
+from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import Place
+from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
 from motorcade.server.http import PAGE, exception_handlers, page_routes
-from motorcade.server.remote.app import routes as remote_routes
-from motorcade.server.remote.fleet import CombinedFleet, Fleet
-from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
+from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.remote import routes as remote_routes
 from motorcade.server.request_filter import RequestFilter, ServerSettings
-from motorcade.server.studio import trials, uploads
 from motorcade.server.studio.cars import CarList
-from motorcade.server.studio.driving import PageWorld, SessionFleet
+from motorcade.server.studio.driving import build_world
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
+from motorcade.server.studio.uploads import Uploads
 from motorcade.server.studio.workers import Workers
-from motorcade.service.exchange import export_answer
 from motorcade.service.history import table_text
+from motorcade.service.library import export_answer
 from motorcade.service.messages import Capabilities
+from motorcade.service.trials import Luck, TrialMessage, TrialSession
 
 _EXPORT = "projects/export"
 # The list of cars: in a class for the teacher alone.
 CARS, TEACHERS_CARS = "/api/cars", "/api/teacher/cars"
 _T = TypeVar("_T")
+# The worlds that pages look at come first, where the system can do that for a thread.
+_POLITENESS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +53,7 @@ class Settings(ServerSettings):
         library: the folder that projects are stored in.
         page: the folder of the built page.
         sessions: the most worlds at once, and the most cars in one of them.
-        cars, keys, trust: real cars, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
+        cars, keys, trust: real cars, as `motorcade.server.fleet.RemoteCars` takes them.
         places: of cars that the list of cars shows besides those that are found.
     """
 
@@ -65,7 +73,7 @@ def make_app(settings: Settings) -> ASGIApp:
     cars = CarList(settings, settings.places, settings.keys)
     app = Starlette(
         routes=[
-            *routes(settings, visitors, worlds),
+            *routes(settings, visitors, worlds, real_cars(settings)),
             WebSocketRoute(CARS, cars.serve),
             *page_routes(settings.page),
         ],
@@ -74,32 +82,30 @@ def make_app(settings: Settings) -> ASGIApp:
     return RequestFilter(app, settings)
 
 
-def routes(
-    settings: Settings, visitors: Visitors, worlds: PageWorlds, real: Callable[[str], Fleet] | None = None
-) -> list[BaseRoute]:
+def routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars | None) -> list[BaseRoute]:
     """Return the routes of the studio without its pages.
 
     Args:
         settings: of the server.
         visitors: who may do what.
         worlds: the visitors' worlds.
-        real: the real cars that a visitor may drive; None for those of the settings.
+        real: the real cars; None where there are none.
     """
-    if real is None and settings.cars:
-        cars = RemoteCars(settings.cars, settings.keys, settings.trust)
-
-        def everybodys(visitor: str) -> Fleet:
-            return cars
-
-        real = everybodys
+    uploads = Uploads(settings, visitors.virtual_car)
     return [
-        *uploads.routes(settings, visitors.virtual_car),
+        WebSocketRoute("/api/upload", uploads.serve),
+        WebSocketRoute("/api/serial", uploads.serve_page_port),
         WebSocketRoute("/api/world", worlds.serve),
-        trials.route(settings, settings.sessions, visitors),
+        WebSocketRoute("/api/trials", Trials(settings, settings.sessions, visitors).serve),
         _timeline_route(visitors, worlds),
         _request_route(settings, visitors),
         *_remote_routes(settings, visitors, worlds, real),
     ]
+
+
+def real_cars(settings: Settings) -> RemoteCars | None:
+    """Return the real cars of the settings; None where there are none."""
+    return RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
 
 
 def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] = "") -> Capabilities:
@@ -139,22 +145,22 @@ def _request_route(settings: Settings, visitors: Visitors) -> Route:
 
 
 def _remote_routes(
-    settings: Settings, visitors: Visitors, worlds: PageWorlds, real: Callable[[str], Fleet] | None
+    settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars | None
 ) -> list[BaseRoute]:
     """Return the remote's routes: for the world of the session in the address, or the only world, and real cars."""
-    fleets: WeakKeyDictionary[PageWorld, SessionFleet] = WeakKeyDictionary()
 
     def fleet_of(connection: HTTPConnection) -> Fleet:
         key = connection.query_params.get("session", "")
         visitor = visitors.visitor(connection)
+        if real is None:
+            return worlds.named_or_only(key, visitor).fleet
+        simulated = None
         try:
-            session = worlds.named_or_only(key, visitor)
+            simulated = worlds.named_or_only(key, visitor).fleet
         except MotorcadeError:
-            if real is None or key:
+            if key:
                 raise
-            return real(visitor)
-        simulated = fleets.setdefault(session, SessionFleet(session))
-        return CombinedFleet(simulated, real(visitor)) if real else simulated
+        return CombinedFleet(simulated, real, partial(visitors.may_drive, visitor))
 
     return remote_routes(settings, fleet_of)
 
@@ -166,15 +172,10 @@ def _timeline_route(visitors: Visitors, worlds: PageWorlds) -> Route:
         session = worlds.session(request.path_params["session"], visitors.visitor(request))
         batches = await session.alone(lambda: session.events())
         headers = {"Content-Disposition": 'attachment; filename="timeline.csv"'}
-        return StreamingResponse(timeline(batches), media_type="text/csv; charset=utf-8", headers=headers)
+        texts = chain([table_text(b"", has_head=True)], map(table_text, batches))
+        return StreamingResponse(texts, media_type="text/csv; charset=utf-8", headers=headers)
 
     return Route("/api/world/{session}/timeline.csv", download)
-
-
-def timeline(batches: Iterable[bytes]) -> Iterator[str]:
-    """Yield rows of events as CSV: the header, then a text for each batch."""
-    yield table_text(b"", has_head=True)
-    yield from map(table_text, batches)
 
 
 async def unless_left(request: Request, job: Callable[[], Coroutine[Any, Any, _T]]) -> _T | None:
@@ -192,3 +193,62 @@ async def unless_left(request: Request, job: Callable[[], Coroutine[Any, Any, _T
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+class Trials:
+    """The trials of a server's pages."""
+
+    def __init__(self, settings: ServerSettings, limits: SessionLimits, visitors: Visitors) -> None:
+        self._settings, self._limits, self._visitors = settings, limits, visitors
+        self._thread = ThreadPoolExecutor(1, "trials", initializer=_be_polite)
+        self._pages = 0
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Serve a page's connection until it ends."""
+        await socket.accept()
+        try:
+            self._admit(socket)
+        except MotorcadeError as problem:
+            await refuse_page(socket, self._settings, problem)
+            return
+        self._pages += 1
+        try:
+            await self._serve(PageSocket(socket, self._settings, (Luck,)))
+        finally:
+            self._pages -= 1
+
+    def _admit(self, socket: WebSocket) -> None:
+        self._visitors.visitor(socket)
+        if self._pages >= self._limits.most:
+            raise MotorcadeError("too-many-sessions", most=self._limits.most)
+
+    async def _serve(self, page: PageSocket) -> None:
+        most_cars = self._limits.most_cars
+        make_world = partial(build_world, driven=DrivenCars(), most_cars=most_cars)
+        session = TrialSession(make_world, most_cars)
+        asked, lock, loop = asyncio.Event(), asyncio.Lock(), asyncio.get_running_loop()
+
+        async def handle(message: TrialMessage) -> None:
+            async with lock:
+                answers = await loop.run_in_executor(self._thread, session.receive, message)
+            for answer in answers:
+                page.put(answer)
+            asked.set()
+
+        async def work() -> None:
+            while True:
+                await asked.wait()
+                async with lock:
+                    answers = await loop.run_in_executor(self._thread, session.advance)
+                for answer in answers:
+                    page.put(answer)
+                if not session.is_busy:
+                    asked.clear()
+
+        await page.serve(TrialMessage, handle, [work])
+
+
+def _be_polite() -> None:
+    """Give this thread less of the processors than others; on Linux a thread has a priority of its own."""
+    if hasattr(os, "setpriority") and os.uname().sysname == "Linux":
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _POLITENESS)

@@ -2,6 +2,7 @@
 
 import asyncio
 import ssl
+from binascii import crc32
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 
@@ -11,7 +12,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.contact import CarStatus, Contact, Verdict
 from motorcade.fleet.finding import Finder
-from motorcade.fleet.places import Place
+from motorcade.fleet.places import Place, safe_name
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Sentence
@@ -20,6 +21,7 @@ from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.request import BLINK, GO, STOP
 
 _EVERY_S = 0.25
+_MOST_PROGRAMS = 256
 
 
 class CarList:
@@ -51,6 +53,10 @@ class CarList:
         self._sent: dict[str, int] = {}
         self._verdicts: dict[str, Verdict] = {}
         self._loads: set[asyncio.Task[None]] = set()
+        # The last order.
+        self._ordered = ""
+        # Names of the programs that were loaded, the newest last, by the CRC-32 of their images.
+        self._programs: dict[str, str] = {}
 
     async def serve(self, socket: WebSocket) -> None:
         """Show the cars to a page, and do what it orders, until it leaves."""
@@ -75,9 +81,14 @@ class CarList:
         async with self._looking():
             await page.serve(CarsOrder, obey, [show])
 
+    def order(self, kind: str) -> None:
+        """STOP all cars, or let them GO; those that are found later get the order, too."""
+        self._ordered = kind
+        self._cars.order(kind)
+
     async def _obey(self, order: CarsOrder) -> None:
         if order.do in ("stop", "go"):
-            self._cars.order(STOP if order.do == "stop" else GO)
+            self.order(STOP if order.do == "stop" else GO)
         elif order.do == "blink":
             await self._cars.ask(order.where, BLINK)
         elif order.image is not None:
@@ -86,6 +97,11 @@ class CarList:
             except ImageError as problem:
                 raise MotorcadeError("not-a-program", place="", reason=problem) from None
             self._cars.named(order.where)
+            checksum = f"{crc32(order.image):08x}"
+            self._programs.pop(checksum, None)
+            self._programs[checksum] = safe_name(order.program)
+            if len(self._programs) > _MOST_PROGRAMS:
+                del self._programs[next(iter(self._programs))]
             task = asyncio.create_task(self._load(order.image, order.where))
             self._loads.add(task)
             task.add_done_callback(self._loads.discard)
@@ -111,6 +127,8 @@ class CarList:
         async with self._lock:
             if self._pages == 0:
                 self._cars = Cars(self._places, self._keys)
+                if self._ordered == STOP:
+                    self._cars.order(STOP)
                 self._finder = Finder(self._cars)
                 await self._resources.enter_async_context(self._cars)
                 await self._resources.enter_async_context(self._finder.looking())
@@ -144,6 +162,7 @@ class CarList:
             **fields,
             # The seconds of a car that answers would make each picture of the list a new one.
             silent_s=round(silent_s) if status.away and silent_s is not None else None,
+            program=self._programs.get(status.crc32 or "", ""),
             problem=_sentence(problem),
             sent=self._sent.get(status.where),
             holds=verdict.holds if verdict else "",

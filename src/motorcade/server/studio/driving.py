@@ -18,9 +18,9 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.runs.recording import Description
+from motorcade.server.fleet import MOST_CARS, Fleet, PageControl, address_of
 from motorcade.server.page_socket import PageSocket
-from motorcade.server.remote.fleet import MOST_CARS, Fleet, PageControl, address_of
-from motorcade.server.remote.messages import ListedCar
+from motorcade.server.remote_messages import ListedCar
 from motorcade.service.history import EVERY_MS, PAST_BYTES
 from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld, open_world
@@ -140,6 +140,7 @@ class PageWorld(WorldSession):
         lock: for the task that uses the session, which is not safe for threads.
         changed: set when there may be something to show.
         control: the cars that somebody drives, or drove.
+        fleet: its cars, for pages of the remote.
         mat: the document of its mat, as it is now; None before there is a world.
         sent: the last answer of each type that its page was sent, pictures as bytes; for others who watch.
         took_s: how long making the last picture took.
@@ -155,6 +156,7 @@ class PageWorld(WorldSession):
         past_bytes: tuple[int, int] = PAST_BYTES,
     ) -> None:
         self.control = ManualControl()
+        self.fleet = SessionFleet(self)
         super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars), past_bytes)
         self._workers = workers
         self.visitor = visitor
@@ -215,7 +217,7 @@ class SessionFleet(Fleet):
 
     async def connect(self, car: str, page: str) -> PageControl:
         number = await self._number(car)
-        profile = await self._session.work(lambda world: world.profile)
+        profile = await self._session.work(lambda world: world.simulation.profile)
         return self._session.control.connect(number, profile, page)
 
     def is_paused(self, car: str) -> bool:

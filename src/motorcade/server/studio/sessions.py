@@ -109,6 +109,10 @@ class Visitors:
         """Whether a visitor may use a world that another one began: a computer's address may change."""
         return True
 
+    def may_drive(self, visitor: str, car: str) -> bool:
+        """Whether a visitor may drive a real car now."""
+        return True
+
     def check_message(self, visitor: str, message: WorldMessage) -> None:
         """Raise MotorcadeError where the visitor's world may not do that at present."""
 

@@ -12,7 +12,6 @@ from typing import Literal
 
 import msgspec
 from anyio import CapacityLimiter, from_thread, to_thread
-from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.boards.computer import ImageStore, StoreError, simulated_car
@@ -24,8 +23,7 @@ from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
 from motorcade.service.upload_session import UploadSession, check_order, failed, retry_notice, uploaded
 from motorcade.service.world_messages import ImageRead, Outcome, Progress, UploadAnswer, UploadOrder
-from motorcade.upload.ports import BARE, PortInfo, ports
-from motorcade.upload.serial_port import readback, upload
+from motorcade.upload.serial_port import BARE, PortInfo, ports, readback, upload
 
 VIRTUAL: Literal["virtual"] = "virtual"
 _MOST_AT_ONCE = 4
@@ -193,9 +191,3 @@ async def _sender(socket: WebSocket) -> AsyncIterator[Report]:
 
 async def _send(socket: WebSocket, answer: UploadAnswer) -> None:
     await socket.send_text(msgspec.json.encode(answer).decode())
-
-
-def routes(settings: ServerSettings, admit: Admit) -> list[BaseRoute]:
-    """The WebSockets of uploads."""
-    uploads = Uploads(settings, admit)
-    return [WebSocketRoute("/api/upload", uploads.serve), WebSocketRoute("/api/serial", uploads.serve_page_port)]

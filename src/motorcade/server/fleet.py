@@ -1,29 +1,167 @@
-"""The real cars that a server offers to pages, and a page's connection to one of them.
+"""The cars that a server offers to pages, and what a page needs of its connection to one of them.
 
-A page can't make the server connect to any address: it chooses from the cars in the server's settings.
+The connection to a car of this process is a `motorcade.drive.session.ControlSession`, that to a car behind a network a
+`RemoteControl`. A page can't make the server connect to any address: it chooses from the cars in the server's settings.
 """
 
 import asyncio
 import re
 import ssl
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.web import WebCamera
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.places import MOST_SESSIONS
+from motorcade.drive.session import CarControl
 from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.fleet import Action, Fleet, PageControl, has_user
-from motorcade.server.remote.messages import ListedCar
+from motorcade.server.remote_messages import ListedCar
 from motorcade.service.messages import sentences
 
+# The most cars that a page may be connected to at once, and the most open cameras of a world.
+MOST_CARS = 16
+# No user's name has this character, so nobody can pose as somebody at another address.
+_BEFORE_ADDRESS = " · "
+# Operations of a session of `motorcade.drive`, by their names there.
+Action = Literal["request", "release", "stop", "clear", "resume_program"]
 _AGAIN_S = 0.1
 # A page that has not used a real car for so long gives its place to another page.
 IDLE_S = 5.0
 _NAME = re.compile(r"\w[\w-]{0,39}")
+
+
+def named_page(user: str, address: str) -> str:
+    """The name of a page, which others are shown: its user's name, if there is one, and where it comes from."""
+    return f"{user}{_BEFORE_ADDRESS}{address}" if user else address
+
+
+def address_of(page: str) -> str:
+    """The address, without its port, in a page's name: one client, whatever its users call themselves."""
+    return page.rpartition(_BEFORE_ADDRESS)[2].rpartition(":")[0]
+
+
+class PageControl(Protocol):
+    """One page's connection to one car."""
+
+    def steer(self, throttle: float, steering: float, **switches: int) -> None:
+        """Set the stick's position, both axes -1 to 1, and switches, 0 or 1 by name.
+
+        A car that can't be reached stands still. Raises MotorcadeError: others have all places at the car, or there is
+        no such switch.
+        """
+
+    async def act(self, action: Action) -> None:
+        """Request an action of the car; this may take a while. Raises MotorcadeError where the car refuses."""
+
+    def telemetry(self) -> dict[str, Any]:
+        """The fields of `motorcade.server.remote_messages.CarTelemetry` that are known of the car and this page."""
+
+    def leave(self) -> None:
+        """End the connection; the car stands still if this page drove it."""
+
+
+class Fleet(Protocol):
+    """The cars that a page may drive. Every method may raise MotorcadeError."""
+
+    async def listed(self) -> list[ListedCar]:
+        """All cars, in the order of the page's list."""
+
+    async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page of that name, such as ``192.168.1.7:53124``, to a car."""
+
+    async def stop(self, car: str, page: str) -> None:
+        """Emergency stop, by a page that is not connected to the car."""
+        control = await self.connect(car, page)
+        try:
+            await control.act("stop")
+        finally:
+            control.leave()
+
+    async def camera(self, car: str) -> Camera | None:
+        """A car's camera; None where it has none."""
+
+    def is_paused(self, car: str) -> bool:
+        """Whether a car's world is paused; real time never is."""
+        return False
+
+    def may_drive(self, car: str) -> bool:
+        """Whether the page may drive a car now; it may stop any of them."""
+        return True
+
+    async def start(self) -> None:
+        """Run the cars' world where it is paused."""
+        return
+
+
+class SingleCar(Fleet):
+    """The fleet of a car that serves its own page; the caller calls the car's ``beat``."""
+
+    _NAME = "1"
+
+    def __init__(self, car: CarControl, camera: Camera | None = None) -> None:
+        self._car = car
+        self._camera = camera
+
+    async def listed(self) -> list[ListedCar]:
+        return [ListedCar(self._NAME, None, self._camera is not None)]
+
+    async def connect(self, car: str, page: str) -> PageControl:
+        self._check(car)
+        return self._car.session(page, address_of(page))
+
+    async def camera(self, car: str) -> Camera | None:
+        """The car's camera, also where no car is named. Raises MotorcadeError for any other car."""
+        if car:
+            self._check(car)
+        return self._camera
+
+    def _check(self, car: str) -> None:
+        if car != self._NAME:
+            raise MotorcadeError("car-not-listed", car=car)
+
+
+class CombinedFleet(Fleet):
+    """The cars of a visitor: those of a world, whose names are numbers, then real cars, whose names are none.
+
+    Args:
+        simulated: the cars of the visitor's world; None where there is no world.
+        real: the real cars.
+        may_drive: whether the visitor may drive a real car now.
+    """
+
+    def __init__(self, simulated: Fleet | None, real: Fleet, may_drive: Callable[[str], bool]) -> None:
+        self._simulated = simulated
+        self._real = real
+        self._may_drive = may_drive
+
+    async def listed(self) -> list[ListedCar]:
+        simulated = await self._simulated.listed() if self._simulated else []
+        return simulated + await self._real.listed()
+
+    async def connect(self, car: str, page: str) -> PageControl:
+        return await self._of(car).connect(car, page)
+
+    async def stop(self, car: str, page: str) -> None:
+        await self._of(car).stop(car, page)
+
+    async def camera(self, car: str) -> Camera | None:
+        return await self._of(car).camera(car)
+
+    def is_paused(self, car: str) -> bool:
+        return self._of(car).is_paused(car)
+
+    def may_drive(self, car: str) -> bool:
+        return self._of(car) is self._simulated or self._may_drive(car)
+
+    async def start(self) -> None:
+        if self._simulated:
+            await self._simulated.start()
+
+    def _of(self, car: str) -> Fleet:
+        return self._simulated if self._simulated and car.isdecimal() else self._real
 
 
 class RemoteCar(NamedTuple):
@@ -178,7 +316,7 @@ class RemoteCars(Fleet):
 
     Args:
         cars: no two of one name.
-        keys: the TLS context of a driver's keys (`motorcade.drive.tls.keys.client_context`), where the cars need keys.
+        keys: the TLS context of a driver's keys (`motorcade.drive.keys.client_context`), where the cars need keys.
         trust: the certificates that HTTPS cameras may have; None for those that this computer trusts.
     """
 
@@ -210,7 +348,7 @@ class RemoteCars(Fleet):
             lambda: self._begin(found),
             lambda client: self._end(car, client),
             lambda: controls.remove(control),
-            lambda: {each.name_at_car: each.page for each in controls if has_user(each.page)},
+            lambda: {each.name_at_car: each.page for each in controls if _BEFORE_ADDRESS in each.page},
         )
         controls.append(control)
         return control

@@ -1,18 +1,26 @@
-"""One page of the remote: its messages, and its connections to cars."""
+"""The remote, in the studio and alone on a car: its addresses, and each of its pages with its connections to cars."""
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Coroutine
+from contextlib import aclosing, suppress
 from typing import Any
 
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import RedirectResponse, Response, StreamingResponse
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
+from motorcade.cameras.broadcast import RATE_HZ, Camera
 from motorcade.drive.stamps import Freshness
 from motorcade.errors import MotorcadeError
-from motorcade.server.page_socket import PageSocket
-from motorcade.server.remote import messages
-from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
-from motorcade.server.remote.messages import RemoteMessage
-from motorcade.server.request_filter import ServerSettings
+from motorcade.server import remote_messages as messages
+from motorcade.server.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
+from motorcade.server.http import exception_handlers, page_routes
+from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.remote_messages import RemoteMessage
+from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.service.library import checked_user_name
 from motorcade.timing import to_ticks
 
@@ -26,6 +34,8 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Clear: "clear",
     messages.Resume: "resume_program",
 }
+_BOUNDARY = "motorcade-picture"
+_MOST_HZ = 30.0
 
 
 class PageSession:
@@ -46,6 +56,8 @@ class PageSession:
         self._moved = asyncio.Event()
         self._refused: set[str] = set()
         self._driven: set[str] = set()
+        # Cars that this page has steered, as long as it may.
+        self._steered: set[str] = set()
 
     async def serve(self) -> None:
         """Serve until the page leaves; then stop the cars that it drove."""
@@ -128,7 +140,10 @@ class PageSession:
         return self._controls[name]
 
     async def _act(self, car: str, action: Action) -> None:
-        await self._control(car).act(action)
+        control = self._control(car)
+        if action != "stop":
+            self._check_may_drive(car)
+        await control.act(action)
         if action in _RECORDED:
             self._record(_RECORDED[action], car)
 
@@ -169,6 +184,8 @@ class PageSession:
     def _steer_car(self, name: str, stick: messages.Drive) -> None:
         """Steer a car; where it refuses, send the page the error once, not for each position."""
         try:
+            self._check_may_drive(name)
+            self._steered.add(name)
             self._controls[name].steer(stick.throttle, stick.steering, **stick.switches)
             self._refused.discard(name)
         except MotorcadeError as problem:
@@ -176,9 +193,23 @@ class PageSession:
                 self._page.refuse(problem)
             self._refused.add(name)
 
+    def _check_may_drive(self, name: str) -> None:
+        if not self._fleet.may_drive(name):
+            raise MotorcadeError("not-your-turn", car=name)
+
+    async def _give_back(self, control: PageControl) -> None:
+        """Stop driving a car that somebody else has got; one that can't be reached stands still anyway."""
+        control.steer(0.0, 0.0)
+        with suppress(MotorcadeError):
+            await control.act("release")
+
     async def _send_telemetry(self) -> None:
-        """Send the telemetry of the page's cars, ten times a second."""
+        """Send the telemetry of the page's cars, ten times a second; give back those that it may drive no more."""
         while True:
+            for name in [each for each in self._steered if not self._fleet.may_drive(each)]:
+                self._steered.discard(name)
+                if name in self._controls:
+                    self._request(self._give_back(self._controls[name]))
             shown = {
                 name: messages.CarTelemetry(**control.telemetry(), paused=self._fleet.is_paused(name))
                 for name, control in self._controls.items()
@@ -187,3 +218,93 @@ class PageSession:
                 self._record_driving(name, bool(telemetry.you["drives"]))
             self._page.put(messages.Telemetry(shown, self._freshness.clock_to_answer(self._now())))
             await asyncio.sleep(_TELEMETRY_EVERY_S)
+
+
+def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]) -> list[BaseRoute]:
+    """Return the routes of the WebSocket and the cameras; ``fleet_of`` gives the cars that a request may use."""
+
+    async def drive(socket: WebSocket) -> None:
+        await socket.accept()
+        try:
+            fleet = fleet_of(socket)
+        except MotorcadeError as problem:
+            # A browser gives its page no reason where a connection is refused before it is accepted.
+            await refuse_page(socket, settings, problem)
+        else:
+            await PageSession(socket, fleet, settings).serve()
+
+    async def camera(request: Request) -> Response:
+        return await stream(request, await fleet_of(request).camera(request.query_params.get("car", "")))
+
+    async def snapshot(request: Request) -> Response:
+        return await snapshot_response(await fleet_of(request).camera(request.query_params.get("car", "")))
+
+    return [
+        WebSocketRoute("/drive/ws", drive),
+        Route("/camera", camera),
+        Route("/camera/snapshot.jpg", snapshot),
+    ]
+
+
+def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
+    """Return the whole server of a remote for these cars."""
+
+    async def to_the_page(request: Request) -> Response:
+        return RedirectResponse("/drive")
+
+    app = Starlette(
+        routes=[*routes(settings, lambda connection: fleet), Route("/", to_the_page), *page_routes()],
+        exception_handlers=exception_handlers(),
+    )
+    return RequestFilter(app, settings)
+
+
+async def snapshot_response(camera: Camera | None) -> Response:
+    """Return an answer with one new picture. Raises MotorcadeError where there is no camera, or it fails."""
+    return Response(await _checked(camera).snapshot(), media_type="image/jpeg")
+
+
+async def stream(request: Request, camera: Camera | None) -> Response:
+    """Return an answer with pictures one after the other (MJPEG), at most the query's ``rate`` a second.
+
+    Raises:
+        MotorcadeError: there is no camera, it fails, or the rate isn't allowed.
+    """
+    pictures = _checked(camera).pictures(_rate(request.query_params.get("rate", "")))
+    # Waits for the first picture, so that a camera that fails gives an error instead of a broken picture.
+    first = await anext(pictures)
+    return StreamingResponse(_parts(first, pictures), media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
+
+
+async def _parts(first: bytes, pictures: AsyncGenerator[bytes, None]) -> AsyncIterator[bytes]:
+    async with aclosing(pictures):
+        yield _part(first)
+        try:
+            async for picture in pictures:
+                yield _part(picture)
+        except MotorcadeError:
+            # The headers are sent, so the answer can't become an error.
+            return
+
+
+def _part(picture: bytes) -> bytes:
+    head = f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(picture)}\r\n\r\n"
+    return head.encode() + picture + b"\r\n"
+
+
+def _checked(camera: Camera | None) -> Camera:
+    if camera is None:
+        raise MotorcadeError("no-camera-here")
+    return camera
+
+
+def _rate(text: str) -> float:
+    try:
+        rate_hz = float(text or RATE_HZ)
+    except ValueError:
+        rate_hz = 0.0
+    if not 0.1 <= rate_hz <= _MOST_HZ:
+        raise MotorcadeError(
+            "bad-request", reason=f"rate is {text[:20]!r}; allowed: 0.1 to {_MOST_HZ:g} pictures a second"
+        )
+    return rate_hz
