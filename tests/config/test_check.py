@@ -184,6 +184,7 @@ NO_CHARACTER = "is no character of TOML; type it with an English keyboard"
         ("[" * 100_000, "JSON", "it is not JSON: its brackets are nested too deeply"),
         ("[" * 200 + "]" * 200, "JSON", "it is not JSON: its brackets are nested too deeply"),
         ('{"a": "\\ud800"}', "JSON", "it is not JSON: it is not UTF-8 text"),
+        (r'{"\ud800": 1, "\ud800": 2}', "JSON", "it is not JSON: it is not UTF-8 text"),
         ('{"a": 1, "b": {"c": 1, "c": 2}}', "JSON", "it: the key 'c' is twice in one pair of braces; keep one of them"),
     ],
 )

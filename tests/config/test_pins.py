@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from motorcade.boards.linux.opening import motor_pins
+from motorcade.boards.linux.raspberry_pi import motor_pins
 from motorcade.boards.wiring import wiring_rows, wiring_svg
 from motorcade.config.pins import load_pins, parse_pins
 from motorcade.errors import MotorcadeError

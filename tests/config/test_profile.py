@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from motorcade import Program, compile_program, led, load_profile, wait
+from motorcade import Program, compile_program, load_profile, wait
 from motorcade.config.profile import built_in_profile, built_in_profiles, parse_profile
 from motorcade.errors import MotorcadeError
 
@@ -95,16 +95,6 @@ def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
     for name in ("porsche", "", "../classroom", "..\\classroom", "classroom.toml/"):
         with pytest.raises(MotorcadeError, match="classroom"):
             built_in_profile(name)
-
-
-def test_a_project_may_name_a_profile_beside_it(tmp_path: Path) -> None:
-    mine = TEXT.replace("[0, 1000, 2000, 3000]", "[0, 500, 1000, 1500]")
-    mine = mine.replace("dwell_ms = [1000,", "dwell_ms = [500,").replace("forget_ms = 10000", "forget_ms = 7500")
-    (tmp_path / "mine.toml").write_text(mine, encoding="utf-8")
-    profile = load_profile("mine.toml", tmp_path)
-    assert profile.durations_ms == (0, 500, 1000, 1500)
-    compiled = compile_program(Program([wait(0.5)], [led(0, 0.5)], profile="mine.toml"), profile)
-    assert (compiled.leader_states, compiled.follower_words, compiled.dwell_ms) == (1, 1, 500)
 
 
 def test_a_built_in_profile_is_found_from_any_folder(tmp_path: Path) -> None:

@@ -13,15 +13,13 @@ import pytest
 from motorcade import Program, compile_program, forward, led
 from motorcade.boards.lines import PseudoTerminal
 from motorcade.car.loop import Car
-from motorcade.drive.tls.certificates import CarKeys, list_keys, make_keys
-from motorcade.drive.tls.keys import client_context, name_in, peer_number, server_context
+from motorcade.drive.certificates import CarKeys, list_keys, make_keys
+from motorcade.drive.keys import client_context, peer_number, server_context
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.announcing import SERVICE, announced
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.contact import Contact
-from motorcade.fleet.finding import Finder
-from motorcade.fleet.places import CAR, CLASS, STUDIO, Place, place_of, read_list
-from motorcade.words.request import BLINK, GO, NAME, STOP, check_request
+from motorcade.fleet.places import Place, place_of
+from motorcade.words.request import ASK, BLINK, GO, NAME, STOP, car_request, check_request
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
 from support.waiting import until
 
@@ -195,6 +193,24 @@ def test_what_answers_otherwise_is_no_car_or_an_old_one(answer, code):
     run(test())
 
 
+def test_a_car_of_a_list_by_its_hosts_name_is_no_second_car_where_it_is_found_too():
+    """Whichever comes first; the one that somebody wrote stays."""
+
+    async def test():
+        port = made[0].address.rpartition(":")[2]
+        found = place_of(made[0].address)._replace(found=True)
+        async with Cars() as cars:
+            cars.add(found)
+            await cars.known(30)
+            cars.add(place_of(f"localhost:{port}", "ada"))
+            await until(lambda: list(cars.contacts) == [f"localhost:{port}"])
+            cars.add(found)
+            assert [each.where for each in cars.statuses()] == [f"localhost:{port}"]
+
+    with simulated_cars(1) as made:
+        run(test())
+
+
 def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
     async def test():
         async with Cars(places(made)) as cars:
@@ -277,6 +293,37 @@ def test_a_serial_device_that_is_no_car_is_left_alone_and_one_that_vanishes_is_a
     run(test())
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_prompt_that_shows_what_it_is_sent_has_an_empty_line_afterwards():
+    """As MicroPython's: it takes what can be printed, and never the end of a line."""
+
+    async def test():
+        line, typed = PseudoTerminal(), bytearray()
+        contact = Contact(Place(line.address, found=True), None, 115200)
+        task = asyncio.create_task(contact.run())
+
+        def edit():
+            for byte in line.read():
+                assert byte >= 32
+                if byte == 127:
+                    del typed[-1:]
+                    line.write(b"\b \b")
+                elif byte < 127:
+                    typed.append(byte)
+                    seen.append(byte)
+                    line.write(bytes([byte]))
+            return task.done() and not typed
+
+        seen = bytearray()
+        await until(edit)
+        assert contact.status().problem.code == "no-car-at-port"
+        # It was asked once.
+        assert len(seen) == len(car_request(ASK, 0)) - 4
+        line.close()
+
+    run(test())
+
+
 def test_keys_are_required_and_revoked_ones_refused(tmp_path):
     make_keys(tmp_path, [CarKeys("ada")], ["eve", "bea"], datetime.now(UTC))
     revoked = set()
@@ -301,96 +348,3 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
         assert asyncio.run(reached(bea)) == "car-away"
         eve = client_context(tmp_path / "driver-eve.pem")
         assert asyncio.run(reached(eve)) == "car-0"
-
-
-@pytest.mark.parametrize(("named", "problem"), [("", None), ("bo", "car-keys-refused")])
-def test_an_announced_car_has_to_prove_the_name_that_it_announces(named, problem, tmp_path):
-    """That of its keys, since a router gives it another address each day."""
-    make_keys(tmp_path, [CarKeys("ada")], ["bea"], datetime.now(UTC))
-    keys = tmp_path / "car-ada.pem"
-
-    async def test():
-        async with Cars(tls=client_context(tmp_path / "driver-bea.pem")) as cars, Finder(cars).looking(["127.0.0.1"]):
-            (status,) = await until(lambda: [each for each in cars.statuses() if each.problem or not each.away])
-            return status.problem and status.problem.code
-
-    with simulated_cars(1, tls=server_context(keys)) as made:
-        listener = ("127.0.0.1", int(made[0].address.rpartition(":")[2]))
-        with announced(CAR, "", listener, on_loopback=True, keys=named or name_in(keys)):
-            assert asyncio.run(test()) == problem
-
-
-def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
-    """Real multicast DNS at the loopback interface."""
-    from zeroconf import ServiceInfo, Zeroconf
-
-    async def test():
-        async with Cars() as cars, (finder := Finder(cars)).looking(["127.0.0.1"]):
-            await until(lambda: [each for each in cars.statuses() if not each.away])
-            await until(lambda: finder.others)
-            network = Zeroconf(interfaces=["127.0.0.1"])
-            try:
-
-                def announce(number, text, host):
-                    name = f"it {number}.{SERVICE}"
-                    info = ServiceInfo(
-                        SERVICE, name, 1 + number, 0, 0, text, f"h{host[-1]}.local.", parsed_addresses=[host]
-                    )
-                    network.registry.async_add(info)
-                    network.async_send(network.generate_service_broadcast(info, 60))
-
-                for number in range(1000):
-                    announce(number, {"kind": CAR, "name": "<b>../../" + "x" * 90}, "192.168.255.1")
-                announce(1000, {"kind": CLASS, "name": "last"}, "192.168.255.2")
-                await until(lambda: "last" in [each.name for each in finder.others.values()])
-                # 64 of the hostile host, and ada.
-                assert len(cars.statuses()) == 65
-            finally:
-                network.close()
-            return cars.statuses(), [each.name for each in finder.others.values()]
-
-    with simulated_cars(1, name="ada") as made:
-        port = int(made[0].address.rpartition(":")[2])
-        listeners = [(CAR, "ada", ("127.0.0.1", port)), (STUDIO, "<i>", ("127.0.0.1", 9))]
-        problems = []
-        with (
-            announced(*listeners[0], problems.append, on_loopback=True),
-            announced(*listeners[1], problems.append, on_loopback=True),
-        ):
-            found, others = asyncio.run(test())
-    assert problems == []
-    assert [each.name for each in found if not each.away] == ["ada"]
-    assert others == ["<i>", "last"]
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ("ada = 7001", "ada has to be text"),
-        ('ada = "192.168.1.20:7001"\nbo = "192.168.1.20:7001"', "twice"),
-        ('ada = "socket://:0"', "HOST:PORT"),
-        ('ada = "drive://x:99999"', "HOST:PORT"),
-        ('ada = ""', "port"),
-        ("ada", "TOML"),
-    ],
-)
-def test_a_list_with_a_mistake_is_refused_in_a_sentence(tmp_path, text, sentence):
-    (tmp_path / "cars.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(MotorcadeError, match=sentence):
-        read_list(tmp_path / "cars.toml")
-
-
-def test_a_list_has_ports_addresses_and_drive_servers(tmp_path):
-    text = (
-        '"阿达" = "/dev/ttyUSB0"\nbo = "car.local:7001"\nd = "drive://10.0.0.7"\n"e\\u202e" = "COM3"\nf = "[fe80::1]:9"'
-    )
-    (tmp_path / "cars.toml").write_text(text, encoding="utf-8")
-    found = read_list(tmp_path / "cars.toml")
-    assert [(each.name, each.address, each.kind) for each in found] == [
-        ("阿达", "/dev/ttyUSB0", "car"),
-        ("bo", "car.local:7001", "car"),
-        ("d", "drive://10.0.0.7:5005", "drive"),
-        ("e", "COM3", "car"),
-        ("f", "[fe80::1]:9", "car"),
-    ]
-    assert (found[2].telemetry_port, found[4].host) == (5006, "fe80::1")

@@ -8,7 +8,7 @@ from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
 from motorcade.errors import MotorcadeError
-from motorcade.upload.ports import BARE, BOARD, OTHER, USB, SeveralPortsError, group_of, likely_port, ports
+from motorcade.upload.serial_port import BARE, BOARD, OTHER, USB, SeveralPortsError, group_of, likely_port, ports
 
 
 def described(device, vid=None, pid=None, description="n/a", hwid="n/a"):

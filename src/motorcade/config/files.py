@@ -59,6 +59,8 @@ def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None
     """
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        # Raises where it has half a surrogate pair, which no sentence about it could hold.
+        text.encode()
         document = _from_toml(text) if kind == "TOML" else _from_json(text, file)
         if deepest is None or not is_deeper(document, deepest):
             return document
@@ -104,7 +106,10 @@ def _from_json(text: str, file: str | Phrase) -> Any:
         document = dict(pairs)
         if len(document) < len(pairs):
             names = [name for name, _ in pairs]
-            raise MotorcadeError("duplicate-key", file=file, key=next(name for name in names if names.count(name) > 1))
+            double = next(name for name in names if names.count(name) > 1)
+            # It may be half a surrogate pair, which the sentence could not hold.
+            double.encode()
+            raise MotorcadeError("duplicate-key", file=file, key=double)
         return document
 
     def refuse_constant(name: str) -> None:
@@ -116,10 +121,12 @@ def _from_json(text: str, file: str | Phrase) -> Any:
         where = {"line": problem.lineno, "column": problem.colno}
         reason = next((key for beginning, key in _JSON_REASONS if problem.msg.startswith(beginning)), "json-mistake")
         raise _BadSyntaxError("json-syntax", **where, reason=Phrase(reason)) from None
+    except UnicodeError:
+        raise
     except ValueError:
         raise _BadSyntaxError("number-too-long") from None
     if "\\ud" in text.lower():
-        # Half a surrogate pair is legal in JSON, yet no file can hold it.
+        # JSON may spell out half a surrogate pair, yet no file can hold it.
         json.dumps(document, ensure_ascii=False).encode()
     return document
 

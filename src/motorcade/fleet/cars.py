@@ -4,6 +4,7 @@ import asyncio
 import ssl
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
+from functools import partial
 from time import monotonic
 from typing import Self
 
@@ -26,7 +27,7 @@ class Cars:
 
     Args:
         places: where cars are known to be; `add` takes more.
-        tls: a driver's keys, for cars that require them (`motorcade.drive.tls.keys.client_context`).
+        tls: a driver's keys, for cars that require them (`motorcade.drive.keys.client_context`).
         baud: of serial ports, bits a second.
     """
 
@@ -39,6 +40,8 @@ class Cars:
         # By port or address.
         self.contacts: dict[str, Contact] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
+        # The address that the host of a named place has.
+        self._reached: dict[str, str] = {}
 
     async def __aenter__(self) -> Self:
         for place in self._places:
@@ -55,8 +58,11 @@ class Cars:
     def add(self, place: Place) -> None:
         """Ask also at ``place``; at most `MOST_CARS` places are kept."""
         at = place.address
-        if at not in self.contacts and len(self.contacts) < MOST_CARS:
+        is_known = at in self.contacts or (place.found and at in self._reached.values())
+        if not is_known and len(self.contacts) < MOST_CARS:
             contact = (DriveContact if place.kind == DRIVE else Contact)(place, self._tls, self._baud)
+            if not place.found:
+                contact.reached = partial(self._reach, at)
             if self._ordered:
                 contact.order(self._ordered)
             self.contacts[at], task = contact, asyncio.create_task(contact.run())
@@ -69,6 +75,12 @@ class Cars:
         if address in self.contacts and self.contacts[address].place.found:
             del self.contacts[address]
             self._tasks.pop(address).cancel()
+
+    def _reach(self, named: str, address: str) -> None:
+        """Forget a car that was found at the address of one that somebody named, such as ``car.local:7001``."""
+        self._reached[named] = address
+        if address != named:
+            self.remove(address)
 
     def statuses(self) -> list[CarStatus]:
         """Return what is known of each car, by name."""

@@ -83,10 +83,12 @@ class Contact:
     Attributes:
         is_known: set once the car has answered, or a try to reach it has failed.
         wanted: STOP or GO until the car has confirmed it: it gets that first when it is back.
+        reached: called with the address that the place's host has, ``HOST:PORT``, whenever it is reached.
     """
 
     def __init__(self, place: Place, tls: ssl.SSLContext | None, baud: int) -> None:
         self.place = place
+        self.reached: Callable[[str], None] = lambda address: None
         self.is_known = asyncio.Event()
         self.wanted = ""
         self._tls = tls
@@ -145,6 +147,8 @@ class Contact:
         while True:
             try:
                 with closing(await connect(self.place, self._tls, self._baud)) as link:
+                    if link.address:
+                        self.reached(link.address)
                     await self._use(link)
             except MotorcadeError as problem:
                 self._problem = problem
@@ -172,7 +176,9 @@ class Contact:
                 transfer = await link.upload(image, partial(progress, self))
             finally:
                 self._loads -= 1
-            holds = transfer.holds
+            if transfer.holds != OLD or holds == AWAY:
+                # What a try before has left isn't old for certain.
+                holds = transfer.holds
             if transfer.outcome is None:
                 error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
                 self._answers.clear()
@@ -192,11 +198,11 @@ class Contact:
             await link.settle()
         self._link, missed = link, 0
         while not (link.is_strange or link.ended.done()) and missed < MISSES:
-            heard_s = self._heard_s
-            if not self._loads:
+            heard_s, is_asked = self._heard_s, not self._loads
+            if is_asked:
                 self._send(link, self.wanted or ASK)
             await asyncio.wait([link.ended], timeout=BEAT_S)
-            if self._loads:
+            if self._loads or not is_asked:
                 # Its answers to the upload tell as much.
                 self._heard_s = monotonic()
             missed = missed + 1 if self._heard_s == heard_s else 0

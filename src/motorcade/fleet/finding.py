@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
-from motorcade.fleet.announcing import SERVICE
 from motorcade.fleet.cars import Cars
-from motorcade.fleet.places import CAR, CLASS, DRIVE, STUDIO, Place, network_place, safe_name
-from motorcade.upload.ports import BOARD, ports
+from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, STUDIO, Place, network_place, safe_name
+from motorcade.upload.serial_port import BOARD, ports
 
 if TYPE_CHECKING:
     from zeroconf.asyncio import AsyncZeroconf
@@ -29,7 +28,7 @@ class Finder:
 
     Attributes:
         others: names and addresses of classes and studios in the network.
-        problem: why the network can't be looked through; None where it can.
+        problem: why the network can't be looked through, or not all that is announced is believed; None otherwise.
     """
 
     def __init__(self, cars: Cars) -> None:
@@ -104,7 +103,11 @@ class Finder:
         host = next((each for each in hosts if _is_near(each)), "")
         kind, name, telemetry = (properties.get(key) or "" for key in ("kind", "name", "telemetry"))
         known = [*(each.place for each in self._cars.contacts.values()), *self.others.values()]
-        if not host or sum(each.host == host for each in known) >= _MOST_OF_A_HOST:
+        others = [each for each in known if each.host == host]
+        if not host or port in [each.port for each in others]:
+            return
+        if len(others) >= _MOST_OF_A_HOST:
+            self.problem = MotorcadeError("announces-too-many", host=host, count=_MOST_OF_A_HOST)
             return
         telemetry_port = int(telemetry) if telemetry.isdecimal() and len(telemetry) < 6 else 0
         place = network_place(host, port, safe_name(name), kind, telemetry_port)

@@ -12,7 +12,7 @@ from time import monotonic
 import serial
 
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.places import Place
+from motorcade.fleet.places import Place, network_place
 from motorcade.timing import monotonic_ms
 from motorcade.upload.serial_port import open_port
 from motorcade.upload.transfer import Transfer, UploadTransfer
@@ -20,9 +20,14 @@ from motorcade.words.request import car_request, read_answer
 from motorcade.words.upload import printable
 
 CONNECT_S = 1.5
+# A microcontroller waits for a moment in which it may stand still, and then computes for a second.
+_HANDSHAKE_S = 6.0
 # A device that says so much, or so many lines, that are no answers is no car.
 _MOST_BYTES = 4096
 _MOST_LINES = 40
+# Where the text of a request begins, which a prompt shows, and what erases a character there.
+_TEXT_AT = 4
+_ERASE = b"\x7f"
 # A serial device that sends by itself for so long is no car. Boards say something when they start.
 _SILENCE_S, _LONGEST_NOISE_S = 0.4, 3.0
 
@@ -49,7 +54,7 @@ class Link(asyncio.Protocol):
         self._number = secrets.randbelow(256)
         # By kind and number of the request.
         self._answers: dict[str, asyncio.Future[Answer]] = {}
-        self._rest = b""
+        self._rest = self._echo = b""
         self._strange_lines = 0
         # What came for an upload; None where there is none.
         self._uploaded: bytes | None = None
@@ -60,7 +65,9 @@ class Link(asyncio.Protocol):
         """Send a request at once. Returns its answer to come; it is cancelled where the connection ends first."""
         self._number = self._number + 1 & 255
         answer = self._answers[f"{kind}{self._number:02x}"] = self.ended.get_loop().create_future()
-        self._write(car_request(kind, self._number, name))
+        request = car_request(kind, self._number, name)
+        self._echo = request[_TEXT_AT:]
+        self._write(request)
         return answer
 
     async def upload(self, image: bytes, sent: Callable[[int], None]) -> Transfer:
@@ -86,6 +93,21 @@ class Link(asyncio.Protocol):
             self.heard, self.is_strange = False, monotonic() > end_s
             await self._more(_SILENCE_S)
         self._strange_lines = 0
+
+    @property
+    def address(self) -> str:
+        """The other end's address in a network; empty for a serial port."""
+        peer = self._transport.get_extra_info("peername")
+        return network_place(*peer[:2]).address if peer else ""
+
+    async def secure(self, transport: asyncio.WriteTransport, tls: ssl.SSLContext, name: str) -> None:
+        """Go on by TLS; ``name`` is in the car's keys: its own, or its address. Raises OSError."""
+        starting = self.ended.get_loop().start_tls(
+            transport, self, tls, server_hostname=name, ssl_handshake_timeout=_HANDSHAKE_S
+        )
+        secured = await starting
+        assert secured
+        self._transport = secured
 
     def close(self) -> None:
         """End the connection."""
@@ -117,6 +139,12 @@ class Link(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         self.heard = True
+        if self._echo and self._echo in self._rest + data:
+            # A prompt, such as MicroPython's. Nothing that it was sent ended a line, and it is erased again.
+            self._write(_ERASE * len(self._echo))
+            self.is_strange = True
+            self.close()
+            return
         *lines, self._rest = (self._rest + data).split(b"\n")
         for line in lines:
             self._take_line(line)
@@ -151,16 +179,16 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
         if not place.host:
             port = await asyncio.to_thread(open_port, place.address, baud)
             return (await loop.create_connection(lambda: Link(baud), sock=_socket_of(port)))[1]
-        # The name in a car's keys is its own, or its address.
-        name = (place.keys or place.name or place.host) if tls else None
         async with asyncio.timeout(CONNECT_S):
-            connecting = loop.create_connection(lambda: Link(0), place.host, place.port, ssl=tls, server_hostname=name)
-            return (await connecting)[1]
+            transport, link = await loop.create_connection(lambda: Link(0), place.host, place.port)
+        if tls:
+            await link.secure(transport, tls, place.keys or place.name or place.host)
     except ssl.SSLError:
         raise MotorcadeError("car-keys-refused", address=place.address) from None
     except (OSError, UnicodeError):
         # UnicodeError: no host can have that name.
         raise MotorcadeError("no-car-at-address", port=place.address) from None
+    return link
 
 
 def _socket_of(port: serial.Serial) -> socket.socket:

@@ -1,17 +1,33 @@
-"""Where cars are: at serial ports, at addresses of a network, in a list that somebody wrote."""
+"""Where cars are: at serial ports, at addresses of a network, in a list that somebody wrote; and what announces them.
 
+Announcements are multicast DNS (RFC 6762, 6763).
+"""
+
+import ipaddress
+import re
+import socket
 import unicodedata
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from motorcade.config.cars import read_cars
+from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.sockets import DRIVE_PORT, host_and_port
+from motorcade.extras import install_command
+from motorcade.sockets import DRIVE_PORT, host_and_port, way_out
 
+if TYPE_CHECKING:
+    from zeroconf import Zeroconf
+
+SERVICE = "_motorcade._tcp.local."
 CAR, DRIVE, CLASS, STUDIO = "car", "drive", "class", "studio"
 # Where `motorcade car run` listens unless somebody chooses another port.
 UPLOAD_PORT = 7001
 _LONGEST_NAME = 40
+# So much of a name is announced, since a text of DNS has at most 255 bytes.
+_LONGEST_ANNOUNCED = 60
 _SCHEMES = {"socket": CAR, "drive": DRIVE}
 
 
@@ -64,7 +80,20 @@ def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemet
 
 def read_list(path: Path) -> list[Place]:
     """Return the places in a ``cars.toml``: lines of ``name = "port or address"``. Raises MotorcadeError."""
-    return [place_of(address, safe_name(name)) for name, address in read_cars(path).items()]
+    places: dict[str, Place] = {}
+    for name, address in parse(read_text(path, str(path)), "TOML", str(path)).items():
+        if not isinstance(address, str):
+            raise MotorcadeError("car-list-value", file=path, name=name)
+        if address in places:
+            raise MotorcadeError("car-list-twice", file=path, address=address)
+        places[address] = place_of(address, safe_name(name))
+    return list(places.values())
+
+
+def list_text(cars: Iterable[tuple[str, str]]) -> str:
+    """Return the text of such a list; ``cars`` are names, and ports or addresses."""
+    quoted = ((name.replace("\\", "\\\\").replace('"', '\\"'), address) for name, address in cars)
+    return "".join(f'"{name}" = "{address}"\n' for name, address in quoted)
 
 
 def safe_name(text: str) -> str:
@@ -78,3 +107,58 @@ def check_name(name: str) -> None:
     letters = all(each.isalnum() or each in "-_" for each in name)
     if not letters or not 0 < len(name.encode("utf-8", "replace")) <= 32 or name.lower() == "all":
         raise MotorcadeError("bad-car-name", name=safe_name(name) or Phrase("nothing"))
+
+
+@contextmanager
+def announced(
+    kind: str,
+    name: str,
+    listener: tuple[str, int],
+    problem: Callable[[MotorcadeError], None] = lambda found: None,
+    on_loopback: bool = False,
+    **properties: object,
+) -> Iterator[None]:
+    """Announce a car, a drive server, a class or a studio while the block runs.
+
+    Args:
+        kind: CAR, DRIVE, CLASS or STUDIO.
+        name: what people call it.
+        listener: the address and the port where it listens. What only this computer reaches is announced to nobody,
+            except with ``on_loopback``.
+        problem: called in another thread where that isn't possible; others then need a list.
+        properties: more for those who find it, as `Place` has it: ``telemetry``, ``keys``.
+    """
+    host, port = listener
+    address = ipaddress.ip_address(host.partition("%")[0])
+    if address.is_loopback and not on_loopback:
+        yield
+        return
+    host = (way_out() if address.is_unspecified else None) or host
+    # A car says its own name, which may change.
+    name = "" if kind == CAR else name or socket.gethostname()
+    text = {"kind": kind, "name": name[:_LONGEST_ANNOUNCED]} | {key: str(value) for key, value in properties.items()}
+    label = "-".join(re.findall(r"\w+", f"{kind} {host} {port}"))
+
+    def register() -> "Zeroconf | None":
+        network = None
+        try:
+            from zeroconf import ServiceInfo, Zeroconf
+
+            network = Zeroconf(interfaces=[host])
+            server = f"motorcade-{label}.local."
+            info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
+            network.register_service(info, allow_name_change=True)
+        except ModuleNotFoundError:
+            problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
+        except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
+            problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
+        return network
+
+    # In the background, since asking whether the name is free takes a second.
+    with ThreadPoolExecutor(1) as background:
+        registering = background.submit(register)
+        try:
+            yield
+        finally:
+            if network := registering.result():
+                network.close()

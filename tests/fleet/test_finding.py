@@ -1,0 +1,111 @@
+"""Cars that announce themselves by real multicast DNS at the loopback interface, and cars of a list."""
+
+import asyncio
+from datetime import UTC, datetime
+
+import pytest
+
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import client_context, name_in, server_context
+from motorcade.errors import MotorcadeError
+from motorcade.fleet.cars import Cars
+from motorcade.fleet.finding import Finder
+from motorcade.fleet.places import CAR, CLASS, SERVICE, STUDIO, announced, read_list
+from support.rooms import simulated_cars
+from support.waiting import until
+
+
+@pytest.mark.parametrize(("named", "problem"), [("", None), ("bo", "car-keys-refused")])
+def test_an_announced_car_has_to_prove_the_name_that_it_announces(named, problem, tmp_path):
+    """That of its keys, since a router gives it another address each day."""
+    make_keys(tmp_path, [CarKeys("ada")], ["bea"], datetime.now(UTC))
+    keys = tmp_path / "car-ada.pem"
+
+    async def test():
+        async with Cars(tls=client_context(tmp_path / "driver-bea.pem")) as cars, Finder(cars).looking(["127.0.0.1"]):
+            (status,) = await until(lambda: [each for each in cars.statuses() if each.problem or not each.away])
+            return status.problem and status.problem.code
+
+    with simulated_cars(1, tls=server_context(keys)) as made:
+        listener = ("127.0.0.1", int(made[0].address.rpartition(":")[2]))
+        with announced(CAR, "", listener, on_loopback=True, keys=named or name_in(keys)):
+            assert asyncio.run(test()) == problem
+
+
+def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
+    """Real multicast DNS at the loopback interface."""
+    from zeroconf import ServiceInfo, Zeroconf
+
+    async def test():
+        async with Cars() as cars, (finder := Finder(cars)).looking(["127.0.0.1"]):
+            await until(lambda: [each for each in cars.statuses() if not each.away])
+            await until(lambda: finder.others)
+            network = Zeroconf(interfaces=["127.0.0.1"])
+            try:
+
+                def announce(number, text, host):
+                    name = f"it {number}.{SERVICE}"
+                    info = ServiceInfo(
+                        SERVICE, name, 1 + number, 0, 0, text, f"h{host[-1]}.local.", parsed_addresses=[host]
+                    )
+                    network.registry.async_add(info)
+                    network.async_send(network.generate_service_broadcast(info, 60))
+
+                for number in range(1000):
+                    announce(number, {"kind": CAR, "name": "<b>../../" + "x" * 90}, "192.168.255.1")
+                announce(1000, {"kind": CLASS, "name": "last"}, "192.168.255.2")
+                await until(lambda: "last" in [each.name for each in finder.others.values()])
+                hostile = [each for each in cars.contacts.values() if each.place.host == "192.168.255.1"]
+                assert len(hostile) == 64
+                assert "192.168.255.1" in finder.problem.sentence("en")
+                assert "192.168.255.1" in finder.problem.sentence("zh")
+            finally:
+                network.close()
+            return cars.statuses(), [each.name for each in finder.others.values()]
+
+    with simulated_cars(1, name="ada") as made:
+        port = int(made[0].address.rpartition(":")[2])
+        listeners = [(CAR, "ada", ("127.0.0.1", port)), (STUDIO, "<i>", ("127.0.0.1", 9))]
+        problems = []
+        with (
+            announced(*listeners[0], problems.append, on_loopback=True),
+            announced(*listeners[1], problems.append, on_loopback=True),
+        ):
+            found, others = asyncio.run(test())
+    assert problems == []
+    # Other tests may announce cars meanwhile.
+    assert "ada" in [each.name for each in found if not each.away]
+    assert {"<i>", "last"} <= set(others)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("ada = 7001", "ada has to be text"),
+        ('ada = "192.168.1.20:7001"\nbo = "192.168.1.20:7001"', "twice"),
+        ('ada = "socket://:0"', "HOST:PORT"),
+        ('ada = "drive://x:99999"', "HOST:PORT"),
+        ('ada = ""', "port"),
+        ("ada", "TOML"),
+    ],
+)
+def test_a_list_with_a_mistake_is_refused_in_a_sentence(tmp_path, text, sentence):
+    (tmp_path / "cars.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(MotorcadeError, match=sentence):
+        read_list(tmp_path / "cars.toml")
+
+
+def test_a_list_has_ports_addresses_and_drive_servers(tmp_path):
+    text = (
+        '"阿达" = "/dev/ttyUSB0"\nbo = "car.local:7001"\nd = "drive://10.0.0.7"\n"e\\u202e" = "COM3"\nf = "[fe80::1]:9"'
+    )
+    (tmp_path / "cars.toml").write_text(text, encoding="utf-8")
+    found = read_list(tmp_path / "cars.toml")
+    assert [(each.name, each.address, each.kind) for each in found] == [
+        ("阿达", "/dev/ttyUSB0", "car"),
+        ("bo", "car.local:7001", "car"),
+        ("d", "drive://10.0.0.7:5005", "drive"),
+        ("e", "COM3", "car"),
+        ("f", "[fe80::1]:9", "car"),
+    ]
+    assert (found[2].telemetry_port, found[4].host) == (5006, "fe80::1")
