@@ -1,4 +1,4 @@
-"""``python -m tests.faults --seed N [uploads|driving|class]``: run one seed, and print what happened."""
+"""``python -m tests.faults --seed N [uploads|driving|fleet|class]``: run one seed, and print what happened."""
 
 import sys
 

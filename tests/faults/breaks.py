@@ -41,11 +41,7 @@ BREAKS = (
     Break("rubbish-stays", "uploads", "config/files.py", "temporary.unlink(missing_ok=True)", "pass"),
     Break("uploads-spliced", "uploads", "words/receiver.py", "    if count > 0 and is_empty_image == 0:", "    if 0:"),
     Break(
-        "any-checksum-taken",
-        "uploads",
-        "words/receiver.py",
-        "if r[IS_ANNOUNCED] and r[CRC] != r[ANNOUNCED]:",
-        "if 0:",
+        "any-checksum-taken", "uploads", "words/receiver.py", "if r[IS_ANNOUNCED] and r[CRC] != r[ANNOUNCED]:", "if 0:"
     ),
     Break(
         "answers-before-it-stores",
@@ -91,25 +87,32 @@ BREAKS = (
         "        if silent_ms <= self._failsafe_ms:\n            return self._failsafe_ms + 1 - silent_ms\n",
         "        if silent_ms <= 2 * self._failsafe_ms:\n            return 2 * self._failsafe_ms + 1 - silent_ms\n",
     ),
-    Break("no-watchdog", "driving", "drive/safety/watchdog.py", "rest_ms = self._control.watch()", "rest_ms = 50"),
+    Break("no-watchdog", "driving", "drive/watchdog.py", "rest_ms = self._control.watch()", "rest_ms = 50"),
     Break(
         "guard-ignores-frozen",
         "driving",
-        "drive/safety/motor_guard.py",
-        "if not has_report and self.last == _MOVING:",
+        "drive/motor_guard.py",
+        "if not has_report and self._last >= _MOVING:",
         "if False:",
     ),
     Break(
         "guard-ignores-killed",
         "driving",
-        "drive/safety/motor_guard.py",
-        'return "dismissed" if self.last == _END else "killed"',
+        "drive/motor_guard.py",
+        'return "dismissed" if self._last == _END else "killed"',
         'return "dismissed"',
+    ),
+    Break(
+        "guard-begins-a-period-of-its-own",
+        "driving",
+        "drive/motor_guard.py",
+        "wait_s = patience_s if last <= _MOVING else",
+        "wait_s = patience_s if True else",
     ),
     Break(
         "frozen-guard-unnoticed",
         "driving",
-        "drive/safety/motor_guard.py",
+        "drive/motor_guard.py",
         "elif now_s - asked_s > self._answer_s:",
         "elif False:",
     ),
@@ -152,13 +155,7 @@ BREAKS = (
         "(MOVING, GONE, FAILSAFE)",
         "(MOVING, GONE, READY)",
     ),
-    Break(
-        "two-drivers",
-        "driving",
-        "car/arbiter.py",
-        "return self.driver in (session, NOBODY)",
-        "return True",
-    ),
+    Break("two-drivers", "driving", "car/arbiter.py", "return self.driver in (session, NOBODY)", "return True"),
     Break(
         "who-is-gone-drives-on",
         "driving",
@@ -167,11 +164,7 @@ BREAKS = (
         "        self.line = None\n",
     ),
     Break(
-        "a-held-stick-drives-again",
-        "driving",
-        "drive/deadman.py",
-        "(DRIVING, LOST, LOCKED)",
-        "(DRIVING, LOST, ARMING)",
+        "a-held-stick-drives-again", "driving", "drive/deadman.py", "(DRIVING, LOST, LOCKED)", "(DRIVING, LOST, ARMING)"
     ),
     Break(
         "a-fault-is-forgotten",
@@ -200,6 +193,67 @@ BREAKS = (
         "drive/motors.py",
         "        self._fresh_ms = fresh_ms\n",
         "        self._fresh_ms = 20 * fresh_ms\n",
+    ),
+    # A room of cars.
+    Break(
+        "old-after-a-broken-try", "fleet", "fleet/contact.py", "if transfer.holds != OLD or holds == AWAY:", "if True:"
+    ),
+    Break("unasked-and-away", "fleet", "fleet/contact.py", "if self._loads or not is_asked:", "if self._loads:"),
+    Break(
+        "a-stop-waits-for-the-heartbeat",
+        "fleet",
+        "fleet/contact.py",
+        "        if self._link:\n            self._send(self._link, kind)",
+        "        pass",
+    ),
+    Break(
+        "who-was-away-is-not-stopped",
+        "fleet",
+        "fleet/contact.py",
+        "self._send(link, self.wanted or ASK)",
+        "self._send(link, ASK)",
+    ),
+    Break(
+        "found-cars-get-no-order",
+        "fleet",
+        "fleet/cars.py",
+        "            if self._ordered:\n                contact.order(self._ordered)\n",
+        "",
+    ),
+    Break(
+        "the-dead-are-waited-for",
+        "fleet",
+        "fleet/contact.py",
+        "async with asyncio.timeout(_BACK_S):",
+        "async with asyncio.timeout(60 * _BACK_S):",
+    ),
+    Break(
+        "one-waits-for-another",
+        "fleet",
+        "fleet/cars.py",
+        "free = asyncio.Semaphore(_AT_ONCE)",
+        "free = asyncio.Semaphore(1)",
+    ),
+    Break(
+        "a-host-fills-the-list",
+        "fleet",
+        "fleet/finding.py",
+        " >= _MOST_OF_A_HOST:\n            self.problem",
+        " < 0:\n            self.problem",
+    ),
+    Break(
+        "a-new-program-ends-a-stop",
+        "fleet",
+        "car/loop.py",
+        "        if not self._is_stopped:\n            step.begin_program(self, now)",
+        "        self._is_stopped = False\n        step.begin_program(self, now)",
+    ),
+    Break(
+        "a-stop-waits-for-the-upload",
+        "fleet",
+        "boards/lines.py",
+        "        had_some = bool(self._requests)\n",
+        "        had_some = bool(self._requests)\n        if self._uploader is not None:\n            return False\n",
     ),
     # A class.
     Break(

@@ -35,8 +35,12 @@ class Driver:
         self.client: DriveClient | None = None
         self.connection: Socket | None = None
         self._count = 0
-        # The number of the present hold of the stick, of that of each command, and the last that a connection outlived.
+        # Whether the network stalls when the next hold begins.
+        self.stalls = False
+        # The number of the present hold of the stick, and of that of each command; of the last that a connection
+        # outlived, and when that broke.
         self._hold = self._broken_hold = 0
+        self._broken_s = 0.0
         self._holds: dict[tuple[int, int, int], int] = {}
 
     def freeze(self, seconds: float | None = None) -> None:
@@ -58,14 +62,26 @@ class Driver:
 
     def leave(self, connection: Socket) -> None:
         """A connection is over, perhaps an older one that the car misses only now: the wheel is free for others."""
-        if connection is self.connection:
-            self._broken_hold = self._hold
-        self.run.pins.leave(self.number)
+        is_present = connection is self.connection
+        if is_present:
+            self._break()
+        self.run.pins.leave(self.number, is_present)
+
+    def connect(self, connection: Socket) -> None:
+        """A connection begins, perhaps before the car misses the one before it."""
+        self.connection = connection
+        self._break()
+
+    def _break(self) -> None:
+        self._broken_hold, self._broken_s = self._hold, self.run.world.now_s
 
     def note_moved(self, setpoint: tuple[int, int, int]) -> None:
         """A command of this driver moves the wheels: not one of a stick that was held while the connection broke."""
         if not self.rearm:
-            is_new = self._holds[setpoint] > self._broken_hold or self.run.pins.is_disturbed
+            pins = self.run.pins
+            # A car whose software doesn't run finds what came before the end of a connection only later.
+            is_before = pins.is_disturbed and pins.sent_s[setpoint][1] <= self._broken_s
+            is_new = self._holds[setpoint] > self._broken_hold or is_before
             self.run.world.keep("held-stick", is_new, "a stick that was held while the connection broke moves the car")
 
     def start(self) -> None:
@@ -90,6 +106,10 @@ class Driver:
         end_s = run.world.now_s + random.uniform(0.2, 2.5)
         what = random.random()
         if what < 0.65:
+            if self.stalls:
+                # A stamp comes round after 8.2 s: all words of this hold may look new when they come.
+                self.stalls = False
+                run.network.links[self.process.name].stall(random.uniform(8.1, 8.6))
             # Between two holds the stick is at rest for a moment.
             client.steer(0.0, 0.0)
             await asyncio.sleep(0.1)
@@ -210,10 +230,10 @@ class Watcher:
         client.begin()
         await asyncio.sleep(self.random.uniform(0.2, 2))
         for _ in range(self.random.randint(0, 2)):
-            begin_s, is_calm = run.world.now_s, client.connected and not run.pins.is_disturbed
+            begin_s, car, is_calm = run.world.now_s, run.car, client.connected and not run.pins.is_disturbed
             with suppress(CarError):
                 await self.stop_with(client)
-            if is_calm and not run.pins.is_disturbed and not run.car.is_dead:
+            if is_calm and not run.pins.is_disturbed and car is run.car and not car.is_dead:
                 took_s = run.world.now_s - begin_s
                 run.world.keep("stop-gets-through", took_s < 0.2 and client.connected, f"after {took_s:.3f} s")
             await asyncio.sleep(self.random.uniform(0.1, 1.0))

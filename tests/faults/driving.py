@@ -18,12 +18,12 @@ from tests.faults.world import Process, World, world
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive import client as drive_client
+from motorcade.drive import motor_guard, watchdog
 from motorcade.drive import session as drive_session
 from motorcade.drive.channels import Clients
-from motorcade.drive.safety import motor_guard, watchdog
-from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
+from motorcade.drive.watchdog import watched
 from motorcade.timing import to_ticks
 from motorcade.words.ticks import TICKS_MASK
 
@@ -34,16 +34,16 @@ _MOST_CONNECTIONS, _MOST_OF_ONE = 64 + 4, 16 + 4
 _FAULTS_S, _START_S = 5.5, 1.0
 # What waits for one client: a frame of telemetry, or the answers before the client is dropped.
 _MOST_WAITING_BYTES, _LOOK_S = (1 << 14) + (1 << 11), 0.25
+# The system frees the pins of a process so long after its end.
+_MOST_HELD_S = 0.01
 _pins: Pins | None = None
 
 
 def rescue() -> None:
     """Stop the wheels from the guard; the pins of a process are free only some time after its end."""
     assert _pins
-    if _pins.held < 2 and world().random.random() < 0.3:
-        _pins.held += 1
+    if world().now_s < _pins.held_until_s:
         raise OSError("the pins are held")
-    _pins.held = 0
     _pins.neutral("guard")
     for name in Board.switches:
         _pins.switch(name, False)
@@ -98,7 +98,7 @@ class Driving:
         self.random = random = Random(f"{room.seed} plan")
         self.network = Network(room)
         self.pins = Pins(room)
-        self.system = System({"motorcade.drive.safety.motor_guard": motor_guard.main})
+        self.system = System({"motorcade.drive.motor_guard": motor_guard.main})
         self.car: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.started_s = 0.0
@@ -113,7 +113,7 @@ class Driving:
         self.others_begin_s = _FAULTS_S if random.random() < 0.15 else 0.0
         if self.others_begin_s or random.random() < 0.3:
             self.drivers.append(SeedDriver(self, 2, rearm=True))
-            self.pins.unstamped.add(2)
+            self.pins.unstamped[2] = self.network.links["driver 2"]
         self.watcher = Watcher(self)
         self.strangers = [Stranger(self, number) for number in range(4) if random.random() < 0.1]
         self.pins.has_strangers = bool(self.strangers)
@@ -126,7 +126,7 @@ class Driving:
             driver = self.drivers[int(name[-1])]
             socket.tap = driver.note_words
             assert socket.peer
-            driver.connection = socket
+            driver.connect(socket)
             socket.peer.ended = partial(driver.leave, socket)
         if port in (COMMANDS, TELEMETRY):
             theirs = [
@@ -152,6 +152,7 @@ class Driving:
     def start_car(self) -> None:
         """Start the car's server."""
         process = self.car = Process(self.world, "car", self.random.choice((0.001, 0.001, 0.01)))
+        process.at_end.append(self._hold_pins)
         process.offset_s = self.random.choice((0.0, (TICKS_MASK - 3000) / 1000, self.random.uniform(0, 1e6)))
         loop = self.loop = SimulatedLoop(process, self.network)
         self.started_s = self.world.now_s
@@ -170,6 +171,9 @@ class Driving:
 
         loop.run(serve)
 
+    def _hold_pins(self) -> None:
+        self.pins.held_until_s = self.world.now_s + self.random.choice((0.0, 0.004, _MOST_HELD_S))
+
     def guard(self) -> Process | None:
         """The process of the guard, while it runs."""
         return next((each for each in self.world.processes if each.name == "car's guard" and not each.is_dead), None)
@@ -180,7 +184,7 @@ class Driving:
         if self.car is None or self.car.is_dead or guard is None or guard.frozen_until_s > self.world.now_s:
             return
         self.world.count("kill")
-        self.pins.disturb(0.5)
+        self.pins.disturb(0.5, is_guarded=True)
         self.car.end()
 
     def freeze_car(self) -> None:
@@ -190,8 +194,16 @@ class Driving:
             return
         self.world.count("freeze")
         seconds = self.random.choice((0.05, 0.15, 0.4, 1.5))
-        self.pins.disturb(seconds + 0.5)
+        self.pins.disturb(seconds + 0.5, is_guarded=True)
         self.car.freeze(seconds)
+
+    def hurt_while_silent(self) -> None:
+        """Kill or freeze the server when its driver's last command is about to end."""
+        driver = self.pins.driver
+        if driver in (0, 1):
+            self.network.links[f"driver {driver}"].stall(0.8)
+            act = self.random.choice((self.kill_car, self.freeze_car, self.freeze_car))
+            self.world.after(self.random.uniform(0.1, 0.35), lambda: None if self.is_healed else act())
 
     def stall_loop(self) -> None:
         """Keep the loop that takes the commands busy."""
@@ -249,8 +261,10 @@ class Driving:
             (0.2, self.freeze_car),
             (0.2, self.stall_loop),
             (0.12, self.hurt_guard),
+            (0.2, self.hurt_while_silent),
             (0.15, lambda: setattr(self.pins, "fails", random.randint(1, 4))),
             (0.12, lambda: setattr(self.pins, "hangs_s", random.choice((0.1, 0.4, 1.0)))),
+            (0.1, lambda: setattr(random.choice(self.drivers[:2]), "stalls", True)),
         ]
         for chance, act in acts:
             if random.random() < chance:
@@ -258,12 +272,13 @@ class Driving:
                 room.at(at_s, lambda act=act: None if self.is_healed else act())  # type: ignore[misc]
 
     def heal(self) -> None:
-        """Let all faults end."""
+        """Begin no new faults, and end all but stalls."""
         self.world.note("heal")
         self.is_healed = True
         self.pins.fails, self.pins.hangs_s = 0, 0.0
+        # Stalls end by themselves: a stamp comes round in the longest.
         for link in self.network.links.values():
-            link.down_until_s, link.loss = 0.0, 0.0
+            link.loss = 0.0
         for stranger in self.strangers:
             stranger.process.end()
 

@@ -305,7 +305,7 @@ class Network:
         self._hosts: dict[str, str] = {}
 
     def link(self, host: str, delay_s: float, jitter_s: float = 0.0, loss: float = 0.0) -> Link:
-        """The link of a computer to all others."""
+        """The link of a computer to all others, or, as ``A to B``, to one of them."""
         self.links[host] = Link(self.world, delay_s, jitter_s, loss)
         return self.links[host]
 
@@ -317,7 +317,7 @@ class Network:
 
     def connect(self, process: Process, host: str, port: int, done: Callable[[Socket | OSError], None]) -> None:
         """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
-        link = self.links[process.name]
+        link = self.links.get(f"{process.name} to {host}") or self.links[process.name]
         world = self.world
         self.opened += 1
         address = (process.name, 40_000 + self.opened)

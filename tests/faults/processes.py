@@ -1,4 +1,4 @@
-"""Pipes and child processes in the simulated room: what `motorcade.drive.safety.motor_guard` takes from the system."""
+"""Pipes and child processes in the simulated room: what `motorcade.drive.motor_guard` takes from the system."""
 
 import io
 import subprocess

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 BEGIN, END = "<!-- python -m tests.faults --promises -->", "<!-- end -->"
 # The documents that have the words.
-DOCUMENTS = ("security", "uploads", "drive")
+DOCUMENTS = ("security", "uploads", "drive", "cars")
 HEADS = {"en": ("promise", "after each step of a run", "tried"), "zh": ("承诺", "每一步之后检查", "次数")}
 # What is done in the runs, by the names that they count.
 FAULTS = {
@@ -81,8 +81,8 @@ PROMISES = (
         ("driving:stands-in-time", "driving:gone-stops"),
         ("without a fresh command the wheels stop within 300 ms", "没有新指令时，车轮在 300 毫秒内停下"),
         (
-            "300 ms after the last command, 330 ms after a server is killed or frozen, at once after a driver has left",
-            "最后一条指令之后 300 毫秒；服务被终止或冻结之后 330 毫秒；驾驶者离开之后立即停下",
+            "300 ms after the last command; 330 ms where the server is killed or frozen; at once after a driver left",
+            "最后一条指令之后 300 毫秒；服务被终止或冻结时，最后一条指令之后 330 毫秒；驾驶者离开之后立即停下",
         ),
     ),
     Promise(
@@ -134,6 +134,36 @@ PROMISES = (
         (
             "from when that was sent, with the longest delay that a command may have",
             "从发送时算起，加上指令允许的最大延迟",
+        ),
+    ),
+    Promise(
+        ("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds"),
+        (
+            "If the uploader is killed, each car holds the old program or the new one, whole",
+            "如果上传程序被强行结束，每辆小车都存有完整的旧程序或新程序",
+        ),
+        (
+            "whatever of what was written a power failure would keep now; each car holds what its verdict says",
+            "无论此刻断电会保留哪些已写的内容；每辆小车存有的正是它的结果所说的",
+        ),
+    ),
+    Promise(
+        ("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first"),
+        (
+            "Cars that are away get the last order first when they are back",
+            "离开的小车回来时最先收到最后一次命令",
+        ),
+        (
+            "the first bytes of each connection; all others stand within 0.3 s, also while they are loaded, until *go*",
+            "每个连接最先发送的字节；其他小车在 0.3 秒内停下，正在上传时也是，直到 *go*",
+        ),
+    ),
+    Promise(
+        ("fleet:nobody-waits", "fleet:found", "fleet:goes-on"),
+        ("no car waits for one that is away", "没有小车要等待离开的小车"),
+        (
+            "each healthy car has a new program within 4 s; at the end all are found, stopped and loaded",
+            "每辆正常的小车在 4 秒内得到新程序；最后所有小车都被找到、停下并得到程序",
         ),
     ),
     Promise(

@@ -14,12 +14,18 @@ from typing import NamedTuple
 
 from tests.faults.class_room import run_class
 from tests.faults.driving import run_driving
+from tests.faults.fleet import run_fleet
 from tests.faults.promises import table
 from tests.faults.system import logs_read
 from tests.faults.uploads import run_uploads
 from tests.faults.world import BrokenPromiseError, World
 
-SCENARIOS: dict[str, Callable[[World], None]] = {"uploads": run_uploads, "driving": run_driving, "class": run_class}
+SCENARIOS: dict[str, Callable[[World], None]] = {
+    "uploads": run_uploads,
+    "driving": run_driving,
+    "fleet": run_fleet,
+    "class": run_class,
+}
 
 # Of CPU time, for a program that was broken on purpose.
 _MOST_S = 20

@@ -19,7 +19,11 @@ ROOT = Path(__file__).parents[2]
 SEEDS = 200
 ALL_SEEDS, PART = 50_000 if SOAK else SEEDS, 500
 # Seeds that found a hole, with what it was. What a seed does changes with the scenarios; what it found stays mended.
-KEPT = (("uploads", 90, "a save was acknowledged although the disk could not store the file's name"),)
+KEPT = (
+    ("uploads", 90, "a save was acknowledged although the disk could not store the file's name"),
+    ("fleet", 11, "a car had the new program, and was said to have the old one after a further try was refused"),
+    ("fleet", 94, "a car counted as away after an upload, in which nobody had asked it"),
+)
 
 
 @cache
@@ -77,7 +81,7 @@ def test_the_table_in_the_documentation_is_true(language, ending):
     for one, other in zip(numbers.findall(shown), numbers.findall(now), strict=True):
         is_, was = (int(each.replace(",", "")) for each in (other, one))
         assert was / 2 <= is_ <= was * 2, f"{one} is {other} now: python -m tests.faults --promises {language}"
-    documents = plain(before + behind + texts["uploads"] + texts["drive"])
+    documents = plain(before + behind + texts["uploads"] + texts["drive"] + texts["cars"])
     at = ("en", "zh").index(language)
     assert [each.words[at] for each in PROMISES if plain(each.words[at]) not in documents] == []
     assert {name for name in promises if promises[name]} <= {name for each in PROMISES for name in each.names} | BASIC

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 
+from tests.faults.network import Link
 from tests.faults.world import Process, World
 
 Setpoint = tuple[int, int, int]
 NEUTRAL = (90, 1, 0)
 # The profile's limits, as docs/security.md and docs/drive.md have them.
-FAILSAFE_S, KILLED_S, STALE_S, ANSWER_S, SILENCE_S = 0.300, 0.330, 0.150, 1.0, 4.0
+FAILSAFE_S, KILLED_S, STALE_S, ANSWER_S, SILENCE_S, HAND_OVER_S = 0.300, 0.330, 0.150, 1.0, 4.0, 5.0
 # Steps of stamps and clocks, and the time of a thread to run.
 _STEPS_S = 0.012
 # A loop needs so long to learn that a connection has ended.
-_AT_ONCE_S = 0.05
+_AT_ONCE_S = 0.01
 
 
 class Pins:
@@ -21,14 +22,14 @@ class Pins:
         sent_s: when each command that moves the wheels was sent first and last, and by whom: clients repeat it.
         is_halted: whether an emergency stop was answered that nobody has begun to lift.
         is_ending: whether the last driver leaves.
-        unstamped: the drivers whose commands don't say when they were sent.
+        unstamped: the links of drivers whose commands don't say when they were sent.
         has_strangers: whether anybody else may ask for the wheel at any time.
         is_free: whether another driver may have got the wheel since the last command.
         moved: called with each command that moves the wheels: the driver, and the setpoint.
         fails: how many of the next operations fail.
         hangs_s: for how long the next operation hangs.
         is_hanging: whether one hangs now; the wheels stop, and go on where that was short.
-        held: how often in a row a process that has ended still held them.
+        held_until_s: so long a process that has ended still holds them.
         has_guard: whether a guard watches over the process.
     """
 
@@ -40,8 +41,8 @@ class Pins:
         self.driver: int | None = None
         self.sent_s: dict[Setpoint, tuple[float, float, int]] = {}
         self.still_sent_s: dict[int, float] = {}
-        self.unstamped: set[int] = set()
-        self.held = 0
+        self.unstamped: dict[int, Link] = {}
+        self.held_until_s = 0.0
         self.moved: list[Callable[[int, Setpoint], None]] = []
         self.horn_sent_s = -10.0
         self.released_s: dict[int, float] = {}
@@ -54,7 +55,7 @@ class Pins:
         self.is_hanging = False
         self.stopped_s = -1.0
         self._lateness_s = 0.0
-        self._disturbed_s = self._disturbed_until_s = 0.0
+        self._disturbed_until_s = self._guarded_until_s = self._failed_s = 0.0
         # When the driver's connection ended while the wheels turned.
         self._gone_s: float | None = None
         # Of the present connection of each driver: the least age of a command, and when the last one came.
@@ -67,26 +68,31 @@ class Pins:
         self.is_armed = self.is_free = self.has_guard = True
         self._fastest_s.clear()
 
-    def disturb(self, seconds: float) -> None:
-        """The car's software doesn't run as it should for a time; the guard, or the watchdog, has its own limit."""
-        if not self.is_disturbed:
-            self._disturbed_s = self.world.now_s
-        self._disturbed_until_s = max(self._disturbed_until_s, self.world.now_s + seconds)
+    def disturb(self, seconds: float, is_guarded: bool = False) -> None:
+        """The car's software doesn't run as it should for a time; ``is_guarded``: the guard has to stop the wheels."""
+        until_s = self.world.now_s + seconds
+        self._disturbed_until_s = max(self._disturbed_until_s, until_s)
+        if is_guarded:
+            self._guarded_until_s = max(self._guarded_until_s, until_s)
 
     @property
     def is_disturbed(self) -> bool:
         return self.world.now_s <= self._disturbed_until_s + KILLED_S
 
-    def leave(self, driver: int) -> None:
-        """A driver's connection has ended."""
-        self._fastest_s.pop(driver, None)
+    def leave(self, driver: int, is_present: bool) -> None:
+        """A driver's connection has ended: the present one, or one before it, which the car misses only now."""
         self.is_free = True
+        if not is_present:
+            return
+        self._fastest_s.pop(driver, None)
+        self.wanted_by.discard(driver)
         if driver == self.driver and self.setpoint[2]:
             self._gone_s = self.world.now_s
 
     def fail(self) -> None:
         """A command of the wheels fails: what they do then, nobody knows, so they have to be stopped."""
         self.is_armed = False
+        self._failed_s = self.world.now_s
 
     # What the hardware is told.
 
@@ -100,7 +106,9 @@ class Pins:
             return
         world.keep("sent", setpoint in self.sent_s, f"nobody sent {setpoint}")
         first_s, last_s, driver = self.sent_s[setpoint]
-        if driver not in self.unstamped:
+        if driver in self.unstamped:
+            self._check_delay(self.unstamped[driver], last_s, begin_s)
+        else:
             self._check_age(driver, begin_s - last_s, begin_s - first_s)
         # A command that hung in the hardware is older than the stop; the next call stops the wheels again.
         hung = begin_s <= self.stopped_s
@@ -110,9 +118,9 @@ class Pins:
         world.keep("armed", is_armed, "no command with speed 0 came after the wheels were stopped")
         world.keep("stop-holds", not self.is_halted, f"driver {driver} moves the car after an emergency stop")
         if driver != self.driver:
-            may = (
-                self.has_strangers or self.is_free or self.is_ending or driver in self.wanted_by or self._has_released()
-            )
+            is_silent = world.now_s - self.moved_s > HAND_OVER_S
+            may = self.has_strangers or self.is_free or self.is_ending or driver in self.wanted_by or is_silent
+            may = may or self._has_released()
             world.keep("one-driver", may and self.setpoint[2] == 0, f"driver {driver} drives instead of {self.driver}")
         world.keep("guarded", self.has_guard or self.is_disturbed, "the car drives without its guard")
         self.wanted_by.discard(driver)
@@ -128,6 +136,12 @@ class Pins:
         late_s = fastest_s + STALE_S + _STEPS_S + 2 * self._lateness_s
         self.world.keep("no-old-command", age_s <= late_s, f"{age_s:.3f} s old; the fastest took {fastest_s:.3f} s")
         self._fastest_s[driver] = min(most_age_s, fastest_s), self.world.now_s
+
+    def _check_delay(self, link: Link, sent_s: float, begin_s: float) -> None:
+        """Without stamps nobody sees that a command is old, so nothing but the network may delay it."""
+        if not self.is_disturbed and not link.loss and sent_s > link.down_until_s:
+            late_s = link.delay_s + link.jitter_s + _STEPS_S + 2 * self._lateness_s
+            self.world.keep("no-old-command", begin_s - sent_s <= late_s, f"{begin_s - sent_s:.3f} s old, no stamp")
 
     def neutral(self, by: str) -> None:
         """Stop the wheels."""
@@ -148,11 +162,11 @@ class Pins:
     def request(self, driver: int) -> None:
         """A driver asks for the wheel: from now on it may pass to that driver."""
         self.wanted_by.add(driver)
-        self.is_free = True
 
     def release(self, driver: int) -> None:
         """A driver gives the wheel back, perhaps some time later: the next one needs no command with speed 0."""
         self.is_free = True
+        self.wanted_by.discard(driver)
         self.released_s[driver] = self.world.now_s
 
     def switch(self, name: str, is_on: bool) -> None:
@@ -166,9 +180,10 @@ class Pins:
         """Check after a step."""
         now_s = self.world.now_s
         if self.setpoint[2]:
-            # The guard counts from the last sign of life of its server.
-            since_s = max(self.moved_s, self._disturbed_s) if self.is_disturbed else self.moved_s
-            limit_s = (KILLED_S if self.is_disturbed else FAILSAFE_S) + _STEPS_S + 3 * self._lateness_s
+            # Hardware that fails is told again.
+            since_s = max(self.moved_s, self._failed_s)
+            limit_s = KILLED_S if now_s <= self._guarded_until_s else FAILSAFE_S
+            limit_s += _STEPS_S + 3 * self._lateness_s
             silent_s = now_s - since_s
             self.world.keep("stands-in-time", silent_s <= limit_s, f"the wheels turn {silent_s:.3f} s later")
             self.world.keep("stop-holds", not self.is_halted, "the wheels turn after an emergency stop")

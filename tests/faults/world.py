@@ -157,7 +157,10 @@ class World:
         """Try a promise; raises `BrokenPromiseError` where it doesn't hold."""
         self.tried[promise] = self.tried.get(promise, 0) + 1
         if not holds:
-            raise BrokenPromiseError(promise, str(what() if callable(what) else what))
+            problem = BrokenPromiseError(promise, str(what() if callable(what) else what))
+            # The program in which it is noticed may catch all errors.
+            self.broken = self.broken or problem
+            raise problem
 
     def problem(self, where: str, problem: BaseException) -> None:
         """Note an error that a program didn't handle."""

@@ -1,0 +1,348 @@
+"""A room of cars in the simulated room: a computer that finds, loads and stops all of them, and all faults."""
+
+import asyncio
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from errno import EIO
+from random import Random
+from types import SimpleNamespace
+
+from tests.faults.disk import Disk
+from tests.faults.loop import SimulatedLoop
+from tests.faults.network import Network, Socket
+from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
+from tests.faults.system import Replaced, Time, on_disk, replaced
+from tests.faults.world import Process, World, here, world
+
+from motorcade.boards import lines as car_lines
+from motorcade.errors import MotorcadeError
+from motorcade.fleet import cars as fleet_cars
+from motorcade.fleet import contact as fleet_contact
+from motorcade.fleet import finding as fleet_finding
+from motorcade.fleet import link as fleet_link
+from motorcade.fleet.cars import ALL, Cars
+from motorcade.fleet.finding import Finder
+from motorcade.fleet.places import network_place
+from motorcade.upload.transfer import EITHER, NEW, OLD
+from motorcade.words.request import BLINK, GO, NAME, REQUEST_BYTES, STOP, read_request
+
+_FAULTS_S = 14.0
+# What a healthy car in a quiet network may take to hold a new program.
+_LOAD_S = 4.0
+# Three tries, each with 5 s for a car to be back, and the longest upload.
+_MOST_LOAD_S = 60.0
+# For a car that is switched off meanwhile: 5 s for it to be back.
+_DEAD_S = 7.0
+_MOST_OF_A_HOST, _STRANGE_HOST = 64, "10.0.1.66"
+
+
+class Fleet:
+    """One run: cars, a computer that loads and stops them, which may be killed, and who announces what."""
+
+    def __init__(self, room: World) -> None:
+        self.world = room
+        self.random = random = Random(f"{room.seed} plan")
+        self.disk = Disk(room)
+        self.folder = self.disk.path("/var")
+        self.disk.root.entries["var"] = self.disk.create(self.folder, True)
+        self.network = Network(room)
+        self.network.watch = self._connected
+        self.cars = [RoomCar(self, number) for number in range(random.randint(2, 5))]
+        self.disk.settle()
+        self.disk.step, self.disk.after = self._operate, self._check_disk
+        for car in self.cars:
+            delay_s, jitter_s = random.choice((0.002, 0.02)), random.choice((0.0, 0.02))
+            self.network.link(f"teacher to {car.host}", delay_s, jitter_s, random.choice((0, 0, 0, 0.02)))
+        self.network.link("teacher", 0.002)
+        # The list names some cars; the others announce themselves.
+        self.listed = random.randint(0, len(self.cars))
+        self.announced = [(f"car {each.number}.", each.host, PORT) for each in self.cars[self.listed :]]
+        if random.random() < 0.1:
+            self.world.count("stranger")
+            self.announced += [(f"strange {number}.", _STRANGE_HOST, 2000 + number) for number in range(90)]
+        self.fail_at = {random.randrange(1, 60) for _ in range(random.choice((0, 0, 1, 3)))}
+        self.slow_s = random.choice((0.0, 0.0, 0.1))
+        self.teacher: Process | None = None
+        self.fleet: Cars | None = None
+        self.is_healed = self.is_over = False
+
+    # The disk.
+
+    def _operate(self, what: str, path: str) -> None:
+        if world().current is None:
+            return
+        self.world.sleep(self.random.random() * self.slow_s)
+        if self.disk.operations in self.fail_at:
+            self.world.count("disk error")
+            self.world.note("disk error", what)
+            car = next(each for each in self.cars if each.process is here())
+            car.disturb(_LOAD_S)
+            if what == "fsync of a folder":
+                # The one error after which either file may be there.
+                car.failed_late_s = self.world.now_s
+            raise OSError(EIO, "Input/output error")
+
+    def _check_disk(self) -> None:
+        for car in self.cars:
+            for content in self.disk.possible(car.path):
+                is_known = content in car.known
+                self.world.keep("image-whole", is_known, lambda: f"{content!r} may be left")  # noqa: B023
+
+    # The network.
+
+    def _connected(self, name: str, port: int, socket: Socket) -> None:
+        """What is sent first to a car that has to be stopped, or let go, is that order."""
+        assert socket.peer
+        host = socket.peer.address[0]
+        fleet = self.fleet
+
+        def tap(data: bytes) -> None:
+            socket.tap = None
+            contact = fleet.contacts.get(f"{host}:{port}") if fleet else None
+            car = next((each for each in self.cars if each.host == host), None)
+            order = contact.wanted if contact and contact.wanted else car.awaits if car else ""
+            if order:
+                request = read_request(data[:REQUEST_BYTES])
+                is_first = request is not None and request.kind == order
+                self.world.keep("away-first", is_first, f"{host} gets {data[:60]!r} before {order}")
+
+        socket.tap = tap
+
+    # The computer of the teacher.
+
+    def start_teacher(self) -> None:
+        """Start the program that loads and stops all cars."""
+        for car in self.cars:
+            car.awaits = ""
+        process = self.teacher = Process(self.world, "teacher", self.random.choice((0.001, 0.02)))
+        process.offset_s = self.random.uniform(0, 1e5)
+        self.world.note("teacher")
+
+        async def main() -> None:
+            places = [network_place(each.host, PORT) for each in self.cars[: self.listed]]
+            async with Cars(places) as fleet, Finder(fleet).looking():
+                self.fleet = fleet
+                begin_s = self.world.now_s
+                await fleet.known(3.0)
+                self.world.keep("nobody-waits", self.world.now_s < begin_s + 3.3, "for those that don't answer")
+                while not self.is_healed:
+                    await self._act(fleet)
+                await self._end(fleet)
+
+        SimulatedLoop(process, self.network).run(main)
+
+    async def _act(self, fleet: Cars) -> None:
+        """Do what a teacher does: load all, stop all, let all go, find a car by its light."""
+        random, what = self.random, self.random.random()
+        if what < 0.4:
+            # Sometimes one load follows the other at once.
+            for _ in range(random.choice((1, 1, 1, 8))):
+                await self._load_and_stop(fleet)
+                await asyncio.sleep(random.uniform(0.0, 0.1))
+        elif what < 0.7:
+            self._order(fleet, STOP)
+        elif what < 0.9:
+            self._order(fleet, GO)
+        else:
+            kind = random.choice((BLINK, NAME))
+            with suppress(MotorcadeError):
+                await fleet.ask(["car-0"] if kind == NAME else [ALL], kind, "car-0" if kind == NAME else "")
+        await asyncio.sleep(random.choice((0.05, 0.5, 2.0)))
+
+    async def _load_and_stop(self, fleet: Cars) -> None:
+        """Load all cars; sometimes all are stopped meanwhile, or one is switched off."""
+        random = self.random
+        loading = asyncio.ensure_future(self._load(fleet, moving_image(random)))
+        while not loading.done():
+            await asyncio.wait([loading], timeout=random.uniform(0.02, 1.0))
+            if random.random() < 0.3:
+                self._order(fleet, STOP)
+            if random.random() < 0.12 and not self.is_healed:
+                random.choice(self.cars).end()
+        loading.result()
+
+    def _order(self, fleet: Cars, kind: str) -> None:
+        self.world.note("order", kind)
+        for car in self.cars:
+            car.awaits = kind
+            if kind == GO:
+                car.is_halted, car.stop_due_s = False, None
+            elif self._is_reached(fleet, car):
+                car.stop_due_s = self.world.now_s + STOP_S
+        fleet.order(kind)
+
+    def _is_reached(self, fleet: Cars, car: RoomCar) -> bool:
+        """Whether the car has answered and nothing has disturbed it since."""
+        contact = fleet.contacts.get(f"{car.host}:{PORT}")
+        return contact is not None and not contact.status().away and car.is_quiet(self.world.now_s - 2.0)
+
+    async def _load(self, fleet: Cars, image: bytes) -> None:
+        """Load all cars; each healthy one has the program soon, whatever becomes of the others."""
+        begin_s = self.world.now_s
+        reached = [each for each in self.cars if self._is_reached(fleet, each)]
+        before = {each.host: (each.holds(), len(each.stored)) for each in self.cars}
+        for car in self.cars:
+            car.known.add(image)
+
+        def check() -> None:
+            for car in reached:
+                if car.is_quiet(begin_s - 2.0):
+                    took_s = car.stored_s - begin_s
+                    has_it = image in car.stored[before[car.host][1] :]
+                    self.world.keep("nobody-waits", has_it, f"{car.name} has no program after {took_s:.1f} s")
+
+        self.world.after(_LOAD_S + 6 * self.slow_s, lambda: self.teacher is teacher and check())
+        teacher = self.teacher
+        for verdict in await fleet.load(image, [ALL]):
+            car = next((each for each in self.cars if verdict.where == f"{each.host}:{PORT}"), None)
+            self.world.note("verdict", verdict.where, verdict.holds)
+            if car in reached and car.is_quiet(begin_s - 2.0):
+                self.world.keep("nobody-waits", verdict.holds == NEW, f"{car.name} is healthy: {verdict.holds}")
+            if car is None or verdict.holds not in (NEW, OLD, EITHER):
+                continue
+            old, count = before[car.host]
+            if verdict.holds == NEW:
+                self.world.keep("verified", image in car.stored[count:], f"{car.name} never stored it")
+            elif verdict.holds == OLD and car.failed_late_s < begin_s:
+                is_old = car.holds() != image or old == image or car.holds() == old
+                self.world.keep("says-what-it-holds", is_old, f"{car.name} holds the new program")
+        now_s = self.world.now_s
+        self.world.keep("nobody-waits", now_s - begin_s < _MOST_LOAD_S, f"all waited for {now_s - begin_s:.0f} s")
+        off = [each for each in self.cars if each.ended_s > begin_s]
+        if all(each in off or each.is_quiet(begin_s - 2.0) for each in self.cars):
+            waited = [each.name for each in off if each.off_until_s() - each.ended_s > _DEAD_S]
+            self.world.keep("nobody-waits", not waited, f"the others waited for {waited}, who are off")
+
+    async def _end(self, fleet: Cars) -> None:
+        """All faults have ended: all cars are found, stopped and loaded."""
+        await asyncio.sleep(BACK_S)
+        known = {each for each in fleet.contacts if each.startswith("10.0.0.")}
+        self.world.keep("found", len(known) == len(self.cars), f"only {known}")
+        strange = sum(each.startswith(_STRANGE_HOST) for each in fleet.contacts)
+        self.world.keep("found", strange <= _MOST_OF_A_HOST, f"{strange} places of one host")
+        fleet.order(STOP)
+        wanting = [each for each in await fleet.confirmed(BACK_S) if each.where in known]
+        self.world.keep("away-first", not wanting, f"{wanting} aren't stopped")
+        image = moving_image(self.random)
+        for car in self.cars:
+            car.known.add(image)
+        verdicts = {each.where: each.holds for each in await fleet.load(image, [ALL])}
+        for car in self.cars:
+            holds = verdicts[f"{car.host}:{PORT}"]
+            self.world.keep("verified", holds == NEW and car.holds() == image, f"{car.name} after all faults: {holds}")
+            self.world.keep("stop-holds", car.speed == 0, f"{car.name} moves at the end")
+        self.is_over = True
+
+    # Faults.
+
+    def plan(self) -> None:
+        """Draw what goes wrong, and when."""
+        random = self.random
+        acts: list[tuple[float, Callable[[], None]]] = [
+            (0.6, self._kill_teacher),
+            (0.4, self._freeze_teacher),
+            (0.6, lambda: random.choice(self.cars).end()),
+            (0.6, lambda: self._break(random.choice(self.cars))),
+            (0.6, lambda: self._break(random.choice(self.cars))),
+            (0.4, lambda: self._freeze(random.choice(self.cars))),
+            (0.15, self._lose_power),
+            (0.15, self._fill),
+        ]
+        for chance, act in acts:
+            if random.random() < chance:
+                at_s = random.uniform(1.0, _FAULTS_S)
+                self.world.at(at_s, lambda act=act: None if self.is_healed else act())  # type: ignore[misc]
+        self.world.at(_FAULTS_S + 1.0, self._heal)
+
+    def _kill_teacher(self) -> None:
+        assert self.teacher
+        self.world.count("kill")
+        self.fleet = None
+        for car in self.cars:
+            car.stop_due_s = None
+            car.disturb(1.0)
+        self.teacher.end()
+        self.world.after(self.random.choice((0.05, 1.5)), self.start_teacher)
+
+    def _freeze_teacher(self) -> None:
+        assert self.teacher
+        self.world.count("freeze")
+        seconds = self.random.choice((0.5, 6.0))
+        for car in self.cars:
+            car.disturb(seconds + BACK_S)
+        self.teacher.freeze(seconds)
+
+    def _break(self, car: RoomCar) -> None:
+        link, seconds = car.link, self.random.uniform(0.1, 7.0)
+        car.disturb(seconds + BACK_S)
+        self.random.choice((link.cut, link.forget_one_end, lambda: link.stall(seconds)))()
+
+    def _freeze(self, car: RoomCar) -> None:
+        if car.process and not car.process.is_dead:
+            self.world.count("freeze")
+            seconds = self.random.choice((0.3, 3.0, 9.0))
+            car.disturb(seconds + BACK_S)
+            car.process.freeze(seconds)
+
+    def _lose_power(self) -> None:
+        """The power of the whole room fails, except that of the teacher's notebook."""
+        for car in self.cars:
+            car.end()
+        self.disk.lose_power()
+
+    def _fill(self) -> None:
+        self.world.count("full disk")
+        self.disk.is_full = True
+        for car in self.cars:
+            car.disturb(1000)
+
+    def _heal(self) -> None:
+        self.world.note("heal")
+        self.is_healed, self.disk.is_full, self.slow_s = True, False, 0.0
+        self.fail_at.clear()
+        for link in self.network.links.values():
+            link.down_until_s, link.loss = 0.0, 0.0
+        for process in self.world.processes:
+            process.frozen_until_s = 0.0
+        for car in self.cars:
+            car.start_again()
+
+    def check(self) -> None:
+        for car in self.cars:
+            car.check()
+
+    def names(self) -> Replaced:
+        """What the modules take from the system."""
+        ticks = SimpleNamespace(randbelow=self.random.randrange)
+        return on_disk(self.disk) | {
+            (fleet_cars, "monotonic"): Time.monotonic,
+            (fleet_contact, "monotonic"): Time.monotonic,
+            (fleet_link, "monotonic"): Time.monotonic,
+            (fleet_link, "monotonic_ms"): lambda: int(Time.monotonic() * 1000),
+            (fleet_link, "secrets"): ticks,
+            (fleet_finding, "ports"): list,
+            (car_lines, "listen"): lambda host, port: self.network.listen(here(), host, port),
+        }
+
+
+def run_fleet(room: World) -> None:
+    """Run the scenario; raises the first promise that is broken."""
+    run_ = Fleet(room)
+    before = {name: sys.modules.get(name) for name in ("zeroconf", "zeroconf.asyncio")}
+    sys.modules.update(multicast(run_.announced, run_.random))
+    try:
+        with replaced(run_.names()):
+            for car in run_.cars:
+                car.start()
+            room.checks.append(run_.check)
+            run_.plan()
+            run_.start_teacher()
+            room.run(300.0, lambda: run_.is_over)
+            room.keep("goes-on", run_.is_over, "the last load never ended")
+    finally:
+        for name, module in before.items():
+            if module is None:
+                del sys.modules[name]
+            else:
+                sys.modules[name] = module
