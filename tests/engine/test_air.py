@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorcade import Followers, Physics, Pose, Program, World, compile_program, formation, led, open_table, wait
+from motorcade import Followers, Physics, Pose, World, formation, led, open_table, wait
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.mats import Mat, Starts
 from motorcade.words.infrared import air_us, to_frame
@@ -66,12 +66,6 @@ def test_followers_that_pass_words_on_reach_beyond_the_leader(passes_on: bool, r
     starts = events_of(table([wait(1)], Followers([led(2, 3)], forward=passes_on), CHAIN), 20_000, "start")
     assert set(starts["car"]) == reached
     assert len(set(starts["word"])) == 1
-
-
-def test_followers_send_only_words_with_the_forward_bit() -> None:
-    program = Program([wait(1)], Followers([led(0, 3, forward=True), led(1, 3)], tagged=False))
-    frames = events_of(table(program.leader, program.followers, formation(2)), 20_000, "frame")
-    assert set(frames["word"][frames["car"] > 0].tolist()) == {compile_program(program).words[2]}
 
 
 def test_deaf_followers_lose_frames() -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorcade import Followers, Physics, Pose, avoid, forward, led, left, pir, right, together, voice, wait, wander
+from motorcade import Followers, Physics, Pose, avoid, forward, left, pir, right, together, voice, wait, wander
 from motorcade.mats import Mat, Person, Starts, Voice
 from support.strategies import CLASSROOM
 from support.tables import FORWARD, FORWARD_FAST, LEFT, RIGHT_FAST, STILL, counted, leaders, table, wheels, world
@@ -77,14 +77,6 @@ def test_cars_push_each_other_with_collisions_and_pass_through_without() -> None
     assert counted(cars)["touching_ms"] > 2000
     assert ghosts.snapshot().x_m.tolist() == pytest.approx([0.9, -0.3], abs=1e-4)
     assert not counted(ghosts)["touching_ms"]
-
-
-def test_a_driving_car_pushes_a_standing_one() -> None:
-    cars = table([forward(3)], None, [Pose(0, 0), Pose(0.2, 0)])
-    cars.run(2000)
-    pushing, pushed = cars.snapshot().x_m.tolist()
-    assert 0.2 < pushed < 0.2 + 0.4
-    assert 2 * RADIUS_M - 0.001 < pushed - pushing <= 2 * RADIUS_M
 
 
 def test_bodies_at_rest_do_not_overlap() -> None:
@@ -214,20 +206,6 @@ def test_walls_and_obstacles_are_avoided_before_they_are_touched(more: dict) -> 
     assert not counted(cars)["touching_ms"]
 
 
-@pytest.mark.parametrize(
-    "step",
-    [
-        avoid(3, 3),
-        together(wait(3), avoid(3, 3)),
-        together(forward(3, speed=0), avoid(3, 3)),
-        together(led(0, 3), avoid(3, 3)),
-    ],
-)
-def test_avoiding_does_not_move_a_standing_car(step: object) -> None:
-    cars = table([step], None, [Pose(0, 0), Pose(0.3, 0)])
-    assert set(wheels(cars, 3000)) == {STILL}
-
-
 # People
 
 
@@ -275,12 +253,6 @@ def test_stop_and_go_hold_and_release_the_wheels_but_not_the_word() -> None:
     cars.say("stop")
     assert set(wheels(cars, 1000)) == {STILL}
     assert set(wheels(cars, 1000)) == {LEFT}
-    assert set(wheels(cars, 1000)) == {FORWARD}
-
-
-def test_only_cars_whose_word_listens_obey_stop() -> None:
-    cars = table([forward(3)], None, ALONE)
-    cars.say("stop")
     assert set(wheels(cars, 1000)) == {FORWARD}
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motorcade import Followers, Mat, Physics, Pose, Program, World, compile_program, led, open_table, repeat, wait
 from motorcade.config.profile import Profile
 from motorcade.engine.events import KINDS
-from motorcade.program.step import Step
+from motorcade.program.steps import Step
 from motorcade.words.formats import CONTROL
 from motorcade.words.infrared import TAGS, air_us, tagged_frame, to_frame
 from support.plain_world import PlainWorld

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade.engine import layout
-from motorcade.engine.backends import open_backend
 from motorcade.engine.geometry import nearest_of_segment
+from motorcade.engine.world import open_backend
 from support.worlds import Case, cases
 
 

@@ -4,21 +4,15 @@ from motorcade.car import brain, frames
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.senses import NOTHING
 from motorcade.engine import bodies, clearance, floor
-from motorcade.engine.decorators import in_kernel
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.state import DRIVEN, Arrays, Ints, Now, Words
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 # No control word: a car that gets it keeps its own.
 KEEP = 1
-# Columns of what `read_senses` writes of a car.
-OBSTACLE_MM = 0
-PERSON = 1
-DARK_FLOOR = 2
-WORD = 3  # that it executes or holds
-STARTED_MS = 4  # when it began
-X_UM = 5
-Y_UM = 6
-HEADING = 7  # binary angle
+# Columns of what `read_senses` writes of a car: what it senses, the word that it executes or holds, when that began,
+# and where it is; the heading is a binary angle.
+OBSTACLE_MM, PERSON, DARK_FLOOR, WORD, STARTED_MS, X_UM, Y_UM, HEADING = range(8)
 SENSED = 8
 
 

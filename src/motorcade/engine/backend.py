@@ -1,9 +1,14 @@
-"""What runs the kernels of a world. All backends give the same bits; `motorcade.engine.backends` opens one.
+"""What kernels are made of, and what runs them. All backends give the same bits; `motorcade.engine.world` opens one.
+
+A kernel is a Python function that steps or prepares a world. Three backends run it: compiled ahead of time to machine
+code (`motorcade.engine.native`) and to WebAssembly (`motorcade.engine.webassembly`), and plain Python. The compiler
+finds the functions and classes that kernels are made of by decorators, without a list of names.
 
 This module needs no NumPy: in a browser, an array is a place in the linear memory of engine.wasm.
 """
 
 from collections.abc import Sequence
+from types import FunctionType
 from typing import Any, Literal, Protocol, TypeVar, get_args
 
 from motorcade.engine.state import Buffer, People, Rules, Voices
@@ -14,6 +19,25 @@ NAMES: tuple[Name, ...] = get_args(Name)
 # An array as its backend has it: of NumPy, or a `motorcade.browser.kernels.LinearArray`. Both have `shape`, `view`,
 # rows and slices.
 BackendArray = Any
+
+Function = TypeVar("Function")
+Class = TypeVar("Class", bound=type)
+
+FUNCTIONS: list[FunctionType] = []
+CLASSES: list[type] = []
+
+
+def in_kernel(function: Function) -> Function:
+    """Decorate a function that kernels call. It is inlined, because a call would copy each array's description."""
+    assert isinstance(function, FunctionType)
+    FUNCTIONS.append(function)
+    return function
+
+
+def methods_in_kernel(kind: Class) -> Class:
+    """Decorate a named tuple class whose public methods kernels call."""
+    CLASSES.append(kind)
+    return kind
 
 
 class Backend(Protocol):

@@ -21,8 +21,8 @@ from motorcade.car import brain
 from motorcade.car.senses import NOTHING
 from motorcade.config.profile import Profile
 from motorcade.engine import bodies, clearance
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import NOISE_MS, WAY_BITS
-from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
 from motorcade.engine.state import DRIVEN, Arrays, Buffer, Cars, Driven, Floats, Now, Rules
 from motorcade.words.ticks import TICKS_MASK, later_ms

@@ -14,8 +14,8 @@ import math
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at, cells_around
-from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import (
     FAR_UM,
     cosine,
@@ -136,17 +136,6 @@ def others_ahead(i: int, world: int, look: float, cars: Cars, cells: Cells, rule
 
 
 @in_kernel
-def _closing(product: float, distance: float, own: float, rules: Rules) -> float:
-    """How fast a car approaches a point, given the product of its way and the vector to the point.
-
-    On a straight way the speed of approach never grows; with wheel noise the way isn't straight.
-    """
-    if rules.wheel_noise > 0.0:
-        return own
-    return product / max(distance, 1.0)
-
-
-@in_kernel
 def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float:
     """How far a body is outside of what the sensor sees: beyond the range or beside the cone, whichever is more."""
     away = math.sqrt(ahead * ahead + aside * aside) - rules.radius
@@ -202,7 +191,8 @@ def place_near(
         distance = math.sqrt(squared)
         surface = distance - thick
         if own > 0.0:
-            closing = _closing(way_x * dx + way_y * dy, distance, own, rules)
+            # On a straight way the speed of approach never grows; with wheel noise the way isn't straight.
+            closing = own if rules.wheel_noise > 0.0 else (way_x * dx + way_y * dy) / max(distance, 1.0)
             ticks = min(ticks, (surface - rules.radius) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
         if look > 0.0:
@@ -267,13 +257,6 @@ def whole_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -
         push_x = sum_x * rules.fastest / length - way_x
         push_y = sum_y * rules.fastest / length - way_y
     return int(min(max(push_x, -_MOST_PUSH_UM), _MOST_PUSH_UM)), int(min(max(push_y, -_MOST_PUSH_UM), _MOST_PUSH_UM))
-
-
-@in_kernel
-def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> None:
-    """Keep the push until the cars move."""
-    whole_x, whole_y = whole_push(i, push_x, push_y, cars, rules)
-    cars.push[i] = (whole_x & 0xFFFF) << 16 | (whole_y & 0xFFFF)
 
 
 @in_kernel

@@ -1,15 +1,21 @@
-"""Sort the cars of a world by square cells, so that the cars near a place are found quickly (a counting sort)."""
+"""Square cells, so that what is near a place is found quickly.
+
+The cars of a world are sorted by them (a counting sort). For each cell of a mat, the walls and obstacles that can
+matter to a car in it are listed, the nearest first.
+"""
 
 import math
 
-from motorcade.engine.decorators import in_kernel
-from motorcade.engine.state import Cars, Cells, Floats, Words
+from motorcade.engine.backend import in_kernel
+from motorcade.engine.geometry import nearest_of_segment
+from motorcade.engine.state import Cars, Cells, Floats, Place, Words
 
-ORIGIN_X = 0
-ORIGIN_Y = 1
-PER_UM = 2
-COLUMNS = 3
-ROWS = 4
+ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS = range(5)
+# What rounding of a distance and of the corner of a cell can make, µm.
+_ROUNDING_UM = 2.0
+_HALF_DIAGONAL = math.sqrt(0.5)
+# Where nothing stands there, there are 0 cells a µm.
+_LEAST_PER_UM = 1e-12
 
 
 @in_kernel
@@ -123,3 +129,75 @@ def clear_push(low: int, high: int, cars: Cars) -> None:
     """Set the pushes to zero after a sort, which uses them as scratch."""
     for i in range(low, high):
         cars.push[i] = 0
+
+
+@in_kernel
+def _each_near(reach: float, fills: bool, place: Place) -> None:
+    """Count what is near each cell in ``first[cell + 1]``, or put it at ``first[cell]``, which moves on."""
+    frame, first, segments = place.frame, place.first, place.segments.shape[0]
+    left, bottom, columns = float(frame[ORIGIN_X]), float(frame[ORIGIN_Y]), int(frame[COLUMNS])
+    per_um = float(frame[PER_UM])
+    side = 1.0 / max(per_um, _LEAST_PER_UM)
+    margin = side * _HALF_DIAGONAL + _ROUNDING_UM
+    for item in range(segments + place.discs.shape[0]):
+        # A disc is a wall from its middle to its middle, with a radius.
+        if item < segments:
+            wall = place.segments[item]
+            x0, y0, x1, y1, radius = float(wall[0]), float(wall[1]), float(wall[2]), float(wall[3]), 0.0
+        else:
+            disc = place.discs[item - segments]
+            x0, y0, x1, y1, radius = float(disc[0]), float(disc[1]), float(disc[0]), float(disc[1]), float(disc[2])
+        near = radius + reach
+        first_column = math.floor((min(x0, x1) - near - left) * per_um)
+        last_column = math.floor((max(x0, x1) + near - left) * per_um)
+        first_row = math.floor((min(y0, y1) - near - bottom) * per_um)
+        last_row = math.floor((max(y0, y1) + near - bottom) * per_um)
+        for row in range(first_row, last_row + 1):
+            y = (row + 0.5) * side + bottom
+            for column in range(first_column, last_column + 1):
+                x = (column + 0.5) * side + left
+                near_x, near_y = nearest_of_segment(x, y, x0, y0, x1, y1)
+                middle = math.sqrt((x - near_x) * (x - near_x) + (y - near_y) * (y - near_y)) - radius
+                # No point of the cell is nearer.
+                away = max(middle - margin, 0.0)
+                if away > reach:
+                    continue
+                cell = row * columns + column
+                if fills:
+                    k = first[cell]
+                    place.items[k] = item
+                    place.away[k] = away
+                    first[cell] = k + 1
+                else:
+                    first[cell + 1] += 1
+
+
+def count_walls(reach: float, place: Place) -> None:
+    """Count the walls and obstacles within ``reach`` of each cell: fill ``place.first``.
+
+    Its last number is then how many items all lists have.
+    """
+    first, cells = place.first, int(place.frame[COLUMNS]) * int(place.frame[ROWS])
+    for cell in range(cells + 1):
+        first[cell] = 0
+    _each_near(reach, False, place)
+    for cell in range(cells):
+        first[cell + 1] += first[cell]
+
+
+def list_walls(reach: float, place: Place) -> None:
+    """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``: fill items and away."""
+    first, items, away = place.first, place.items, place.away
+    cells = int(place.frame[COLUMNS]) * int(place.frame[ROWS])
+    _each_near(reach, True, place)
+    for cell in range(cells, 0, -1):
+        first[cell] = first[cell - 1]
+    first[0] = 0
+    for cell in range(cells):
+        # Lists are short.
+        for k in range(first[cell] + 1, first[cell + 1]):
+            item, near, at = items[k], away[k], k
+            while at > first[cell] and away[at - 1] > near:
+                items[at], away[at] = items[at - 1], away[at - 1]
+                at -= 1
+            items[at], away[at] = item, near

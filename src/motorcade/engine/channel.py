@@ -19,8 +19,8 @@ from typing import Literal, get_args
 
 from motorcade.car import frames
 from motorcade.engine import events
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at, cells_around
-from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
 from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Place, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
@@ -28,10 +28,7 @@ from motorcade.words.ticks import elapsed_ms, later_ms, reached
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
 REACHES: tuple[Reach, ...] = get_args(Reach)
 # Indices into REACHES.
-IN_REACH = 0
-TOO_FAR = 1
-OUTSIDE_BEAM = 2
-HIDDEN = 3
+IN_REACH, TOO_FAR, OUTSIDE_BEAM, HIDDEN = range(4)
 
 
 @in_kernel

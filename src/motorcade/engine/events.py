@@ -32,19 +32,9 @@ KINDS = ("state", "start", "over", "frame", "heard", "lost")
 LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check")
 
 # Indices into KINDS; the first three are those of `motorcade.car.step`.
-STATE = 0
-START = 1
-OVER = 2
-FRAME = 3
-HEARD = 4
-LOST = 5
+STATE, START, OVER, FRAME, HEARD, LOST = range(6)
 # Indices into LOSS_REASONS.
-PARITY = 1
-RESERVED = 2
-DEAF = 3
-SENDING = 4
-COLLISION = 5
-CHECK = 6
+PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK = range(1, 7)
 
 # Columns of the counts. Lost frames are counted at their index into LOSS_REASONS, whose index 0 is no reason: that
 # column counts the frames that were begun.
@@ -55,12 +45,7 @@ TOUCHING_MS = 9
 EVENTS = 10  # events that happened, whether or not there was room for them
 COUNTS = 16  # two cache lines, so that no two threads write to one
 # Columns of an event in Counters.events.
-T_MS = 0
-CAR = 1
-KIND = 2
-WHY = 3
-WORD = 4
-OTHER = 5
+T_MS, CAR, KIND, WHY, WORD, OTHER = range(6)
 COLUMNS = 6
 
 

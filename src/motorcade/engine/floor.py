@@ -18,13 +18,13 @@ from array import array
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, chain, islice, pairwise
 
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.clearance import MOST_TICKS, whole_ticks
-from motorcade.engine.decorators import in_kernel
 from motorcade.engine.geometry import FAR_UM, cosine, sine
 from motorcade.engine.state import DRIVEN, Buffer, Cars, Floor, Rules
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat
-from motorcade.mats.lines import way_of
+from motorcade.mats.model import way_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
 # A sensor in a cell knows of all marks that are nearer than this.

@@ -9,7 +9,7 @@ import math
 from array import array
 from statistics import NormalDist
 
-from motorcade.engine.decorators import in_kernel
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.state import Floats
 
 FULL_TURN = 1 << 32

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from motorcade.car.brain import lit_led
-from motorcade.engine.decorators import in_kernel
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import FULL_TURN, nearest_of_segment
 from motorcade.engine.state import Cars, Floats, Ints, Rules, Singles
 from motorcade.words.ticks import TICKS_MASK

@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
-from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing, walls
-from motorcade.engine.decorators import in_kernel, methods_in_kernel
+from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing
+from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
 from motorcade.words.formats import CONTROL
@@ -394,7 +394,7 @@ KERNELS: Mapping[str, Callable[..., None]] = {
         showing.sort_events,
         showing.note_events,
         showing.find_nearest,
-        walls.count_walls,
-        walls.list_walls,
+        cells.count_walls,
+        cells.list_walls,
     )
 }

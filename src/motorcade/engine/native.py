@@ -1,5 +1,6 @@
-"""Run the kernels in machine code: a shared library of this kind of computer, compiled before Motorcade is installed.
+"""Run the kernels on arrays of NumPy: in machine code, or as plain Python.
 
+Machine code is in a shared library of this kind of computer, compiled before Motorcade is installed.
 ``scripts/engine_module.py`` makes the libraries and engine.wasm from the same code, so the arguments of the kernels are
 those of engine.wasm. A call lets go of Python's lock.
 """
@@ -18,12 +19,13 @@ from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE
 from motorcade.engine.backend import Name
-from motorcade.engine.interpreted import HeapArrays
-from motorcade.engine.kernels import PHASES, SET_OUT, SORT
+from motorcade.engine.kernels import KERNELS, PHASES, SET_OUT, SORT
 from motorcade.engine.linear_memory import Described, LinearMemory, module_arguments
+from motorcade.engine.state import Buffer
 
 # What `platform.machine()` calls the processors of one kind.
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
@@ -33,6 +35,71 @@ _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movb
 # With more, threads need not wait for one whose share takes long.
 SHARES_A_THREAD = 4
 _INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
+
+
+def as_array(contents: Buffer) -> NDArray[Any]:
+    """Return a buffer as an array of NumPy, without a copy."""
+    return np.asarray(contents.items).view(contents.dtype).reshape(contents.shape)
+
+
+class NumpyArrays:
+    """How arrays of NumPy are read, written and described, wherever they are; addresses count from ``_base``."""
+
+    _base = 0
+
+    def _describe(self, value: Any) -> Described | None:
+        if not isinstance(value, np.ndarray):
+            return None
+        address, is_contiguous = value.__array_interface__["data"][0] - self._base, value.flags.c_contiguous
+        return Described(
+            _name_of(value.dtype), is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
+        )
+
+    def read(self, array: NDArray[Any]) -> bytes:
+        """Return the contents of an array."""
+        return array.tobytes()
+
+    def write(self, array: NDArray[Any], contents: bytes) -> None:
+        """Replace the contents of an array."""
+        array[...] = np.frombuffer(contents, array.dtype).reshape(array.shape)
+
+    def clear(self, array: NDArray[Any]) -> None:
+        """Fill an array with zeros."""
+        array[...] = 0
+
+    def save(self, arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+        """Return copies of arrays."""
+        return [array.copy() for array in arrays]
+
+    def restore(self, arrays: Sequence[NDArray[Any]], saved: list[NDArray[Any]]) -> None:
+        """Give the arrays the contents that `save` copied."""
+        for array, copy in zip(arrays, saved, strict=True):
+            array[...] = copy
+
+
+class HeapArrays(NumpyArrays):
+    """Arrays where NumPy allocates them."""
+
+    def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> NDArray[Any]:
+        """Return an array of zeros."""
+        return np.zeros(shape, dtype)
+
+    def allocate(self, slot: str, contents: Buffer) -> NDArray[Any]:
+        """Return the contents as an array, without a copy."""
+        return as_array(contents)
+
+
+class InterpretedKernels(HeapArrays):
+    """The kernels as plain Python: some hundred times slower than native ones, for a debugger and for comparison."""
+
+    name: Name = "interpreted"
+    threaded = False
+
+    def call(self, kernel: str, *arguments: Any) -> None:
+        """Call a kernel."""
+        # Compiled integers wrap around silently, so NumPy's have to.
+        with np.errstate(over="ignore"):
+            KERNELS[kernel](*arguments)
 
 
 def library_path() -> Path:
@@ -119,7 +186,7 @@ def _name_of(dtype: "np.dtype[Any]") -> str:
     return dtype.name
 
 
-class NativeKernels(LinearMemory, HeapArrays):
+class NativeKernels(HeapArrays, LinearMemory):
     """The kernels of this computer's library. Raises OSError where it can't be loaded."""
 
     name: Name = "native"
@@ -156,14 +223,6 @@ class NativeKernels(LinearMemory, HeapArrays):
                 shares = 1 if not is_shared else threads if phase == SORT else SHARES_A_THREAD * threads
                 numbers = ((share, shares, phase, tick, heard) for share in range(shares))
                 _pool.share(kernel, [_INTS.pack(*each) + rest for each in numbers], threads)
-
-    def _describe(self, value: Any) -> Described | None:
-        if not isinstance(value, np.ndarray):
-            return None
-        address, is_contiguous = value.__array_interface__["data"][0], value.flags.c_contiguous
-        return Described(
-            _name_of(value.dtype), is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
-        )
 
     def _call(self, kernel: str, block: bytes) -> None:
         self._kernels[kernel](block)

@@ -1,6 +1,5 @@
 """Pictures of one world for a page, and what happened to each of its cars, by kernels. This module needs no NumPy."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from motorcade.engine import showing
@@ -82,13 +81,11 @@ class Pictures:
     def counted(self, car: int) -> CarTally:
         """Return what has happened to a car."""
         memory = self._world.backend
-        column = [int.from_bytes(memory.read(row), "little") for row in self._rows(car)]
+        rows = (self._tally.cars[row, car : car + 1] for row in range(TALLY_ROWS))
+        column = [int.from_bytes(memory.read(row), "little") for row in rows]
         first = showing.LOST_FRAMES
         lost = {why: column[first + k] for k, why in enumerate(LOSS_REASONS) if why}
         return CarTally(column[showing.FRAMES], column[showing.FRAMES_HEARD], lost, *column[showing.LAST_WORD :])
-
-    def _rows(self, car: int) -> Sequence[object]:
-        return [self._tally.cars[row, car : car + 1] for row in range(TALLY_ROWS)]
 
     def nearest(self, car: int) -> tuple[list[Near], list[Near]]:
         """Return the cars nearest to one: those that have sent frames, and those that have only received some."""
@@ -98,9 +95,6 @@ class Pictures:
         world.backend.call("find_nearest", car, world.arrays(), self._tally, away, found)
         numbers = memoryview(memory.read(found)).cast("q").tolist()
         rows = [numbers[at : at + 3] for at in range(0, len(numbers), 3)]
-        near = [[Near(row[0], row[1], REACHES[row[2]]) for row in part if row[0] >= 0] for part in _halves(rows)]
+        parts = rows[:MOST_NEAREST], rows[MOST_NEAREST:]
+        near = [[Near(row[0], row[1], REACHES[row[2]]) for row in part if row[0] >= 0] for part in parts]
         return near[showing.SENDERS], near[showing.LISTENERS]
-
-
-def _halves(rows: list[list[int]]) -> tuple[list[list[int]], list[list[int]]]:
-    return rows[:MOST_NEAREST], rows[MOST_NEAREST:]

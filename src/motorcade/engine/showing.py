@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from motorcade.car.brain import HOLDS, RUNNING, SLOT, STATE, WORD, lit_led
 from motorcade.engine import bicycle, channel, clearance, events
-from motorcade.engine.decorators import in_kernel
+from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS, SENDS, STUCK, Columns
 from motorcade.engine.state import Arrays, Bytes, Cars, Driven, Floats, Ints, Rules, Singles, Words
@@ -18,26 +18,19 @@ from motorcade.words.ticks import TICKS_MASK, reached
 EVENT_NUMBERS = EVENT_BYTES // 4
 
 # Rows of Tally.cars. Lost frames are counted at LOST_FRAMES plus their index into LOSS_REASONS.
-FRAMES = 0
-FRAMES_HEARD = 1
-LOST_FRAMES = 2
+FRAMES, FRAMES_HEARD, LOST_FRAMES = range(3)
 LAST_WORD = LOST_FRAMES + len(events.LOSS_REASONS)
 LAST_SENDER = LAST_WORD + 1
 LAST_MS = LAST_WORD + 2
 TALLY_ROWS = LAST_WORD + 3
 
 # Rows of Tally.marks: what the columns of a picture are packed for.
-PICTURED = 0
-STORED = 1
-ASKED = 2
+PICTURED, STORED, ASKED = range(3)
 
-# Rows of what `nearest_kernel` finds, and the columns of each.
-SENDERS = 0
-LISTENERS = 1
+# Rows of what `find_nearest` finds, and the columns of each.
+SENDERS, LISTENERS = range(2)
+CAR, DISTANCE_MM, REACH = range(3)
 MOST_NEAREST = 8
-CAR = 0
-DISTANCE_MM = 1
-REACH = 2
 
 
 class Tally(NamedTuple):

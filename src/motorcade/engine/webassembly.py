@@ -13,19 +13,14 @@ import wasmtime
 from numpy.typing import NDArray
 
 from motorcade.engine.backend import Name
-from motorcade.engine.interpreted import NumpyArrays, as_array
-from motorcade.engine.linear_memory import (
-    PATH,
-    Described,
-    LinearMemory,
-    module_arguments,
-)
+from motorcade.engine.linear_memory import PATH, LinearMemory, module_arguments
+from motorcade.engine.native import NumpyArrays, as_array
 from motorcade.engine.state import Buffer
 
 _PAGE = 1 << 16
 
 
-class WebAssemblyKernels(LinearMemory, NumpyArrays):
+class WebAssemblyKernels(NumpyArrays, LinearMemory):
     """The kernels in WebAssembly, for computers that no library of `motorcade.engine.native` is for."""
 
     name: Name = "webassembly"
@@ -67,15 +62,6 @@ class WebAssemblyKernels(LinearMemory, NumpyArrays):
         # An array holds its buffer, and so the memory.
         buffer.store = self._store  # type: ignore[attr-defined]
         return np.ndarray(shape, dtype, memoryview(buffer))
-
-    def _describe(self, value: Any) -> Described | None:
-        if not isinstance(value, np.ndarray):
-            return None
-        address = value.__array_interface__["data"][0] - self._base
-        is_contiguous = value.flags.c_contiguous
-        return Described(
-            value.dtype.name, is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
-        )
 
     def _grow_to(self, end: int) -> bool:
         missing = end - self._memory.data_len(self._store)

@@ -1,6 +1,13 @@
-"""The public interface of the engine on a computer: a world of cars, or many worlds side by side, with NumPy."""
+"""The public interface of the engine on a computer: a world of cars, or many worlds side by side, with NumPy.
 
+It opens what runs the kernels: the library of this computer, else WebAssembly; or plain Python.
+"""
+
+import hashlib
+import json
+import os
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import psutil
@@ -9,22 +16,28 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine import events as event_rows
 from motorcade.engine import layout
-from motorcade.engine.backend import Name
-from motorcade.engine.backends import open_backend, processors
+from motorcade.engine.backend import NAMES, Backend, Name
 from motorcade.engine.events import EVENT
 from motorcade.engine.moment import COLUMNS, Event, Moment
-from motorcade.engine.native import SHARES_A_THREAD, NativeKernels
+from motorcade.engine.native import SHARES_A_THREAD, InterpretedKernels, NativeKernels, library_path
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat
+from motorcade.mats import Mat, formation, open_table
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, image_words, words_to_bytes
 
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
+# WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.
+_MOST_BYTES = 3 << 30
+_PROOF_MS = 2_000
+# Beside the libraries: the digest of each, and of the proof.
+DIGESTS = "digests.json"
 
 
 class World(Simulation):
-    """Simulate cars on a mat.
+    """Simulate cars on a mat; attributes as of Simulation.
 
     Args:
         mat: where the cars start, and what is around them.
@@ -37,13 +50,6 @@ class World(Simulation):
         threads: how many threads to use; default: one per processor. WebAssembly uses one.
         kernels: what runs the cars, with the same bits: ``"native"`` (machine code), ``"webassembly"``, or
             ``"interpreted"``; default: native, or WebAssembly on a computer that no machine code is for.
-
-    Attributes:
-        cars: how many there are in each world.
-        worlds: how many worlds there are.
-        seeds: of each world.
-        now_ms: the simulated time; wraps at 2^30.
-        state: the arrays of the cars (`motorcade.engine.state.Cars`), not in the order of car numbers.
 
     Raises:
         MotorcadeError: an image is damaged, the world can't be simulated, or it doesn't fit into the memory.
@@ -141,6 +147,70 @@ class World(Simulation):
             backend.run(min(self.threads, self.worlds), *moment, self._seeds, self.arrays())
         else:
             super()._call(ticks)
+
+
+def open_backend(name: Name | None = None, needed_bytes: int = 0) -> Backend:
+    """Return what runs one world; for None the library of this computer, or WebAssembly where it can't be used.
+
+    Args:
+        name: one of NAMES, or None.
+        needed_bytes: the estimated size of the world's arrays.
+
+    Raises:
+        MotorcadeError: there is no such backend, its library can't be used, or the world is too large for it.
+        ModuleNotFoundError: wasmtime isn't installed.
+    """
+    if name is not None and name not in NAMES:
+        raise MotorcadeError("kernels-unknown", name=name, allowed=", ".join(NAMES))
+    if name == "interpreted":
+        return InterpretedKernels()
+    problem = None if name == "webassembly" else library_problem()
+    if problem and name == "native":
+        raise problem
+    if problem is None and name != "webassembly":
+        return NativeKernels()
+    if needed_bytes > _MOST_BYTES:
+        raise MotorcadeError("world-exceeds-webassembly", needed=needed_bytes / 1e9, most=_MOST_BYTES / 1e9)
+    from motorcade.engine.webassembly import WebAssemblyKernels
+
+    return WebAssemblyKernels()
+
+
+@lru_cache
+def library_problem() -> MotorcadeError | None:
+    """Return why this computer can't use its library: missing, damaged, not loadable, or wrong; None where it can."""
+    path = library_path()
+    if not path.exists():
+        return MotorcadeError("library-missing", file=path.name)
+    digests = json.loads((path.parent / DIGESTS).read_text(encoding="utf-8"))
+    # To load a file that was cut off would end the process.
+    if hashlib.sha256(path.read_bytes()).hexdigest() != digests[path.name]:
+        return MotorcadeError("library-damaged", file=path.name)
+    try:
+        backend = NativeKernels()
+    except (OSError, AttributeError) as problem:
+        return MotorcadeError("library-not-loaded", file=path.name, reason=str(problem))
+    return None if proof(backend) == digests["proof"] else MotorcadeError("library-differs", file=path.name)
+
+
+def proof(backend: Backend) -> str:
+    """Return a digest of a small world after two seconds: the same for every backend that computes rightly."""
+    drives = {"forward": 1, "motor_enable": 1, "motor_duration": 3}
+    leader = (CONTROL.encode(**drives, motor_direction=3, motor_speed=3),)
+    followers = tuple(CONTROL.encode(accept_ir=1, **drives, motor_direction=k, motor_speed=k) for k in (1, 2, 3))
+    image = words_to_bytes(image_words(Image(leader, followers, dwell_level=0, tagged=1)))
+    world = Simulation(open_table(formation(12)), [image], None, backend, seeds=(7,))
+    world.run(_PROOF_MS)
+    digest = hashlib.sha256(repr(sorted(world.totals().items())).encode())
+    for column in (world.state.rows, world.state.wheels):
+        digest.update(backend.read(column))
+    return digest.hexdigest()
+
+
+def processors() -> int:
+    """How many threads a world uses: one for each processor that this process may use."""
+    usable = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    return max(len(usable), 1)
 
 
 def _check_memory(cars: int, needed: int) -> None:
