@@ -32,17 +32,14 @@ const motorcade::CarSettings CAR = {
     4, 3, {12}, {18, 13}, 2, 255, 255, 0, PATTERNS, 2,
 };
 
-// An ArduinoBoard that keeps the frames that it sends.
+// An ArduinoBoard whose frames need no pin.
 class ProbeBoard : public motorcade::ArduinoBoard {
  public:
   ProbeBoard(bool is_leader, uint32_t number) : ArduinoBoard(CAR, is_leader, number, ram, nullptr) {}
   void send_frame(uint32_t frame) override {
     begin_echo(frame);
-    frames[frame_count++ & 1023] = frame;
   }
   Ram ram;
-  uint32_t frames[1024];
-  uint32_t frame_count = 0;
 };
 
 struct Probe {
@@ -71,15 +68,6 @@ extern "C" {
 
 void set_time(uint32_t now_us) { mock_us = now_us; }
 
-// An edge at a pin that an interrupt watches.
-void edge(uint8_t pin, uint8_t level) {
-  mock_pins[pin] = level;
-  if (mock_interrupts[pin]) mock_interrupts[pin]();
-}
-
-uint8_t duty(uint8_t pin) { return mock_duties[pin]; }
-uint8_t level(uint8_t pin) { return mock_pins[pin]; }
-
 Probe *probe_new(uint8_t is_leader, uint32_t number, const uint8_t *content) {
   Probe *probe = new Probe(is_leader, number);
   if (content) memcpy(probe->board.ram.bytes, content, sizeof(probe->board.ram.bytes));
@@ -96,19 +84,11 @@ void probe_memory(Probe *probe, uint8_t *content) { memcpy(content, probe->board
 void probe_break_cell(Probe *probe, uint16_t at) { probe->board.ram.bad_at = at; }
 uint32_t probe_number(Probe *probe) { return probe->board.number(); }
 void probe_set_number(Probe *probe, uint32_t number) { probe->board.store().set_number(number); }
-uint32_t probe_obstacle_mm(Probe *probe) { return probe->board.obstacle_mm(); }
 
 uint32_t probe_sent(uint8_t *data) {
   const size_t count = sent_count;
   memcpy(data, sent, count);
   sent_count = 0;
-  return count;
-}
-
-uint32_t probe_frames(Probe *probe, uint32_t *frames) {
-  const uint32_t count = probe->board.frame_count;
-  memcpy(frames, probe->board.frames, sizeof(probe->board.frames));
-  probe->board.frame_count = 0;
   return count;
 }
 
@@ -129,9 +109,5 @@ motorcade::EdgeSerial *line_new(uint16_t baud) { return new motorcade::EdgeSeria
 void line_free(motorcade::EdgeSerial *line) { delete line; }
 void line_edge(motorcade::EdgeSerial *line, uint32_t at_us, uint8_t level) { line->take_edge(at_us, level); }
 int16_t line_read(motorcade::EdgeSerial *line, uint32_t now_us) { return line->read(now_us); }
-
-motorcade::VoicePatterns *voice_new() { return new motorcade::VoicePatterns(PATTERNS, 2); }
-void voice_free(motorcade::VoicePatterns *voice) { delete voice; }
-uint8_t voice_take(motorcade::VoicePatterns *voice, uint8_t byte) { return voice->take(byte); }
 
 }  // extern "C"

@@ -5,8 +5,7 @@ import subprocess
 import pytest
 
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
-from motorcade.config.pins import parse_pins
-from motorcade.config.voice_map import VoiceMap
+from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
 from support.arduino_build import MEGA, UNO
 from support.strategies import CLASSROOM

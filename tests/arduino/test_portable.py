@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 from scripts import debian
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver
-from motorcade.boards.voice import SerialVoice
-from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
-from motorcade.car.brain import VOICE_GO, VOICE_STOP
+from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.firmware.arduino_library import library_folder
@@ -28,7 +26,6 @@ from support.strategies import CLASSROOM
 HERE = Path(__file__).parent
 UNIT_US = 560
 MOST_WORDS = 125
-ECHO_PIN, TRIGGER_MM = 3, 343 / 2000
 # Ticks in which the car stores the largest image, and answers.
 TICKS = 120
 
@@ -50,10 +47,9 @@ def plain(install_lock: FileLock, tmp_path_factory: pytest.TempPathFactory) -> c
         subprocess.run([*language, *flags, *include, "-c", str(file), "-o", objects[-1]], check=True)
     subprocess.run([str(gxx), "-shared", "-fsanitize=undefined", *objects, "-o", str(folder / "plain.so")], check=True)
     library = ctypes.CDLL(str(folder / "plain.so"))
-    for name in ("probe_new", "receiver_new", "line_new", "voice_new"):
+    for name in ("probe_new", "receiver_new", "line_new"):
         getattr(library, name).restype = ctypes.c_void_p
-    for name in ("probe_obstacle_mm", "probe_number"):
-        getattr(library, name).restype = ctypes.c_uint32
+    library.probe_number.restype = ctypes.c_uint32
     library.line_read.restype = ctypes.c_int16
     library.receiver_next.restype = library.receiver_senses.restype = ctypes.c_uint8
     return library
@@ -81,10 +77,6 @@ class Probe:
         count = self.library.probe_sent(data)
         return data.raw[:count]
 
-    def frames(self) -> list[int]:
-        frames = (ctypes.c_uint32 * 1024)()
-        return list(frames[: self.library.probe_frames(self.probe, frames)])
-
     def memory(self) -> bytes:
         data = ctypes.create_string_buffer(1024)
         self.library.probe_memory(self.probe, data)
@@ -105,8 +97,6 @@ class PythonBoard(Board):
         self.is_leader, self.number = is_leader, number
         self.image: bytes | None = None
         self.at_ms, self.came, self.sent = 0, b"", b""
-        self.direction, self.speed, self.led = 0, 0, 4
-        self.frames: list[int] = []
 
     def now_ms(self) -> int:
         return self.at_ms
@@ -123,15 +113,6 @@ class PythonBoard(Board):
 
     def write_serial(self, data: bytes) -> None:
         self.sent += data
-
-    def send_frame(self, frame: int) -> None:
-        self.frames.append(frame)
-
-    def set_wheels(self, direction: int, speed_level: int) -> None:
-        self.direction, self.speed = direction, speed_level
-
-    def set_led(self, which: int) -> None:
-        self.led = which
 
 
 PIECES = st.one_of(
@@ -170,39 +151,6 @@ def test_the_car_answers_any_bytes_as_the_car_in_python_does(plain, script) -> N
             probe.tick(board.at_ms)
     assert probe.sent() == board.sent
     probe.close()
-
-
-def test_the_wheels_the_leds_and_the_frames_are_those_of_the_car_in_python(plain) -> None:
-    board = PythonBoard(True, 5)
-    car, probe = Car(board), Probe(plain, is_leader=True, number=5)
-    # All directions and speeds, random headings too, and words that followers pass on.
-    states = [
-        0x20000000 | direction << 27 | speed << 25 | 1 << 23 | 1 << 19 for direction in range(4) for speed in (1, 3)
-    ]
-    image = words_to_bytes((len(states) << 24 | 0x00030101, *states, 0xC0280000, 0xC0480000, 0xC0680000))
-    for at_ms in range(20_000):
-        if at_ms == 10:
-            board.came = image
-            plain.probe_come(image, len(image))
-        board.at_ms = at_ms
-        car.tick()
-        probe.tick(at_ms)
-        # Storing takes the library some ticks, in which the car in Python stands where it is.
-        while at_ms == 10 and len(probe.sent()) == 0:
-            probe.tick(at_ms)
-        lit = [led for led in range(4) if plain.level(14 + led)]
-        duties = (CLASSROOM_DUTIES if board.direction == 0 else TURN_DUTIES)[board.speed]
-        assert lit == [led for led in range(4) if led == board.led]
-        assert plain.duty(5) == plain.duty(6) == duties
-        if duties:
-            assert (plain.level(7), plain.level(8)) == ((0, 1) if board.direction == 1 else (1, 0))
-            assert (plain.level(9), plain.level(10)) == ((0, 1) if board.direction == 2 else (1, 0))
-    assert len(board.frames) > 5
-    assert probe.frames() == board.frames
-    probe.close()
-
-
-CLASSROOM_DUTIES, TURN_DUTIES = (0, 115, 180, 255), (0, 100, 150, 200)
 
 
 @given(
@@ -275,47 +223,6 @@ def test_bytes_of_a_slow_line_come_from_its_edges(plain, data, jitter_us, baud, 
         came.append(read)
     assert bytes(came) == data
     plain.line_free(line)
-
-
-@given(st.lists(st.sampled_from([b"\xaa", b"\x01", b"\xaa\x01", b"g", b"o", b"go", b"\x00"])))
-def test_a_voice_module_is_heard_as_in_python(plain, sent) -> None:
-    voice = pointer(plain.voice_new())
-    for byte in b"".join(sent):
-        plain.voice_take(voice, byte)
-    plain.voice_free(voice)
-    voice, waiting = pointer(plain.voice_new()), []
-    python = SerialVoice(lambda: waiting.pop() if waiting else b"", [(b"\xaa\x01", VOICE_STOP), (b"go", VOICE_GO)])
-    for byte in b"".join(sent):
-        waiting.append(bytes([byte]))
-        assert plain.voice_take(voice, byte) == python.heard_voice()
-    plain.voice_free(voice)
-
-
-def test_the_distance_is_measured_without_waiting_and_forgotten_when_it_is_old(plain) -> None:
-    probe = Probe(plain)
-
-    def distance_mm(at_ms: int) -> int:
-        plain.set_time(at_ms * 1000)
-        return plain.probe_obstacle_mm(probe.probe)
-
-    def echo(at_us: int, distance: int) -> None:
-        plain.set_time(at_us)
-        plain.edge(ECHO_PIN, 1)
-        plain.set_time(at_us + round(distance / TRIGGER_MM))
-        plain.edge(ECHO_PIN, 0)
-
-    assert distance_mm(100) == NOTHING_IN_SIGHT_MM
-    echo(100_500, 250)
-    assert abs(distance_mm(110) - 250) <= 1
-    # A distance beyond the range counts as nothing.
-    distance_mm(160)
-    echo(160_500, 2500)
-    assert distance_mm(180) == NOTHING_IN_SIGHT_MM
-    distance_mm(220)
-    echo(220_500, 400)
-    assert abs(distance_mm(225) - 400) <= 1
-    assert distance_mm(500) == NOTHING_IN_SIGHT_MM
-    probe.close()
 
 
 def test_a_cell_that_keeps_nothing_is_found_and_the_old_image_stays(plain) -> None:

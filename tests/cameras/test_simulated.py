@@ -12,9 +12,8 @@ from motorcade import Pose, World, forward, led, open_table, wait
 from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
 from motorcade.cameras import simulated as view
 from motorcade.mats import Person, check_mat, playground
-from motorcade.mats.lines import Line
-from motorcade.runs.palette import LEDS
-from motorcade.runs.recording import Description
+from motorcade.mats.model import Line
+from motorcade.runs.recording import LEDS, Description
 from support.strategies import CLASSROOM
 from support.tables import table, world
 

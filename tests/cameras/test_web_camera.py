@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.cameras.web import Parts, WebCamera
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import https_context, visitor_context
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import https_context, visitor_context
 from motorcade.errors import MotorcadeError
 from support.picture_server import BOUNDARY, part, picture_server
 from support.waiting import wait_until

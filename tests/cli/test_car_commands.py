@@ -67,11 +67,6 @@ def test_simulate_draws_a_picture_and_on_a_terminal_a_table(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("name", ["tracks.nonsense", "missing/tracks.png"])
-def test_a_file_that_cannot_be_written_is_a_usage_error(tmp_path, name):
-    assert "can't be written" in refusal(2, "simulate", PARADE, "--seconds", "0", "--record", tmp_path / name)
-
-
 def test_a_project_names_its_profile_so_the_option_may_name_no_other(tmp_path):
     text = files("motorcade").joinpath("profiles", "classroom.toml").read_text(encoding="utf-8")
     (tmp_path / "fast.toml").write_text(text.replace("[0, 100, 200, 300]", "[0, 150, 300, 450]"), encoding="utf-8")

@@ -7,7 +7,6 @@ import queue
 import shlex
 import signal
 import socket
-import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -16,7 +15,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from support.command_line import INSTALLED, Terminal, data, refusal, run
+from support.command_line import Terminal, data, refusal, run, started
 from support.waiting import DEADLINE_S
 
 PINS = Path(__file__).parents[2] / "firmware" / "linux" / "pins.toml"
@@ -39,40 +38,25 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="signals and pse
 @contextlib.contextmanager
 def car(tmp_path, *options):
     """Run a simulated car in its own process; give its first line and the further lines as they come."""
-    command = [
-        INSTALLED,
-        "car",
-        "run",
-        "--board",
-        "simulated",
-        "--json",
-        "--store",
-        str(tmp_path / "car.image"),
-        *options,
-    ]
-    process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    lines = queue.Queue()
+    store = ("--store", tmp_path / "car.image")
+    with started("car", "run", "--board", "simulated", *store, *options) as (process, begin):
+        lines = queue.Queue()
 
-    def listen():
-        for line in process.stdout:
-            lines.put(json.loads(line))
+        def listen():
+            for line in process.stdout:
+                lines.put(json.loads(line))
 
-    threading.Thread(target=listen, daemon=True).start()
+        def until(kind):
+            """Return the next line of that kind."""
+            while (line := lines.get(timeout=DEADLINE_S)).get("kind") != kind:
+                pass
+            return line
 
-    def until(kind):
-        """Return the next line of that kind."""
-        while (line := lines.get(timeout=DEADLINE_S)).get("kind") != kind:
-            pass
-        return line
-
-    try:
-        begin = lines.get(timeout=DEADLINE_S)
+        listener = threading.Thread(target=listen, daemon=True)
+        listener.start()
         yield SimpleNamespace(process=process, begin=begin, next=lambda: lines.get(timeout=DEADLINE_S), until=until)
-    finally:
         process.kill()
-        process.communicate()
+        listener.join(DEADLINE_S)
 
 
 def dial(address):
@@ -80,70 +64,63 @@ def dial(address):
     return socket.create_connection((host, int(port)), timeout=DEADLINE_S)
 
 
-def test_a_simulated_leader_stores_a_program_and_runs_it_after_a_restart(tmp_path):
+def upload(address):
+    with dial(address) as line:
+        line.sendall(IMAGE)
+        assert line.makefile("rb").readline().startswith(OK)
+
+
+def assert_ends(process, number):
+    """A signal ends a car with exit code 0, and nothing is complained of."""
+    if os.name == "posix":
+        process.send_signal(number)
+        assert process.wait(DEADLINE_S) == 0
+
+
+def test_a_simulated_leader_stores_a_program_in_place_of_a_damaged_one_and_runs_it_after_a_restart(tmp_path):
+    (tmp_path / "car.image").write_bytes(b"\x01\x02")
     with car(tmp_path, "--tcp", "127.0.0.1:0") as leader:
         assert leader.begin["role"] == "leader"
         assert leader.begin["store"] == str(tmp_path / "car.image")
-        with dial(leader.begin["port"]) as line:
-            line.sendall(IMAGE)
-            assert line.makefile("rb").readline().startswith(OK)
+        upload(leader.begin["port"])
         assert leader.until("state")["detail"] == 0
         assert leader.until("state")["detail"] == 1
+        assert_ends(leader.process, signal.SIGINT)
+        leader.process.kill()
+        (said,) = leader.process.stderr.read().splitlines()
+        assert "begins without a program and waits for an upload" in said
     assert (tmp_path / "car.image").read_bytes() == IMAGE
     with car(tmp_path) as again:
         assert again.begin["port"] == ""
         assert again.until("state")["word"] == 0x60802000
 
 
-@posix_only
-@pytest.mark.parametrize(
-    ("number", "line"), [(signal.SIGTERM, ["--pty"]), (signal.SIGINT, ["--tcp", "127.0.0.1:0"])], ids=["TERM", "INT"]
-)
-def test_a_signal_ends_a_car_with_exit_code_0(tmp_path, number, line):
-    with car(tmp_path, "--voice", "keyboard", *line) as leader:
-        leader.process.stdin.write("stop\n")
-        leader.process.stdin.flush()
-        leader.process.send_signal(number)
-        assert leader.process.wait(DEADLINE_S) == 0
-        assert leader.process.stderr.read() == ""
-
-
 def test_a_follower_stores_an_image_and_does_not_run_it(tmp_path):
     with car(tmp_path, "--role", "follower", "--number", "7", "--tcp", "127.0.0.1:0") as follower:
         assert follower.begin["role"] == "follower"
         for _ in range(2):
-            with dial(follower.begin["port"]) as line:
-                line.sendall(IMAGE)
-                assert line.makefile("rb").readline().startswith(OK)
+            upload(follower.begin["port"])
         # A leader would print a state after each image.
         assert [follower.next()["kind"] for _ in range(2)] == ["image", "image"]
     assert (tmp_path / "car.image").read_bytes() == IMAGE
 
 
-def test_a_car_with_a_damaged_store_reports_it_and_takes_an_upload(tmp_path):
-    (tmp_path / "car.image").write_bytes(b"\x01\x02")
-    with car(tmp_path, "--tcp", "127.0.0.1:0") as leader:
-        with dial(leader.begin["port"]) as line:
-            line.sendall(IMAGE)
-            assert line.makefile("rb").readline().startswith(OK)
-        leader.until("state")
-        leader.process.kill()
-        assert "begins without a program and waits for an upload" in leader.process.stderr.read()
-    assert (tmp_path / "car.image").read_bytes() == IMAGE
-
-
 @posix_only
-def test_a_car_takes_uploads_at_a_serial_port(tmp_path):
+def test_a_car_takes_uploads_at_a_serial_port_and_words_of_a_keyboard(tmp_path):
     import pty
     import tty
 
     ours, theirs = pty.openpty()
     tty.setraw(theirs)
-    with car(tmp_path, "--port", os.ttyname(theirs)) as leader:
+    with car(tmp_path, "--port", os.ttyname(theirs), "--voice", "keyboard") as leader:
         assert leader.begin["port"] == os.ttyname(theirs)
+        leader.process.stdin.write("stop\n")
+        leader.process.stdin.flush()
         os.write(ours, IMAGE)
         leader.until("image")
         assert os.read(ours, 100).startswith(OK)
+        assert_ends(leader.process, signal.SIGTERM)
+        assert leader.process.stderr.read() == ""
     os.close(ours)
     os.close(theirs)
 

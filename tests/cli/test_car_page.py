@@ -1,8 +1,6 @@
 """A served car's own page, as its owner starts it: where it is, what it sees, and who may open it."""
 
-import json
 import ssl
-import subprocess
 import sys
 import urllib.error
 import urllib.request
@@ -17,25 +15,20 @@ import pytest
 from PIL import Image
 
 from motorcade.cli.pages import CameraName, open_camera
-from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import PORT_NOT_FOUND
-from support.command_line import PARADE, refusal
+from support.command_line import PARADE, refusal, started
 from support.waiting import DEADLINE_S
 
 MATS = PARADE.parent / "mats"
 
 
 @contextmanager
-def served(*options: str) -> Iterator[str]:
-    """The address of the page that a car prints."""
-    command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--web", "0", "--json", *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
-        try:
-            assert process.stdout
-            yield json.loads(process.stdout.readline())["url"]
-        finally:
-            process.kill()
+def served(*options: str) -> Iterator[dict]:
+    """What a car with a page prints."""
+    with started("drive", "serve", "--port", "0", "--web", "0", *options) as (_, told):
+        yield told
 
 
 def got(url: str, context: ssl.SSLContext | None = None) -> bytes:
@@ -44,18 +37,20 @@ def got(url: str, context: ssl.SSLContext | None = None) -> bytes:
 
 
 def test_a_simulated_car_on_a_mat_shows_what_it_sees() -> None:
-    with served("--mat", str(MATS / "classroom.toml"), "--program", str(PARADE)) as url:
+    with served("--mat", str(MATS / "classroom.toml"), "--program", str(PARADE)) as told:
+        url = told["url"]
         assert urlsplit(url).hostname == "127.0.0.1"
         assert urlsplit(url).path == "/drive"
         picture = Image.open(BytesIO(got(url.replace("/drive", "/camera/snapshot.jpg"))))
         assert picture.format == "JPEG"
 
 
-def test_with_keys_the_page_comes_by_https_and_wants_its_token(tmp_path: Path) -> None:
+def test_with_keys_a_car_listens_anywhere_and_its_page_comes_by_https_and_wants_its_token(tmp_path: Path) -> None:
     make_keys(tmp_path, [CarKeys("ada")], [], datetime.now(UTC))
-    with served("--host", "0.0.0.0", "--keys", str(tmp_path / "car-ada.pem")) as url:
+    with served("--host", "0.0.0.0", "--keys", str(tmp_path / "car-ada.pem")) as told:
+        url = told["url"]
         scheme, _, _, query, _ = urlsplit(url)
-        assert (scheme, query[:6]) == ("https", "token=")
+        assert (told["tls"], scheme, query[:6]) == (True, "https", "token=")
         trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
         snapshot = f"https://127.0.0.1:{urlsplit(url).port}/camera/snapshot.jpg"
         with pytest.raises(urllib.error.HTTPError, match="401"):

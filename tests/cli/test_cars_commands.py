@@ -9,8 +9,8 @@ from binascii import crc32
 import pytest
 
 from motorcade import Program, compile_program, forward, led
-from motorcade.config.cars import cars_text
-from motorcade.upload import ports
+from motorcade.fleet.places import list_text
+from motorcade.upload import serial_port
 from support.command_line import data, refusal, run
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
 from support.terminal_process import terminal
@@ -22,14 +22,14 @@ LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 @pytest.fixture(autouse=True)
 def no_ports(monkeypatch, tmp_path):
     """This computer's own ports are left alone, and its folder has no list."""
-    monkeypatch.setattr(ports.list_ports, "comports", list)
+    monkeypatch.setattr(serial_port.list_ports, "comports", list)
     monkeypatch.chdir(tmp_path)
 
 
 def listed(folder, cars, *more):
     file = folder / "room.toml"
     places = [(f"car-{number}", car.address) for number, car in enumerate(cars)]
-    file.write_text(cars_text([*places, *more]), encoding="utf-8")
+    file.write_text(list_text([*places, *more]), encoding="utf-8")
     return file
 
 

@@ -1,16 +1,12 @@
-"""What starts needs nothing heavy: the simulator runs where neither Numba nor what records and draws is installed."""
+"""The studio needs nothing heavy: its cars move where neither Numba nor what records and draws is installed."""
 
 import json
-import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import Timer
 from urllib.request import Request, urlopen
 
 from websockets.sync.client import ClientConnection, connect
 
-from support.command_line import PARADE
+from support.command_line import started
 from support.waiting import DEADLINE_S
 
 MISSING = ("numba", "llvmlite", "matplotlib", "pyarrow", "scipy", "mcap")
@@ -22,36 +18,20 @@ WORLD = {
 }
 
 
-@contextmanager
-def started(*arguments: str) -> Iterator[subprocess.Popen]:
-    """The command in a process where the modules in MISSING can't be imported."""
-    code = f"import sys\nfor name in {MISSING!r}:\n    sys.modules[name] = None\n"
-    code += f"sys.argv = {['motorcade', *arguments]!r}\nfrom motorcade.__main__ import main\nmain()"
-    command = [sys.executable, "-c", code]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
-        patience = Timer(DEADLINE_S, process.kill)
-        patience.start()
-        try:
-            yield process
-        finally:
-            patience.cancel()
-            process.kill()
-
-
-def test_a_simulation_runs() -> None:
-    with started("simulate", str(PARADE), "--seconds", "2", "--json") as process:
-        told = json.loads(process.stdout.read())
-    assert told["cars"][0]["x"] > 0.1
-
-
-def test_a_car_can_be_driven() -> None:
-    with started("drive", "serve", "--port", "0", "--json") as process:
-        assert json.loads(process.stdout.readline())["port"] > 0
+# The command line in a process where the modules in MISSING can't be imported.
+WITHOUT = f"""
+import sys
+for name in {MISSING!r}:
+    sys.modules[name] = None
+from motorcade.__main__ import main
+main()
+"""
 
 
 def test_cars_of_the_studio_move(tmp_path) -> None:
-    with started("studio", "--port", "0", "--no-browser", "--json", "--library", str(tmp_path)) as process:
-        base, _, token = json.loads(process.stdout.readline())["url"].partition("/?token=")
+    program = sys.executable, "-c", WITHOUT
+    with started("studio", "--port", "0", "--no-browser", "--library", tmp_path, program=program) as (_, told):
+        base, _, token = told["url"].partition("/?token=")
         cookie = {"Cookie": f"motorcade_{base.rpartition(':')[2]}={token}"}
         headers = {"Content-Type": "application/json", "Origin": base, **cookie}
         request = Request(f"{base}/api/capabilities", b"{}", headers)

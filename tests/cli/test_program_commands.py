@@ -116,17 +116,10 @@ def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, m
     assert "A leader can't" in only_line(run("compile", path, "--language", "en").err)
 
 
-def test_a_language_that_nobody_speaks_here_is_a_usage_error():
-    ran = run("compile", PARADE, "--language", "fr")
-    assert (ran.code, ran.out) == (2, "")
-    assert only_line(ran.err) == "motorcade: 'fr' is not one of en, zh"
-
-
-@pytest.mark.parametrize("language", ["zh", "en"])
-def test_json_comes_whatever_the_output_can_encode(project, language):
+def test_json_comes_whatever_the_output_can_encode(project):
     path = project(document({**DRIVE, "accept_ir": True, "id": "方块"}))
     narrow = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-    command = [INSTALLED, "compile", str(path), "--language", language]
+    command = [INSTALLED, "compile", str(path), "--language", "zh"]
     ran = subprocess.run(command, env=narrow, capture_output=True, timeout=60, check=False)
     assert ran.returncode == 1
     assert b"Traceback" not in ran.stderr
@@ -135,21 +128,12 @@ def test_json_comes_whatever_the_output_can_encode(project, language):
 
 # Bad input, one by one
 
+# tests/program has every diagnostic.
 BAD = {
     "no JSON": ("leader: forward 3", "not-json", ""),
-    "an empty file": ("", "not-json", ""),
-    "cut off": ('{"format": "motorcade-program/1", "leader": [', "not-json", ""),
-    "brackets for ever": ("[" * 50_000, "not-json", ""),
     "an unknown key": (document(DRIVE, leeder=[]), "unknown-field", "leeder"),
     "256 states": (document({"repeat": {"times": 256, "steps": [DRIVE]}}), "too-many-states", "leader[0]"),
-    "a leader that accepts infrared": (document({**DRIVE, "accept_ir": True}), "leader-accepts-ir", "leader[0]"),
-    "two motors at once": (document({"together": [DRIVE, DRIVE]}), "parallel-conflict", "leader[0].together[1]"),
     "half a second": (document(HALF), "duration-not-expressible", "leader[0]"),
-    "a follower's half second": (
-        document(DRIVE, followers={"steps": [HALF]}),
-        "duration-not-expressible",
-        "followers.steps[0]",
-    ),
 }
 
 
@@ -166,7 +150,7 @@ def test_a_bad_project_gets_one_diagnostic_and_exit_code_1(project, name, langua
 
 
 @pytest.mark.parametrize("typed", ["simulate", "upload --port no-such-port"])
-@pytest.mark.parametrize("name", ["no JSON", "an unknown key", "256 states", "two motors at once", "half a second"])
+@pytest.mark.parametrize("name", ["no JSON", "256 states"])
 def test_a_bad_project_neither_drives_nor_reaches_a_port(project, typed, name):
     content, code, _ = BAD[name]
     ran = run(*typed.split(), project(content))

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from motorcade.extras import install_command
-from support.command_line import Terminal, data, refusal, run
+from support.command_line import data, refusal, run
 from support.recorded_run import record, world
 
 
@@ -73,11 +73,6 @@ def test_events_of_bare_words_have_no_tag(tmp_path):
     events = data("simulate", image, "--followers", "2", "--seconds", "3", "--json")["events"]
     assert {"start", "frame", "heard"} <= {event["kind"] for event in events}
     assert not any("tag" in event for event in events)
-
-
-def test_replay_prints_the_same_lines_on_a_terminal(folder):
-    ran = run("replay", folder / "run.mcap", stdout=Terminal())
-    assert json.loads(ran.out.splitlines()[0])["type"] == "run"
 
 
 def test_plot_draws_a_film(folder, tmp_path):

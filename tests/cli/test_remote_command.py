@@ -3,7 +3,6 @@
 import json
 import signal
 import ssl
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,29 +13,22 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.sync.client import connect
 
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import server_context
-from support.command_line import refusal
+from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.keys import server_context
+from support.command_line import refusal, started
 from support.driven_car import PATIENT, DrivenCar
 from support.picture_server import picture_server
 from support.waiting import DEADLINE_S
 
 
 @contextmanager
-def started(*command: str) -> Iterator[dict]:
-    """What the command says once it answers."""
-    # On Windows only a process group of its own can be sent a Ctrl-C.
-    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
-    whole = [sys.executable, "-m", "motorcade", *command, "--port", "0", "--json"]
-    with subprocess.Popen(whole, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", **apart) as process:
-        try:
-            assert process.stdout
-            yield json.loads(process.stdout.readline())
-            process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
-            assert process.communicate(timeout=DEADLINE_S) == ("", "")
-            assert process.returncode == 0
-        finally:
-            process.kill()
+def serving(*command: str) -> Iterator[dict]:
+    """What the command says once it answers; Ctrl-C ends it."""
+    with started(*command, "--port", "0") as (process, told):
+        yield told
+        process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
+        assert process.communicate(timeout=DEADLINE_S) == ("", "")
+        assert process.returncode == 0
 
 
 def listed(url: str, trust: ssl.SSLContext | None = None, sits: str = "") -> list[dict]:
@@ -59,7 +51,7 @@ def listed(url: str, trust: ssl.SSLContext | None = None, sits: str = "") -> lis
 def test_it_serves_a_page_for_the_cars_that_it_names_and_ends_by_ctrl_c() -> None:
     with DrivenCar(profile=PATIENT) as car, picture_server("files") as camera:
         ada = f"ada=127.0.0.1:{car.port}/{car.telemetry_port}"
-        with started("drive", "remote", ada, "bo=127.0.0.1", "--camera", f"bo={camera.url}") as told:
+        with serving("drive", "remote", ada, "bo=127.0.0.1", "--camera", f"bo={camera.url}") as told:
             assert told["cars"] == ["ada", "bo"]
             assert urlsplit(told["url"]).path == "/drive"
             cars = listed(told["url"], sits="ada")
@@ -72,7 +64,7 @@ def test_with_keys_cars_and_page_are_reached_by_tls(tmp_path: Path) -> None:
     with DrivenCar(profile=PATIENT, tls=server_context(tmp_path / "car-ada.pem")) as car:
         ada = f"ada=localhost:{car.port}/{car.telemetry_port}"
         keys = ("--keys", str(tmp_path / "driver-lin.pem"), "--https", str(tmp_path / "car-desk.pem"))
-        with started("drive", "remote", ada, "--host", "0.0.0.0", *keys) as told:
+        with serving("drive", "remote", ada, "--host", "0.0.0.0", *keys) as told:
             where = urlsplit(told["url"])
             assert where.scheme == "https"
             assert listed(f"https://127.0.0.1:{where.port}/drive?{where.query}", trust, sits="ada")
@@ -81,7 +73,7 @@ def test_with_keys_cars_and_page_are_reached_by_tls(tmp_path: Path) -> None:
 def test_the_studio_takes_cars_by_address_too(tmp_path: Path) -> None:
     with DrivenCar(profile=PATIENT) as car:
         ada = f"ada=127.0.0.1:{car.port}/{car.telemetry_port}"
-        with started("studio", "--no-browser", "--library", str(tmp_path), "--car", ada) as told:
+        with serving("studio", "--no-browser", "--library", str(tmp_path), "--car", ada) as told:
             assert [each["name"] for each in listed(told["url"], sits="ada")] == ["ada"]
 
 

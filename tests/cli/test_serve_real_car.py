@@ -1,6 +1,5 @@
 """``motorcade drive serve --board raspberry-pi`` on mock pins: one process is driven and runs its image."""
 
-import json
 import os
 import shlex
 import shutil
@@ -16,10 +15,10 @@ from pathlib import Path
 import pytest
 
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
+from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
 from motorcade.drive.connection import CarRefusesError
-from motorcade.drive.tls.certificates import CarKeys, make_keys, revoke_drivers
 from motorcade.words.upload import ok_line
-from support.command_line import refusal
+from support.command_line import refusal, started
 from support.mock_pi import ENABLED, HEAD, LEDS
 from support.waiting import DEADLINE_S, wait_until
 
@@ -66,16 +65,11 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 @contextmanager
 def served(tmp_path: Path, files: tuple[Path, Path], *options: str) -> Iterator[tuple[subprocess.Popen, dict, Pins]]:
     noted = tmp_path / "pins.txt"
-    command = [sys.executable, str(NOTED), str(noted), "drive", "serve", "--board", "raspberry-pi", "--json"]
-    command += ["--pins", str(files[0]), "--profile", str(files[1]), "--port", "0", *options]
-    command += ["--store", str(tmp_path / "car.image"), "--upload-tcp", "127.0.0.1:0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
-        try:
-            line = process.stdout.readline()
-            assert line, process.stderr.read()
-            yield process, json.loads(line), Pins(noted, process)
-        finally:
-            process.kill()
+    command = ["--pins", files[0], "--profile", files[1], "--port", "0", *options]
+    command += ["--store", tmp_path / "car.image", "--upload-tcp", "127.0.0.1:0"]
+    program = sys.executable, NOTED, noted
+    with started("drive", "serve", "--board", "raspberry-pi", *command, program=program) as (process, told):
+        yield process, told, Pins(noted, process)
 
 
 def upload(told: dict, image: bytes) -> None:
@@ -181,7 +175,7 @@ def installed_service(tmp_path: Path) -> list[str]:
     at = arguments.index("--upload-serial")
     del arguments[at : at + 2]
     arguments[arguments.index("--web") + 1] = "0"
-    return [*arguments, "--port", "0", "--json"]
+    return [*arguments, "--port", "0"]
 
 
 def test_the_service_refuses_a_driver_whose_keys_are_revoked_and_says_where_its_list_is_missing(
@@ -190,23 +184,16 @@ def test_the_service_refuses_a_driver_whose_keys_are_revoked_and_says_where_its_
     make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], ["lin"], datetime.now(UTC))
     shutil.copy(tmp_path / "car-ada.pem", tmp_path / "car.pem")
     lost = shutil.copy(tmp_path / "driver-lin.pem", tmp_path / "lost.pem")
-    command = [sys.executable, str(NOTED), str(tmp_path / "pins.txt"), *installed_service(tmp_path)]
-    command += ["--profile", str(files[1])]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
-        try:
-            line = process.stdout.readline()
-            assert line, process.stderr.read()
-            told = json.loads(line)
-            assert "revoked.txt can't be read" in told["revoked_problem"]
-            port = {"port": told["port"], "telemetry_port": told["telemetry_port"]}
-            with BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada") as driver:
-                assert "revoked.txt can't be read" in driver.next_telemetry().last_fault
-                revoke_drivers(tmp_path, ["lin"])
-                wait_until(lambda: not driver.connected, process)
-            with (
-                pytest.raises(CarRefusesError),
-                BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada", patience_s=1) as driver,
-            ):
-                wait_until(driver.next_telemetry, process)
-        finally:
-            process.kill()
+    program = sys.executable, NOTED, tmp_path / "pins.txt"
+    with started(*installed_service(tmp_path), "--profile", files[1], program=program) as (process, told):
+        assert "revoked.txt can't be read" in told["revoked_problem"]
+        port = {"port": told["port"], "telemetry_port": told["telemetry_port"]}
+        with BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada") as driver:
+            assert "revoked.txt can't be read" in driver.next_telemetry().last_fault
+            revoke_drivers(tmp_path, ["lin"])
+            wait_until(lambda: not driver.connected, process)
+        with (
+            pytest.raises(CarRefusesError),
+            BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada", patience_s=1) as driver,
+        ):
+            wait_until(driver.next_telemetry, process)

@@ -15,6 +15,7 @@ from motorcade.experiments import plan as planning
 from motorcade.experiments import run as running
 from motorcade.extras import install_command
 from support.command_line import PARADE, data, refusal, run
+from support.dask_cluster import cluster
 from support.waiting import DEADLINE_S, wait_until
 
 CAR_STEPS = 150_000
@@ -159,30 +160,12 @@ def test_a_finished_table_is_neither_made_again_nor_replaced(spec, tmp_path):
 # A cluster
 
 
-@contextlib.contextmanager
-def dask(tmp_path, *arguments):
-    """A process of Dask, which imports this checkout and logs into a file."""
-    with (tmp_path / f"{arguments[0]}.log").open("ab") as log:
-        command = [sys.executable, "-m", f"distributed.cli.dask_{arguments[0]}", *arguments[1:], "--no-dashboard"]
-        process = subprocess.Popen(command, stdout=log, stderr=log, cwd=tmp_path)
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-
-
 def test_a_cluster_makes_the_same_table_though_a_worker_dies(long_spec, tmp_path, expected):
-    table, where = tmp_path / "out.parquet", tmp_path / "scheduler.json"
-    worker = ("worker", "--scheduler-file", str(where), "--nworkers", "1", "--nthreads", "1", "--no-nanny")
-    with contextlib.ExitStack() as running:
-        scheduler = ("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", str(where))
-        scheduler = running.enter_context(dask(tmp_path, *scheduler))
-        first, second = (running.enter_context(dask(tmp_path, *worker)) for _ in range(2))
-        # The file exists a moment before it holds the address.
-        wait_until(lambda: where.exists() and where.read_bytes(), scheduler)
-        address = json.loads(where.read_bytes())["address"]
-        process = running.enter_context(sweeping(long_spec, "-o", table, "--scheduler", address))
+    table = tmp_path / "out.parquet"
+    with (
+        cluster(tmp_path, 2) as (address, (first, second)),
+        sweeping(long_spec, "-o", table, "--scheduler", address) as process,
+    ):
         wait_until(lambda: len(parts_of(table)) > 3, process, first, second)
         first.kill()
         out, err = process.communicate(timeout=DEADLINE_S)
@@ -264,9 +247,3 @@ def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeyp
     more = ("--scheduler", "tcp://127.0.0.1:1") if missing == "distributed" else ()
     sentence = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
     assert sentence == f"a sweep needs {missing}: {install_command(extra)}"
-
-
-def test_the_command_line_starts_without_what_a_sweep_needs():
-    code = "import sys, motorcade.cli; print(*sys.modules)"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
-    assert not {"numpy", "numba", "pyarrow", "dask", "matplotlib"} & set(ran.stdout.split())

@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import socket
-import subprocess
 import sys
 import threading
 
@@ -18,7 +17,7 @@ from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES, check_words, ready_line
 from support.check_requests import read_check
-from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
+from support.command_line import PARADE, Terminal, data, refusal, run, started
 from support.waiting import DEADLINE_S
 
 IMAGE = bytes.fromhex("01010100 64800000 E4800000")
@@ -140,16 +139,8 @@ def test_a_dry_run_says_what_would_go_where_and_opens_nothing(monkeypatch, image
 @contextlib.contextmanager
 def simulated_car(*options):
     """Run a simulated car in a process of its own; give the first line that it prints."""
-    command = [INSTALLED, "car", "run", "--board", "simulated", *map(str, options), "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        late = threading.Timer(DEADLINE_S, process.kill)
-        late.start()
-        try:
-            yield json.loads(process.stdout.readline())
-        finally:
-            late.cancel()
-            process.terminate()
-            process.stdout.read()
+    with started("car", "run", "--board", "simulated", *options) as (_, told):
+        yield told
 
 
 @pytest.mark.parametrize(

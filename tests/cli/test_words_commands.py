@@ -17,7 +17,7 @@ from motorcade.words.formats import CONTROL
 from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
-HEAVY = ("numpy", "numba", "matplotlib", "serial", "jsonschema_rs", "rich", "pydantic")
+HEAVY = ("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic")
 OTHER_ROOMS = ("motorcade.program", "motorcade.engine", "motorcade.upload", "motorcade.cli.console")
 
 
@@ -66,19 +66,12 @@ def test_compiling_imports_neither_arrays_nor_ports_nor_pictures():
     assert under(imported_by("compile", str(PARADE)), ("numpy", "numba", "matplotlib", "serial")) == []
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help(command):
-    ran = run(command, "--help")
-    assert (ran.code, ran.err) == (0, "")
-    assert "Usage:" in ran.out
-    assert f" {command} [OPTIONS]" in ran.out
-    assert f" {command} " in run("--help").out
-
-
-def test_no_arguments_print_the_help():
-    ran = run()
-    assert (ran.code, ran.err) == (0, "")
-    assert ran.out.strip() == run("--help").out.strip()
+def test_every_command_is_in_the_help_which_comes_without_arguments_too():
+    ran, shown = run(), run("--help")
+    assert (ran.code, ran.err, ran.out.strip()) == (0, "", shown.out.strip())
+    assert [command for command in COMMANDS if f" {command} " not in shown.out] == []
+    own = run("encode", "--help")
+    assert (own.code, own.err, " encode [OPTIONS]" in own.out) == (0, "", True)
 
 
 @pytest.mark.parametrize(
@@ -110,13 +103,12 @@ def test_missing_or_unknown_arguments_are_told_in_both_languages(typed, says, mo
     assert told != ran.err
 
 
-@pytest.mark.parametrize("command", ["decode", "decompile", "inspect"])
-def test_a_reader_that_has_enough_gets_no_complaint(command, image):
-    arguments = ["control", "5"] if command == "decode" else [image(0x01000000, 0x64800000)]
+def test_a_reader_that_has_enough_gets_no_complaint():
     reader, writer = os.pipe()
     os.close(reader)
     try:
-        ran = subprocess.run([INSTALLED, command, *arguments], stdout=writer, stderr=subprocess.PIPE, timeout=60)
+        command = [INSTALLED, "decode", "control", "5"]
+        ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, timeout=60)
     finally:
         os.close(writer)
     assert (ran.returncode, ran.stderr) == (0, b"")

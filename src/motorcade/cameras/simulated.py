@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from motorcade.engine.moment import Moment
-from motorcade.mats.lines import way_of
-from motorcade.runs.palette import LEDS
-from motorcade.runs.recording import Description
+from motorcade.mats.model import way_of
+from motorcade.runs.recording import LEDS, Description
 
 Colours = NDArray[np.float32]
 RGB = tuple[int, int, int]

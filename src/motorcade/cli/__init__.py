@@ -12,16 +12,18 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import car, cars, classroom, drive, missions, pages, runs, uploads, words
-from motorcade.cli.language import (
+from motorcade.cli.options import (
     HELP_OPTIONS,
+    Json,
     current_language,
     language_in,
+    print_json,
+    print_note,
     request_language,
     translate_help,
     translated,
     usage_sentence,
 )
-from motorcade.cli.options import Json, print_json, print_note
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
 
@@ -96,7 +98,7 @@ def _motorcade(
 def _engine() -> dict[str, str | None]:
     """Return what runs simulated cars here, and why it isn't machine code; None where nothing can run them."""
     try:
-        from motorcade.engine.backends import library_problem, open_backend
+        from motorcade.engine.world import library_problem, open_backend
 
         name, problem = open_backend().name, library_problem()
     except ModuleNotFoundError as missing:

@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from motorcade import __version__
-from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
     GpioChip,
     Json,
+    Language,
     OptionalFile,
     OptionalOutput,
+    current_language,
     print_json,
     print_note,
     print_result,
     profile_named,
+    translated,
     wants_json,
     write_file,
 )
@@ -150,7 +152,7 @@ def _neutral(
     pins: Annotated[Path, typer.Option(exists=True, dir_okay=False)], gpio_chip: GpioChip = None, as_json: Json = False
 ) -> None:
     with needs_extra("pins", "pi"):
-        from motorcade.boards.linux.opening import stop_wheels
+        from motorcade.boards.linux.raspberry_pi import stop_wheels
     from motorcade.config.pins import load_pins
 
     wiring = load_pins(pins)
@@ -193,7 +195,7 @@ def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_c
     if pins is None:
         return ComputerBoard(equipment)
     with needs_extra("pins", "pi"):
-        from motorcade.boards.linux.opening import open_car
+        from motorcade.boards.linux.raspberry_pi import open_car
     from motorcade.config.pins import load_pins
 
     return open_car(equipment, load_pins(pins), profile, gpio_chip)
@@ -244,8 +246,8 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
 
     from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, NameFile, run_many
     from motorcade.boards.lines import TcpPort
-    from motorcade.config.cars import cars_text
     from motorcade.config.profile import levels_of
+    from motorcade.fleet.places import list_text
     from motorcade.sockets import allow_files
 
     host, first_port = host_and_port(options.tcp or "127.0.0.1:0")
@@ -269,7 +271,7 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
             made.append((ComputerBoard(equipment), line))
         listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
         if car_list:
-            write_file(car_list, cars_text(listed).encode())
+            write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
         print_result(data, translated("cars-run", **data), as_json)
         run_many(made, _stops(resources, None))
@@ -281,9 +283,8 @@ def announcing(parts: CarParts, keys: Path | None) -> "Iterator[None]":
     if not parts.address.startswith("socket://"):
         yield
         return
-    from motorcade.drive.tls.keys import name_in
-    from motorcade.fleet.announcing import announced
-    from motorcade.fleet.places import CAR
+    from motorcade.drive.keys import name_in
+    from motorcade.fleet.places import CAR, announced
 
     language, listener = current_language(), host_and_port(parts.address.removeprefix("socket://"))
     with announced(CAR, "", listener, lambda found: print_note(found.sentence(language)), keys=name_in(keys)):
@@ -344,8 +345,7 @@ def _keys(options: CarOptions) -> dict[str, Any]:
     """The TLS of a TCP port, and what refuses revoked keys; nothing without keys. Raises MotorcadeError."""
     if options.keys is None:
         return {}
-    from motorcade.drive.tls.keys import peer_number, server_context
-    from motorcade.drive.tls.revoked import REVOKED, RevokedKeys
+    from motorcade.drive.keys import REVOKED, RevokedKeys, peer_number, server_context
 
     refused = RevokedKeys(options.revoked or options.keys.with_name(REVOKED), is_expected=options.revoked is not None)
 
@@ -383,7 +383,7 @@ def _open_voice(resources: ExitStack, voice: str, voice_map: Path | None) -> "Vo
 
         return KeyboardVoice(sys.stdin)
     if voice and voice_map:
-        from motorcade.config.voice_map import load_voice_map
+        from motorcade.config.pins import load_voice_map
 
         module = load_voice_map(voice_map)
         return SerialVoice(_open_serial(resources, voice, module.baud).read, module.patterns)

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.language import Language, translated
-from motorcade.cli.options import CarList, Json, OptionalFile, Search, Seconds, wants_json
+from motorcade.cli.options import CarList, Json, Language, OptionalFile, Search, Seconds, translated, wants_json
 
 app = typer.Typer()
 Names = Annotated[list[str], typer.Argument(metavar="NAME…")]

@@ -7,8 +7,16 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.language import translated
-from motorcade.cli.options import CarList, Json, TcpPortNumber, listed, print_lines, print_result, wants_json
+from motorcade.cli.options import (
+    CarList,
+    Json,
+    TcpPortNumber,
+    listed,
+    print_lines,
+    print_result,
+    translated,
+    wants_json,
+)
 from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser, print_problem
 from motorcade.extras import needs_extra
 
@@ -41,10 +49,9 @@ def _class(
         from motorcade.server.running import names_of, serve_alone, url_of
     check_page()
     from motorcade.drive.activity_log import logging_to
+    from motorcade.drive.keys import https_context
     from motorcade.drive.listener import bind
-    from motorcade.drive.tls.keys import https_context
-    from motorcade.fleet.announcing import announced
-    from motorcade.fleet.places import CLASS
+    from motorcade.fleet.places import CLASS, announced
     from motorcade.sockets import is_loopback
 
     named = named_cars(car or (), camera or (), keys)

@@ -9,12 +9,11 @@ from rich.table import Table
 from rich.text import Text
 
 from motorcade.car.brain import TAGGED
-from motorcade.cli.language import current_language, in_language, translated
+from motorcade.cli.options import current_language, in_language, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
 from motorcade.errors import Phrase
 from motorcade.locales import catalogue
-from motorcade.program.diagnostics import Diagnostic
 from motorcade.program.steps import SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
 from motorcade.words.formats import CONTROL, HEADER, fingerprint
@@ -94,18 +93,6 @@ def _describe_infrared(word: int) -> str:
     values = CONTROL.decode(word)
     deaf = "" if values.accept_ir else translated("word-makes-deaf")
     return deaf + (translated("word-passed-on") if values.forward else "")
-
-
-def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic]) -> None:
-    """Print each diagnostic in a line: place, severity, code, sentence."""
-    for each in diagnostics:
-        line = Text()
-        place = each.place(current_language())
-        line.append(f"{place}: " if place else "")
-        style = "bold red" if each.severity == "error" else "bold yellow"
-        line.append(translated(each.severity), style=style)
-        line.append(f" {each.code}: {each.sentence(current_language())}")
-        console.print(line, soft_wrap=True)
 
 
 def fields_table(word: int, word_format: WordFormat, warnings: Iterable[Phrase]) -> Table:

@@ -13,21 +13,23 @@ import typer
 
 from motorcade.cli import pages
 from motorcade.cli.car import BoardName, CarOptions, Role
-from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
     CarNumber,
     GpioChip,
     ImageProfile,
     Json,
+    Language,
     OptionalFile,
     TcpPortNumber,
+    current_language,
     image_for,
     print_json,
     print_lines,
     print_result,
     profile_named,
     quoted,
+    translated,
     wants_json,
 )
 from motorcade.cli.pages import CameraName, KeysFile, LogFile
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
     from motorcade.cli.car import CarParts
     from motorcade.cli.serving import Note
     from motorcade.config.profile import Profile
-    from motorcade.drive.tls.revoked import RevokedKeys
+    from motorcade.drive.keys import RevokedKeys
 
 _AXES = ("throttle", "steering", "seconds")
 _LONGEST_S = 3600.0
@@ -97,10 +99,9 @@ def _serve(
 
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.drive.activity_log import logging_to
+    from motorcade.drive.keys import name_in, server_context
     from motorcade.drive.listener import bind
-    from motorcade.drive.tls.keys import name_in, server_context
-    from motorcade.fleet.announcing import announced
-    from motorcade.fleet.places import DRIVE
+    from motorcade.fleet.places import DRIVE, announced
 
     options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map, insecure_lan=insecure_lan)
     if keys and insecure_lan:
@@ -157,7 +158,7 @@ def _serve(
 
 def _open_revoked(keys: Path | None, file: Path | None) -> "RevokedKeys | None":
     """The drivers' keys that the car doesn't take, in ``file`` or beside its own. Raises MotorcadeError."""
-    from motorcade.drive.tls.revoked import REVOKED, RevokedKeys
+    from motorcade.drive.keys import REVOKED, RevokedKeys
 
     if keys is None:
         if file:
@@ -195,7 +196,7 @@ def _open_real(
     battery: "BatteryFile | None",
 ) -> "DriveBoard":
     with needs_extra("pins", "pi"):
-        from motorcade.boards.linux.opening import open_drive
+        from motorcade.boards.linux.programmed_drive import open_drive
     from motorcade.config.pins import load_pins
 
     return open_drive(parts.equipment, load_pins(pins), profile, gpio_chip, watchdog, battery)
@@ -284,7 +285,7 @@ def _keys(
     as_json: Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
-        from motorcade.drive.tls.certificates import CarKeys, make_keys, revoke_drivers
+        from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
     if sum(map(bool, (car or driver, revoke, list_all))) > 1:
         raise MotorcadeError("options-exclude-each-other", first="--revoke", second="--list / --car / --driver")
     if list_all:
@@ -309,7 +310,7 @@ def _keys(
 
 
 def _list_keys(folder: Path, as_json: bool) -> None:
-    from motorcade.drive.tls.certificates import list_keys
+    from motorcade.drive.certificates import list_keys
 
     rows = [
         {
@@ -338,7 +339,7 @@ def _options(telemetry_port: int | None, keys: Path | None, name: str | None) ->
 
 def _parse(command: str) -> tuple[float, dict[str, Any]]:
     """Return for how many seconds a command drives, and the axes and switches that `DriveClient.drive_for` takes."""
-    from motorcade.words.switches import SWITCHES
+    from motorcade.words.formats import SWITCHES
 
     switches = tuple(each.name for each in SWITCHES)
     parsed: dict[str, Any] = {"throttle": 0.0, "steering": 0.0, "seconds": 1.0}

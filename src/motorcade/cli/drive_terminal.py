@@ -6,12 +6,12 @@ from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.language import current_language, translated
+from motorcade.cli.options import current_language, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.words.switches import SWITCHES, Switch
+from motorcade.words.formats import SWITCHES, Switch
 
 AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
 _OPPOSITE = {AHEAD: BACK, BACK: AHEAD, LEFT: RIGHT, RIGHT: LEFT}

@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from motorcade.cli.language import current_language, translated
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
     Search,
+    current_language,
     listed,
     print_json,
     print_note,
     print_result,
     print_table,
+    translated,
     wants_json,
 )
 from motorcade.errors import MotorcadeError, Phrase
@@ -39,8 +40,10 @@ _LOOK_S = 0.02
 _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
 # Files of the current folder whose programs are known by name.
 _PROGRAMS, _MOST_PROGRAMS = ("*.motorcade.json", "*.image"), 200
-# With more cars than this one bar stands for all.
-_MOST_BARS = 20
+# So many problems are named below a table.
+_MOST_PROBLEMS = 20
+# Lines of the terminal that bars leave free: for the bar of all cars, and for what was printed before.
+_FREE_LINES = 4
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
 
 
@@ -62,14 +65,14 @@ async def _looking(
     search: Search, names: Sequence[str] = (), baud: int = 115200
 ) -> "AsyncIterator[tuple[Cars, Finder]]":
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
-    from motorcade.drive.tls.keys import client_context
+    from motorcade.drive.keys import client_context
     from motorcade.fleet.cars import MOST_CARS, Cars
     from motorcade.fleet.finding import Finder
     from motorcade.fleet.places import place_of
     from motorcade.sockets import allow_files
 
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
-    tls = client_context(search.keys) if search.keys else None
+    tls = client_context(search.keys, takes_chips=True) if search.keys else None
     allow_files(MOST_CARS)
     async with Cars(places, tls, baud) as cars:
         finder = Finder(cars)
@@ -112,9 +115,9 @@ def order(kind: str, search: Search, as_json: bool) -> None:
     names = [each.name for each in missing]
     lines = [translated(f"cars-{kind}", count=count - len(missing))]
     if missing:
-        lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_BARS]), count=len(missing))
+        lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_PROBLEMS]), count=len(missing))
         problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
-        lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_BARS]]
+        lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), wants_json(as_json))
     if missing:
         raise typer.Exit(NO_ANSWER)
@@ -228,7 +231,7 @@ def _table(rows: "Sequence[CarStatus]", finder: "Finder", programs: dict[str, st
     if others:
         lines.append(translated("cars-others", list=", ".join(others)))
     problems = [f"{row.name}: {row.problem.sentence(current_language())}" for row in rows if row.problem]
-    lines += problems[:_MOST_BARS]
+    lines += problems[:_MOST_PROBLEMS]
     if finder.problem:
         lines.append(finder.problem.sentence(current_language()))
     from rich.text import Text
@@ -274,14 +277,24 @@ async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, s
             raise MotorcadeError("no-cars-found")
         with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
             together = progress.add_task(translated("progress-sent"), total=len(contacts) * len(image))
-            bars = {id(each): progress.add_task(each.name, total=len(image)) for each in contacts[:_MOST_BARS]}
+            most = max(1, console.height - _FREE_LINES)
+            fit = len(contacts) <= most
+            bars = {id(each): progress.add_task(each.name, total=len(image), visible=fit) for each in contacts}
             sent_bytes: dict[int, int] = {}
+            # Where there are more cars than lines: those that are being loaded, and the last that are complete.
+            shown: dict[int, None] = {}
 
             def advance(contact: object, sent: int) -> None:
-                sent_bytes[id(contact)] = sent
-                progress.update(together, completed=sum(sent_bytes.values()))
-                if id(contact) in bars:
-                    progress.update(bars[id(contact)], completed=sent)
+                car = id(contact)
+                progress.update(together, advance=sent - sent_bytes.get(car, 0))
+                sent_bytes[car] = sent
+                complete = next((each for each in shown if sent_bytes[each] == len(image)), None)
+                if not fit and car not in shown and len(shown) == most and complete is not None:
+                    del shown[complete]
+                    progress.update(bars[complete], visible=False)
+                if not fit and len(shown) < most:
+                    shown[car] = None
+                progress.update(bars[car], completed=sent, visible=fit or car in shown)
 
             return await cars.load(image, names, advance if console.is_terminal else lambda *_: None, skips)
 

@@ -5,14 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
     Json,
+    Language,
+    current_language,
     print_json,
     print_lines,
     print_note,
     print_table,
+    translated,
     wants_json,
     write_file,
 )
@@ -38,8 +40,7 @@ app = typer.Typer()
 
 @app.command("missions")
 def _missions(language: Language = "", as_json: Json = False) -> None:
-    from motorcade.missions.document import LITERATURE, missions
-    from motorcade.missions.shortest import shortest_programs
+    from motorcade.missions.document import LITERATURE, missions, shortest_programs
 
     found, shortest = missions() + missions(LITERATURE), shortest_programs()
     if wants_json(as_json):
@@ -103,11 +104,10 @@ def _search(
 ) -> None:
     wanted = _named(mission)
     folder = output or Path(f"{wanted.id}-search")
-    with ended_by_sentences(folder, "search", "lab"):
+    with ended_by_sentences(folder, "search"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.experiments.run import on_a_cluster, on_this_computer
-        from motorcade.lab.archive import opened_archive
-        from motorcade.lab.search import Search, do_task
+        from motorcade.lab.search import Search, do_task, opened_archive
         from motorcade.missions.check import check_program
 
         search = Search(wanted, method, runs, seed, ahead)

@@ -1,10 +1,16 @@
-"""Options, input and output that several commands share."""
+"""Options, input, output and language that all commands share.
+
+The language is that of --language, or else the system's; help and refusals are in it too.
+"""
 
 import json
 import os
+import re
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -12,14 +18,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import FIRST, catalogue, command_line_text, languages, system_language, text
 from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import Console, RenderableType
 
     from motorcade.config.profile import Profile
     from motorcade.fleet.places import Place
+    from motorcade.program.diagnostics import Diagnostic
 
+HELP_OPTIONS = ("-h", "--help")
 DEFAULT_PROFILE = "classroom"
 # A frame has 36 bits; a number with more digits than this is none that anything here takes.
 _MOST_OF_A_NUMBER = 80
@@ -27,7 +36,18 @@ _MOST_OF_A_NUMBER = 80
 _USUAL_LIST = Path("cars.toml")
 # The least time for which a command listens for announcements of cars.
 _LISTEN_S = 1.5
+_requested: ContextVar[str] = ContextVar("requested_language", default="")
 
+
+def request_language(language: str) -> str:
+    """Take the value of --language, empty for none. Raises MotorcadeError: unknown-language."""
+    if language and language not in languages():
+        raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
+    _requested.set(language)
+    return language
+
+
+Language = Annotated[str, typer.Option(callback=request_language)]
 Json = Annotated[bool, typer.Option("--json")]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
@@ -148,19 +168,32 @@ def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, 
     is neither; the sentence names ``place``, or else the file.
     ``profile_name`` is the profile of an image; a project names its own.
     """
-    from rich.console import Console
-
-    from motorcade.cli.console import print_diagnostics
     from motorcade.program.diagnostics import ProgramError
     from motorcade.program.files import image_in
 
     try:
         image, profile, diagnostics = image_in(source, profile_name, place)
     except ProgramError as problem:
-        print_diagnostics(Console(stderr=True), problem.diagnostics)
+        print_diagnostics(problem.diagnostics)
         raise typer.Exit(PROGRAM_ERROR) from None
-    print_diagnostics(Console(stderr=True), diagnostics)
+    print_diagnostics(diagnostics)
     return image, profile
+
+
+def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | None" = None) -> None:
+    """Print each diagnostic in a line, on standard error unless elsewhere: place, severity, code, sentence."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console(stderr=True)
+    for each in diagnostics:
+        line = Text()
+        place = each.place(current_language())
+        line.append(f"{place}: " if place else "")
+        style = "bold red" if each.severity == "error" else "bold yellow"
+        line.append(translated(each.severity), style=style)
+        line.append(f" {each.code}: {each.sentence(current_language())}")
+        console.print(line, soft_wrap=True)
 
 
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
@@ -183,3 +216,68 @@ def whole_number(text: str, name: str | Phrase) -> int:
         except ValueError:
             continue
     raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
+
+
+def translated(key: str, **details: Any) -> str:
+    """Return a text of the command line in the current language."""
+    return command_line_text(key, current_language(), **details)
+
+
+def current_language() -> str:
+    """Return the language of --language, or the system's where none is given."""
+    return _requested.get() or system_language()
+
+
+@contextmanager
+def in_language(language: str) -> Iterator[None]:
+    """Make ``language`` the current one while the block runs."""
+    token = _requested.set(language)
+    try:
+        yield
+    finally:
+        _requested.reset(token)
+
+
+def translate_help(command: Any) -> None:
+    """Give a Typer command, all commands below it, and the frames around their parameters their texts."""
+    from typer import rich_utils
+
+    for name in ("arguments", "options", "commands"):
+        setattr(rich_utils, f"{name.upper()}_PANEL_TITLE", translated(f"help-{name}"))
+    _translate_help(command, "")
+
+
+def _translate_help(command: Any, path: str) -> None:
+    """Give a command and those below it the texts "COMMAND" and "COMMAND.PARAMETER", or ".PARAMETER" for all."""
+    known = catalogue(FIRST)["help"]
+    command.help = text("help", path or "motorcade", {}, current_language())
+    option = command.get_help_option(typer.Context(command, help_option_names=list(HELP_OPTIONS)))
+    option.help = translated("help-help")
+    for parameter in command.params:
+        own = f"{path}.{parameter.name}"
+        key = own if own in known else f".{parameter.name}"
+        if key in known:
+            details = {"languages": " / ".join(languages())}
+            parameter.help = text("help", key, details, current_language())
+    for name, each in getattr(command, "commands", {}).items():
+        _translate_help(each, f"{path} {name}".lstrip())
+
+
+def usage_sentence(message: str) -> str:
+    """Return what Typer says of a wrong command line in the current language; what the catalogue lacks, as it is."""
+    for template, sentence in catalogue(current_language()).get("usage", {}).items():
+        texts = re.split(r"\{(\w+)\}", template)
+        parts = [f"(?P<{part}>.+)" if place % 2 else re.escape(part) for place, part in enumerate(texts)]
+        if found := re.fullmatch("".join(parts), message):
+            return str(sentence.format(**{name: usage_sentence(value) for name, value in found.groupdict().items()}))
+    return message
+
+
+def language_in(arguments: list[str]) -> str:
+    """Return the value of --language in ``arguments``; empty where it is missing or unknown."""
+    for place, argument in enumerate(arguments):
+        name, _, value = argument.partition("=")
+        if name == "--language":
+            value = value or "".join(arguments[place + 1 : place + 2])
+            return value if value in languages() else ""
+    return ""

@@ -15,8 +15,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.language import Language, translated
-from motorcade.cli.options import CarList, Json, Output, TcpPortNumber, listed, print_note, print_result, quoted
+from motorcade.cli.options import (
+    CarList,
+    Json,
+    Language,
+    Output,
+    TcpPortNumber,
+    listed,
+    print_note,
+    print_result,
+    quoted,
+    translated,
+)
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.sockets import DRIVE_PORT, host_and_port
@@ -24,7 +34,7 @@ from motorcade.sockets import DRIVE_PORT, host_and_port
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
     from motorcade.drive.session import CarControl
-    from motorcade.server.remote.remote_cars import RemoteCar
+    from motorcade.server.fleet import RemoteCar
 
 _METAVAR = "NAME=HOST[:PORT]"
 _TOKEN_FILE = ".token"
@@ -52,7 +62,7 @@ def https(keys: Path | None) -> ssl.SSLContext | None:
     """HTTPS with a car's keys file; None without one. Raises MotorcadeError."""
     if keys is None:
         return None
-    from motorcade.drive.tls.keys import https_context
+    from motorcade.drive.keys import https_context
 
     return https_context(keys)
 
@@ -92,7 +102,7 @@ def open_camera(name: CameraName) -> "Source | None":
 def load_page() -> None:
     """Import what the page needs, as long as no car waits for it. Raises MotorcadeError where an extra is missing."""
     with needs_extra("car-page", "drive"):
-        import motorcade.server.remote.app
+        import motorcade.server.remote
         import motorcade.server.running  # noqa: F401
         from motorcade.server.http import check_page
     check_page()
@@ -129,8 +139,8 @@ async def serving_page(
         control: the car.
     """
     from motorcade.cameras.broadcast import Camera
-    from motorcade.server.remote.app import make_remote
-    from motorcade.server.remote.fleet import SingleCar
+    from motorcade.server.fleet import SingleCar
+    from motorcade.server.remote import make_remote
     from motorcade.server.request_filter import ServerSettings
     from motorcade.server.running import serving
 
@@ -158,9 +168,9 @@ def _remote(
     as_json: Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
+        from motorcade.server.fleet import RemoteCars
         from motorcade.server.http import check_page
-        from motorcade.server.remote.app import make_remote
-        from motorcade.server.remote.remote_cars import RemoteCars
+        from motorcade.server.remote import make_remote
         from motorcade.server.request_filter import ServerSettings
         from motorcade.server.running import serve_alone
     from motorcade.drive.activity_log import logging_to
@@ -193,12 +203,12 @@ def _check_options(page_keys: Path | None, insecure_lan: bool) -> None:
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
-    """The cars that the command line names, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
+    """The cars that the command line names, as `motorcade.server.fleet.RemoteCars` takes them.
 
     Raises MotorcadeError.
     """
     from motorcade.cameras.web import WebCamera
-    from motorcade.drive.tls.keys import client_context, visitor_context
+    from motorcade.drive.keys import client_context, visitor_context
 
     urls = dict(_pair(each, "not-name-and-url") for each in cameras)
     trust = visitor_context(keys) if urls else None
@@ -214,11 +224,11 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
             WebCamera(url, trust)
         except MotorcadeError as problem:
             raise MotorcadeError("camera-of-car", car=name, reason=problem) from None
-    return {"cars": cars, "keys": client_context(keys) if keys else None, "trust": trust}
+    return {"cars": cars, "keys": client_context(keys, takes_chips=True) if keys else None, "trust": trust}
 
 
 def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
-    from motorcade.server.remote.remote_cars import RemoteCar, is_name
+    from motorcade.server.fleet import RemoteCar, is_name
 
     name, where = _pair(text, "not-name-and-host", form=_METAVAR)
     if not is_name(name):
@@ -273,8 +283,7 @@ def _studio(
         from motorcade.server.running import serve_alone
         from motorcade.server.studio.app import Settings, make_app
     from motorcade.drive.activity_log import logging_to
-    from motorcade.fleet.announcing import announced
-    from motorcade.fleet.places import STUDIO
+    from motorcade.fleet.places import STUDIO, announced
 
     check_page()
     _check_options(page_keys, insecure_lan)

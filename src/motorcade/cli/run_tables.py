@@ -8,8 +8,8 @@ import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
 
-from motorcade.cli.console import print_diagnostics, words_table
-from motorcade.cli.language import translated
+from motorcade.cli.console import words_table
+from motorcade.cli.options import print_diagnostics, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
 from motorcade.mats import Mat
@@ -140,7 +140,7 @@ def show(
     """
     console = Console()
     compiled = compile_program(program)
-    print_diagnostics(console, compiled.diagnostics)
+    print_diagnostics(compiled.diagnostics, console)
     profile = built_in_profile(program.profile)
     console.print(words_table(compiled.words, profile) if compiled.words else "")
     record = [picture] if picture else []

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
     ImageProfile,
     Json,
+    Language,
     Output,
     Source,
+    current_language,
     image_for,
     image_of,
     print_json,
@@ -26,6 +27,7 @@ from motorcade.cli.options import (
     print_note,
     print_result,
     print_table,
+    translated,
     wants_json,
 )
 from motorcade.errors import MotorcadeError
@@ -67,20 +69,19 @@ def _simulate(
     with needs_extra("simulating", "world"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
-        from motorcade.mats import formation, open_table, read_mat
+        from motorcade.mats import read_mat
         from motorcade.runs.recording import DATA_ENDING
-        from motorcade.runs.running import simulate_on
+        from motorcade.runs.running import simulate
         from motorcade.words.image import parse_image_bytes
 
         if followers is None:
             followers = 5 if parse_image_bytes(image).followers else 0
-        range_m = chosen.infrared.range_mm / 1000
-        place = read_mat(mat) if mat else open_table(formation(followers, range_m))
+        place = read_mat(mat) if mat else None
         drawings = [path for path in files if path.suffix.lower() != DATA_ENDING]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
         with progress_bar("done", total_ms) as advance, texts:
-            run = simulate_on(place, image, seconds, seed, chosen, files, advance)
+            run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
     print_unheard(run)
     if wants_json(as_json):
         print_json(run_as_dict(run))
@@ -261,10 +262,10 @@ def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
 
 
 @contextmanager
-def ended_by_sentences(output: Path, part: str = "sweep", extra: str = "sim") -> Iterator[None]:
+def ended_by_sentences(output: Path, part: str = "sweep") -> Iterator[None]:
     """Print a sentence for all that ends a sweep or a search early: a missing library, Ctrl-C, a failing disk."""
     try:
-        with needs_extra(part, extra):
+        with needs_extra(part, "sim"):
             yield
     except KeyboardInterrupt:
         print_note(translated(f"{part}-is-stopped", table=output))

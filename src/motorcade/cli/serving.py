@@ -12,14 +12,13 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from motorcade.cli.language import current_language, translated
-from motorcade.cli.options import print_note, print_result
+from motorcade.cli.options import current_language, print_note, print_result, translated
 from motorcade.drive.activity_log import ActivityLog
 from motorcade.drive.channels import Clients
-from motorcade.drive.safety.watchdog import watched
+from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
-from motorcade.drive.tls.revoked import RevokedKeys
+from motorcade.drive.watchdog import watched
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 from motorcade.timing import monotonic_ms

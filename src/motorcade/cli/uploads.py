@@ -2,28 +2,32 @@
 
 import sys
 from binascii import crc32
+from datetime import UTC, datetime
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from motorcade import __version__
 from motorcade.cli.car import Role
-from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarList,
     CarNumber,
     ImageProfile,
     Json,
+    Language,
     OptionalFile,
     Output,
     Search,
     Seconds,
     Source,
+    current_language,
     image_for,
     print_json,
     print_result,
     profile_named,
+    translated,
     wants_json,
     write_file,
 )
@@ -50,7 +54,7 @@ class ChipName(StrEnum):
 
 @app.command("ports")
 def _ports(as_json: Json = False) -> None:
-    from motorcade.upload.ports import BARE, ports
+    from motorcade.upload.serial_port import BARE, ports
 
     found = ports()
     if wants_json(as_json):
@@ -129,34 +133,33 @@ def _install_firmware(
     chip: ChipName | None = None,
     wifi: str = "",
     insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
+    keys: OptionalFile = None,
+    revoked: OptionalFile = None,
     dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
     profile: str = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     chosen = profile_named(profile)
-    if wifi and not insecure_lan:
-        raise MotorcadeError("wifi-without-keys")
-    password = (
-        "" if dry_run or not wifi else typer.prompt(translated("wifi-password", name=wifi), hide_input=True, err=True)
-    )
+    if (keys or insecure_lan) and not wifi:
+        raise MotorcadeError("keys-without-wifi")
+    wireless = _wifi_settings(wifi, insecure_lan, keys, revoked, dry_run) if wifi else {}
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:
-        from motorcade.config.voice_map import load_voice_map
+        from motorcade.config.pins import load_voice_map
         from motorcade.firmware.car_files import settings_of
 
         voice = load_voice_map(voice_map) if voice_map else None
         settings = settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
         if wifi and pin_map.chip.name != ChipName.ESP32:
             raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
-        joined = {"wifi": {"ssid": wifi, "password": password}} if wifi else {}
-        return settings | {"version": __version__} | joined
+        return settings | {"version": __version__} | wireless
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
         from motorcade.config.pins import load_pins
         from motorcade.firmware.install import default_pins, install
-        from motorcade.upload.ports import likely_port, ports
+        from motorcade.upload.serial_port import likely_port, ports
     if dry_run:
         if not pins and not chip:
             raise MotorcadeError("chip-missing")
@@ -184,8 +187,7 @@ def _arduino_library(
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    from motorcade.config.pins import load_pins
-    from motorcade.config.voice_map import load_voice_map
+    from motorcade.config.pins import load_pins, load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
 
     files = library_files()
@@ -203,9 +205,31 @@ def _arduino_library(
     print(translated("library-written", output=output, files=len(files), sketch=sketch))
 
 
+def _wifi_settings(
+    name: str, insecure_lan: bool, keys: Path | None, revoked: Path | None, dry_run: bool
+) -> dict[str, Any]:
+    """Return what an ESP32 needs for the Wi-Fi ``name``, with the car's keys; nothing secret for a dry run."""
+    if keys and insecure_lan:
+        raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
+    if not (keys or insecure_lan):
+        raise MotorcadeError("wifi-without-keys")
+    settings: dict[str, Any] = {}
+    if keys:
+        from motorcade.drive.keys import REVOKED, chip_keys, read_revoked
+
+        beside = keys.with_name(REVOKED)
+        numbers = read_revoked(revoked or beside) if revoked or beside.exists() else frozenset()
+        today = datetime.now(UTC)
+        date = [today.year, today.month, today.day, today.weekday(), 0, 0, 0, 0]
+        settings["keys"] = chip_keys(keys, numbers) | {"date": date} | ({"key": ""} if dry_run else {})
+    prompt = translated("wifi-password", name=name)
+    password = "" if dry_run else typer.prompt(prompt, hide_input=True, err=True)
+    return settings | {"wifi": {"ssid": name, "password": password}}
+
+
 def _only_port() -> str:
     """Return the port of the car; where there are several, a user at a terminal chooses. Raises MotorcadeError."""
-    from motorcade.upload.ports import SeveralPortsError, likely_port, ports
+    from motorcade.upload.serial_port import SeveralPortsError, likely_port, ports
 
     try:
         return likely_port(ports()).device

@@ -5,15 +5,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     ExistingFile,
     Json,
+    Language,
     OptionalOutput,
+    current_language,
+    print_diagnostics,
     print_json,
     print_lines,
     print_table,
     profile_named,
+    translated,
     wants_json,
     whole_number,
     write_file,
@@ -24,6 +27,14 @@ from motorcade.outcomes import PROGRAM_ERROR
 if TYPE_CHECKING:
     from motorcade.words.field import WordFormat
 
+# What `motorcade export` gives: the words, and the brain of a car, for other tools; `make generate` wrote the files.
+TARGETS = {
+    "c": ("motorcade_words.h",),
+    "brain-c": ("motorcade_brain.h", "motorcade_brain.c"),
+    "wireshark": ("motorcade_words.lua",),
+    "json-schema": ("motorcade_words.schema.json",),
+    "vectors": ("motorcade_words.vectors.json",),
+}
 app = typer.Typer()
 FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
 
@@ -86,9 +97,7 @@ def _warnings_as_dict(warnings: list[Phrase]) -> dict[str, list[str]]:
 def _compile(
     project: ExistingFile, output: OptionalOutput = None, language: Language = "", as_json: Json = False
 ) -> None:
-    from rich.console import Console
-
-    from motorcade.cli.console import print_diagnostics, words_table
+    from motorcade.cli.console import words_table
     from motorcade.program.diagnostics import ProgramError, has_errors
     from motorcade.program.files import compile_project, read_file
 
@@ -111,7 +120,7 @@ def _compile(
         )
     elif profile and not failed:
         print_table(words_table(words, profile))
-    print_diagnostics(Console(stderr=True), diagnostics)
+    print_diagnostics(diagnostics)
     if failed:
         raise typer.Exit(PROGRAM_ERROR)
 
@@ -173,22 +182,33 @@ def _format_as_dict(word_format: "WordFormat", fingerprint: str) -> dict[str, ob
     return {"name": word_format.name, "fingerprint": fingerprint, "fields": fields}
 
 
+def exported(target: str) -> dict[str, bytes]:
+    """Return the files of a target of `motorcade export`, by name. Raises MotorcadeError: unknown-target."""
+    from importlib.resources import files
+
+    from motorcade.firmware.arduino_library import library_folder
+
+    if target not in TARGETS:
+        raise MotorcadeError("unknown-target", target=target[:40], targets=", ".join(TARGETS))
+    # The brain is a part of the Arduino library, whose sources must be in one folder.
+    folder = library_folder() / "src" if target == "brain-c" else files("motorcade") / "export"
+    return {name: (folder / name).read_bytes() for name in TARGETS[target]}
+
+
 @app.command("export")
 def _export(
     target: Annotated[str, typer.Argument(metavar="TARGET")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False)] = Path(),
     as_json: Json = False,
 ) -> None:
-    from motorcade.export import export
-
-    files = export(target)
+    found = exported(target)
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise MotorcadeError("folder-not-writable", folder=output, reason=problem.strerror) from None
-    for name, contents in files.items():
+    for name, contents in found.items():
         write_file(output / name, contents)
-    written = [str(output / name) for name in files]
+    written = [str(output / name) for name in found]
     if as_json:
         print_json({"files": written})
     else:
