@@ -23,6 +23,12 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m compileall -qq -j 0 .venv & $(PIP) install --no-deps --no-build-isolation --editable . && wait
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
 
+# What `make soak` and `make bench` need besides: a fuzzer, and the peers that are measured.
+MORE := .venv/.more
+$(MORE): requirements-more.lock $(STAMP)
+	$(PIP) install --no-deps --require-hashes --requirement requirements-more.lock
+	$(BIN)/python -c 'import pathlib; pathlib.Path("$(MORE)").touch()'
+
 page: setup ## build the studio's page
 	$(BIN)/python hatch_build.py build
 
@@ -46,7 +52,7 @@ test: setup
 	$(BIN)/python hatch_build.py test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
-soak: setup ## the same tests with many more examples; then bytes made by a fuzzer, and code that is changed; slow
+soak: $(MORE) ## the same tests with many more examples; then bytes made by a fuzzer, and code that is changed; slow
 	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m tests.fuzz --seconds 300
 	$(BIN)/python -m tests.mutants
@@ -73,7 +79,7 @@ stale: setup
 docs: setup ## the documentation's site, into build/site
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
-bench: setup
+bench: $(MORE)
 	$(BIN)/python benchmarks/words.py
 	$(BIN)/python benchmarks/compiler.py
 	$(BIN)/python benchmarks/start.py
@@ -95,10 +101,12 @@ bench: setup
 screenshots: setup ## the README's pictures of the studio
 	$(BIN)/python -m scripts.screenshots
 
+LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header
+
 lock: setup ## pin the newest versions that pyproject.toml allows
 	$(PIP) install uv
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --group dev --group docs --group bench \
-		--generate-hashes --no-emit-index-url --no-header --upgrade pyproject.toml --output-file requirements.lock
+	$(LOCK) --all-extras --group dev --group docs --upgrade pyproject.toml --output-file requirements.lock
+	$(LOCK) --group soak --group bench --constraint requirements.lock --output-file requirements-more.lock
 
 clean:
 	$(PYTHON) -c 'import shutil; [shutil.rmtree(name, ignore_errors=True) for name in (".venv", "build", "dist")]'

@@ -59,9 +59,15 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Print which tests were skipped, and why, so that nobody overlooks them."""
+    """Print which tests were skipped or failed at first, and why, so that nobody overlooks them."""
     skipped = Counter(
         str(each.longrepr[2]).removeprefix("Skipped: ") for each in terminalreporter.getreports("skipped")
     )
     for reason, count in skipped.items():
         terminalreporter.write_sep("!", f"{count} tests did NOT run: {reason}", red=True, bold=True)
+    for each in terminalreporter.getreports("rerun"):
+        terminalreporter.write_sep("!", f"ran twice, since it failed at first: {each.nodeid}", red=True, bold=True)
+        terminalreporter.write_line(each.longreprtext)
+        for title, text in each.sections:
+            terminalreporter.write_sep("-", title)
+            terminalreporter.write_line(text)

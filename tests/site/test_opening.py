@@ -132,7 +132,7 @@ def assert_continues(visit):
         assert header.t_ms >= world.now_ms
         events += unpack_events(world.run(header.t_ms - world.now_ms))
         at = HEADER_BYTES + moment_bytes(header.cars)
-        assert data[HEADER_BYTES:at] == world.moment(is_stored=False), header.t_ms
+        assert data[HEADER_BYTES:at] == world.pictures.moment(is_stored=False), header.t_ms
         assert header.lost == sum(each.kind == LOST and each.t_ms >= header.t_ms - 5000 for each in events)
     shown = [each for data in visit.pictures for each in Picture(data).events]
     assert shown == events
@@ -201,7 +201,7 @@ def test_what_only_python_can_do_happens_at_the_tick_at_which_it_was_asked_for(v
     assert last.t_ms > moved_ms + 500
     world.run(last.t_ms - moved_ms)
     at = HEADER_BYTES + moment_bytes(last.cars)
-    assert visit.pictures[-1][HEADER_BYTES : at - last.cars] == world.moment(is_stored=False)[: -last.cars]
+    assert visit.pictures[-1][HEADER_BYTES : at - last.cars] == world.pictures.moment(is_stored=False)[: -last.cars]
     assert visit.told["car"]["car"] == 1
 
 

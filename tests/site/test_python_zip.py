@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from motorcade.browser.python_zip import SHELL, python_zip, reached_modules
+from motorcade.browser.site import SHELL, python_zip, reached_modules
 
 # A package in which the shell reaches a module by each kind of import, and three that it doesn't reach.
 SOURCES = {

@@ -1,49 +1,32 @@
 """Boards that break the contract, each in one way, and part of the sentence that check_board gives."""
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 from motorcade.car.board import Board
 from support.tin_car import RealClock, TinBoard
 
+FRAME_ON_AIR_S = 0.06
 
-class NotWrapped(TinBoard):
+
+def gives(method: str, value: object) -> dict[str, Any]:
+    """A board of which ``method`` always gives the same."""
+    return {method: lambda self: value}
+
+
+def changed(method: str, change: Callable[[Any], object]) -> dict[str, Any]:
+    return {method: lambda self: change(getattr(TinBoard, method)(self))}
+
+
+def counts(units_a_s: int, mask: int) -> Any:
+    """A board with a real clock that counts otherwise; ``tin`` has the right time."""
+
     def now_ms(self):
-        return int((self.tin.now_s + 1.7e9) * 1000)
+        RealClock.now_ms(self)
+        return int(time.monotonic() * units_a_s) & mask
 
-
-class WrapsInTwelveDays(RealClock):
-    def now_ms(self):
-        super().now_ms()
-        return int(time.monotonic() * 1000)
-
-
-class WrapsTooSoon(RealClock):
-    def now_ms(self):
-        super().now_ms()
-        return int(time.monotonic() * 1000) & 0xFFFFFFF
-
-
-class GoesBack(TinBoard):
-    def now_ms(self):
-        self.tin.now_s -= 0.01
-        return super().now_ms()
-
-
-class StandsStill(TinBoard):
-    def now_ms(self):
-        return 5
-
-
-class FloatClock(TinBoard):
-    def now_ms(self):
-        return self.tin.now_s * 1000 % 2**30
-
-
-class MicrosecondClock(RealClock):
-    def now_ms(self):
-        super().now_ms()
-        return int(time.monotonic() * 1_000_000) & 0x3FFFFFFF
+    return type("Counts", (RealClock,), {"now_ms": now_ms})
 
 
 class NoClock(Board):
@@ -62,243 +45,126 @@ class NotDerived:
             setattr(self, name, getattr(self.board, name))
 
 
-class BadLevels(TinBoard):
-    levels = (0, 1000, 2000, 3000)
-
-
-class ShuffledLevels(TinBoard):
-    levels = TinBoard.levels[::-1]
-
-
-class BadNumber(TinBoard):
-    number = -1
-
-
-class BadRole(TinBoard):
-    is_leader: Any = "leader"
-
-
-class FramesStay(TinBoard):
-    def received_frames(self):
-        return self.tin.to_report
-
-
-class FramesChecked(TinBoard):
-    def received_frames(self):
-        return [frame for frame in super().received_frames() if frame.bit_count() % 2 == 0]
-
-
-class FramesAsText(TinBoard):
-    def received_frames(self):
-        return [f"{frame:08X}" for frame in super().received_frames()] + ["A4A80000"]
-
-
-class NoFramesAtAll(TinBoard):
-    def received_frames(self):
-        return None
-
-
-class DeafToMost(TinBoard):
-    def received_frames(self):
-        super().received_frames()
-        return ()
-
-
-class LineAsText(TinBoard):
-    def read_serial(self):
-        return super().read_serial().decode()
-
-
-class LineStays(TinBoard):
-    def read_serial(self):
-        return self.tin.line_in
-
-
-class LineWaits(TinBoard):
-    def read_serial(self):
-        self.tin.now_s += 0.5
-        return super().read_serial()
-
-
-class WheelsOfThreeSpeeds(TinBoard):
-    def set_wheels(self, direction, speed_level):
-        super().set_wheels(direction, [0, 1, 2].index(speed_level))
-
-
-class WheelsByOne(TinBoard):
-    def set_wheels(self, direction):
-        pass
-
-
-class NoDarkness(TinBoard):
-    def set_led(self, which):
-        (10, 11, 12, 13)[which]
-
-
-class SendsAndWaits(TinBoard):
-    def send_frame(self, frame):
-        super().send_frame(frame)
-        self.tin.now_s += FRAME_ON_AIR_S
-
-    def is_sending(self):
-        return False
-
-
-class NeverSending(TinBoard):
-    def is_sending(self):
-        return False
-
-
-class SendsForEver(TinBoard):
-    def is_sending(self):
-        return self.tin.busy_until_s > 0
-
-
-class SendsTooShort(TinBoard):
-    def is_sending(self):
-        return self.tin.now_s < self.tin.busy_until_s - 0.06
-
-
-class HearsItself(TinBoard):
-    def send_frame(self, frame):
-        super().send_frame(frame)
-        self.tin.to_report.append(frame)
-
-
-class NoDistance(TinBoard):
-    def obstacle_mm(self):
-        return None
-
-
-class FarInMetres(TinBoard):
-    def obstacle_mm(self):
-        return 1.5
-
-
-class SaysWords(TinBoard):
-    def heard_voice(self):
-        return "stop"
-
-
-class SaysItAgain(TinBoard):
-    def heard_voice(self):
-        return 1
-
-
-class PersonByVolts(TinBoard):
-    def sees_person(self):
-        return 1023
-
-
-class SensorUnplugged(TinBoard):
-    def sees_person(self):
-        raise RuntimeError("no PIR at pin 7")
-
-
-class Forgets(TinBoard):
-    def store_image(self, data):
-        pass
-
-
-class InMemoryOnly(TinBoard):
-    image = None
-
-    def load_image(self):
-        return self.image
-
-    def store_image(self, data):
-        self.image = data
-
-
-class WritesOver(TinBoard):
-    def store_image(self, data):
-        self.path.write_bytes(data)
-
-
-class WritesOverSlowly(TinBoard):
-    def store_image(self, data):
-        with self.path.open("wb") as file:
-            for place in range(0, len(data), 256):
-                file.write(data[place : place + 256])
-
-
-class RemovesFirst(TinBoard):
-    def store_image(self, data):
-        new = self.path.with_suffix(".new")
-        new.write_bytes(data)
-        self.path.unlink(missing_ok=True)
-        new.rename(self.path)
-
-
-class TailStays(TinBoard):
-    def store_image(self, data):
-        old = self.load_image() or b""
-        super().store_image(data + old[len(data) :])
-
-
-class TakesSmallOnes(TinBoard):
-    def store_image(self, data):
-        if len(data) > 512:
-            raise OSError("the EEPROM has 512 bytes")
-        super().store_image(data)
-
-
-class StoresText(TinBoard):
-    def load_image(self):
-        data = super().load_image()
-        return bytearray(data) if data is not None else None
-
-
-class NotesStates(TinBoard):
-    def note(self, kind, at_ms, word, detail):
-        {"state": 1, "frame": 2}[kind]
-
-
-FRAME_ON_AIR_S = 0.06
-BROKEN = [
-    (NotWrapped, "wrap at 2^30"),
-    (WrapsInTwelveDays, "on for some days"),
-    (WrapsTooSoon, "neither sooner nor later"),
-    (GoesBack, "went back"),
-    (StandsStill, "stands still"),
-    (FloatClock, "whole milliseconds"),
-    (MicrosecondClock, "count milliseconds"),
-    (NoClock, "override now_ms"),
-    (NotDerived, "no method set_wheels"),
-    (BadLevels, "levels is (0, 1000, 2000, 3000)"),
-    (ShuffledLevels, "make_levels"),
-    (BadNumber, "number is -1"),
-    (BadRole, "is_leader is 'leader'"),
-    (FramesStay, "same frames twice"),
-    (FramesChecked, "odd parity"),
-    (FramesAsText, "ints of 32 bits"),
-    (NoFramesAtAll, "received_frames() gave None"),
-    (DeafToMost, "gave none in all"),
-    (LineAsText, "read_serial() gave ''"),
-    (LineStays, "each byte is given once"),
-    (LineWaits, "read_serial took 500 ms"),
-    (WheelsOfThreeSpeeds, "set_wheels(0, 3) raised ValueError"),
-    (WheelsByOne, "set_wheels(0, 0) raised TypeError"),
-    (NoDarkness, "set_led(4) raised IndexError"),
-    (SendsAndWaits, "send_frame took 60 ms"),
-    (NeverSending, "right after send_frame"),
-    (SendsForEver, "still True"),
-    (SendsTooShort, "is on the air for"),
-    (HearsItself, "can't hear while it sends"),
-    (NoDistance, "obstacle_mm() gave None"),
-    (FarInMetres, "obstacle_mm() gave 1.5"),
-    (SaysWords, "heard_voice() gave 'stop'"),
-    (SaysItAgain, "gave 1 twice"),
-    (PersonByVolts, "sees_person() gave 1023"),
-    (SensorUnplugged, "no PIR at pin 7"),
-    (Forgets, "load_image() gave None"),
-    (InMemoryOnly, "has lost the image"),
-    (WritesOver, "a cut of power in store_image"),
-    (WritesOverSlowly, "a cut of power in store_image"),
-    (RemovesFirst, "a cut of power in store_image"),
-    (TailStays, "load_image() gave"),
-    (TakesSmallOnes, "the EEPROM has 512 bytes"),
-    (StoresText, "bytearray"),
-    (NotesStates, "raised KeyError"),
+def goes_back(self):
+    self.tin.now_s -= 0.01
+    return TinBoard.now_ms(self)
+
+
+def waits_for_bytes(self):
+    self.tin.now_s += 0.5
+    return TinBoard.read_serial(self)
+
+
+def sends_and_waits(self, frame):
+    TinBoard.send_frame(self, frame)
+    self.tin.now_s += FRAME_ON_AIR_S
+
+
+def hears_itself(self, frame):
+    TinBoard.send_frame(self, frame)
+    self.tin.to_report.append(frame)
+
+
+def is_unplugged(self):
+    raise RuntimeError("no PIR at pin 7")
+
+
+def writes_over_slowly(self, data):
+    with self.path.open("wb") as file:
+        for place in range(0, len(data), 256):
+            file.write(data[place : place + 256])
+
+
+def removes_first(self, data):
+    new = self.path.with_suffix(".new")
+    new.write_bytes(data)
+    self.path.unlink(missing_ok=True)
+    new.rename(self.path)
+
+
+def leaves_the_tail(self, data):
+    old = self.load_image() or b""
+    TinBoard.store_image(self, data + old[len(data) :])
+
+
+def takes_small_ones(self, data):
+    if len(data) > 512:
+        raise OSError("the EEPROM has 512 bytes")
+    TinBoard.store_image(self, data)
+
+
+def drives_at_three_speeds(self, direction, speed_level):
+    TinBoard.set_wheels(self, direction, [0, 1, 2].index(speed_level))
+
+
+IN_MEMORY = {
+    "image": None,
+    "load_image": lambda self: self.image,
+    "store_image": lambda self, data: setattr(self, "image", data),
+}
+# The name, what the board has instead, and part of the sentence.
+BROKEN: list[tuple[str, Any, str]] = [
+    ("not wrapped", {"now_ms": lambda self: int((self.tin.now_s + 1.7e9) * 1000)}, "wrap at 2^30"),
+    ("goes back", {"now_ms": goes_back}, "went back"),
+    ("stands still", gives("now_ms", 5), "stands still"),
+    ("float clock", {"now_ms": lambda self: self.tin.now_s * 1000 % 2**30}, "whole milliseconds"),
+    ("no clock", NoClock, "override now_ms"),
+    ("not derived", NotDerived, "no method set_wheels"),
+    ("too few levels", {"levels": (0, 1000, 2000, 3000)}, "levels is (0, 1000, 2000, 3000)"),
+    ("shuffled levels", {"levels": TinBoard.levels[::-1]}, "make_levels"),
+    ("bad number", {"number": -1}, "number is -1"),
+    ("bad role", {"is_leader": "leader"}, "is_leader is 'leader'"),
+    ("frames stay", {"received_frames": lambda self: self.tin.to_report}, "same frames twice"),
+    (
+        "frames are checked",
+        changed("received_frames", lambda frames: [each for each in frames if each.bit_count() % 2 == 0]),
+        "odd parity",
+    ),
+    (
+        "frames as text",
+        changed("received_frames", lambda frames: [f"{each:08X}" for each in frames] + ["A4A80000"]),
+        "ints of 32 bits",
+    ),
+    ("no frames at all", gives("received_frames", None), "received_frames() gave None"),
+    ("deaf", changed("received_frames", lambda frames: ()), "gave none in all"),
+    ("line as text", changed("read_serial", bytes.decode), "read_serial() gave ''"),
+    ("line stays", {"read_serial": lambda self: self.tin.line_in}, "each byte is given once"),
+    ("line waits", {"read_serial": waits_for_bytes}, "read_serial took 500 ms"),
+    ("wheels of three speeds", {"set_wheels": drives_at_three_speeds}, "set_wheels(0, 3) raised ValueError"),
+    ("wheels by one argument", {"set_wheels": lambda self, direction: None}, "set_wheels(0, 0) raised TypeError"),
+    ("no darkness", {"set_led": lambda self, which: (10, 11, 12, 13)[which]}, "set_led(4) raised IndexError"),
+    ("sends and waits", {"send_frame": sends_and_waits, **gives("is_sending", False)}, "send_frame took 60 ms"),
+    ("never sending", gives("is_sending", False), "right after send_frame"),
+    ("sends for ever", {"is_sending": lambda self: self.tin.busy_until_s > 0}, "still True"),
+    (
+        "sends too short",
+        {"is_sending": lambda self: self.tin.now_s < self.tin.busy_until_s - 0.06},
+        "is on the air for",
+    ),
+    ("hears itself", {"send_frame": hears_itself}, "can't hear while it sends"),
+    ("no distance", gives("obstacle_mm", None), "obstacle_mm() gave None"),
+    ("far in metres", gives("obstacle_mm", 1.5), "obstacle_mm() gave 1.5"),
+    ("says words", gives("heard_voice", "stop"), "heard_voice() gave 'stop'"),
+    ("says it again", gives("heard_voice", 1), "gave 1 twice"),
+    ("person by volts", gives("sees_person", 1023), "sees_person() gave 1023"),
+    ("sensor unplugged", {"sees_person": is_unplugged}, "no PIR at pin 7"),
+    ("forgets", {"store_image": lambda self, data: None}, "load_image() gave None"),
+    ("in memory only", IN_MEMORY, "has lost the image"),
+    ("writes over", {"store_image": lambda self, data: self.path.write_bytes(data)}, "a cut of power in store_image"),
+    ("writes over slowly", {"store_image": writes_over_slowly}, "a cut of power in store_image"),
+    ("removes first", {"store_image": removes_first}, "a cut of power in store_image"),
+    ("leaves the tail", {"store_image": leaves_the_tail}, "load_image() gave"),
+    ("takes small ones", {"store_image": takes_small_ones}, "the EEPROM has 512 bytes"),
+    (
+        "stores text",
+        changed("load_image", lambda data: None if data is None else bytearray(data)),
+        "bytearray",
+    ),
+    ("notes states", {"note": lambda self, kind, *more: {"state": 1, "frame": 2}[kind]}, "raised KeyError"),
 ]
-REAL_TIME = (WrapsInTwelveDays, WrapsTooSoon, MicrosecondClock)
+# The same in real time.
+BAD_CLOCKS = [
+    ("wraps in twelve days", counts(1000, -1), "on for some days"),
+    ("wraps too soon", counts(1000, 0xFFFFFFF), "neither sooner nor later"),
+    ("microseconds", counts(1_000_000, 0x3FFFFFFF), "count milliseconds"),
+]

@@ -13,11 +13,14 @@ OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 # Chromium takes a file that a test answers with for one of the internet, whose pages may not open a WebSocket here.
 LOCAL = "--disable-features=LocalNetworkAccessChecks"
 
+# A test opens a page for seconds: what the compiler's optimiser costs, a fifth of an opening, never comes back.
+UNOPTIMISED = "--js-flags=--no-maglev --no-opt"
+
 
 @contextmanager
 def launched(playwright: Playwright, path: Path, *options: str) -> Iterator[Browser]:
     """Chromium for the length of a ``with`` block, without a network."""
-    browser = playwright.chromium.launch(executable_path=path, args=[OFFLINE, LOCAL, *options])
+    browser = playwright.chromium.launch(executable_path=path, args=[OFFLINE, LOCAL, UNOPTIMISED, *options])
     yield browser
     browser.close()
 

@@ -9,8 +9,11 @@ from urllib.parse import urlsplit
 from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, StorageState, expect
 
 from motorcade.locales import catalogue
+from support.barriers import serious_barriers
 from support.class_page import PASSWORD
 from support.class_process import started
+from support.layout import Windows
+from support.waiting import wait_until
 
 expect.set_options(timeout=60_000)
 # No car's picture on a projector is longer.
@@ -198,3 +201,19 @@ def expect_leaders(canvas: Locator, count: int) -> None:
             return
         canvas.page.wait_for_timeout(100)
     assert leaders_in(canvas) == count
+
+
+def assert_clear(page) -> None:
+    """Everybody can use the page, and it fits into its window."""
+    assert serious_barriers(page) == [], page.url
+    assert Windows(page).faults(page.url) == []
+
+
+def expect_drafts(room, names: dict[str, str]) -> None:
+    """Wait until the server holds drafts of these names, by pupils' ids."""
+
+    def name_of(pupil: str) -> str | None:
+        asked = room.teacher.context.request.post(f"{room.base}api/teacher/project", data={"pupil": pupil, "name": ""})
+        return asked.json().get("name")
+
+    wait_until(lambda: {pupil: name_of(pupil) for pupil in names} == names)

@@ -4,10 +4,10 @@ from random import Random
 
 import pytest
 
+from motorcade.classroom.app import class_view
 from motorcade.classroom.messages import AVATARS, MatView
 from motorcade.classroom.record import new_record
 from motorcade.classroom.room import Classroom
-from motorcade.classroom.views import class_view
 from motorcade.errors import MotorcadeError
 
 MAT = MatView("closed", None, {}, 0, [])

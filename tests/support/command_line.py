@@ -1,11 +1,13 @@
-"""Run the command line in this process, as its installed script does."""
+"""Run the command line: in this process, as its installed script does, or in a process of its own."""
 
 import contextlib
 import io
 import json
 import os
 import shutil
+import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
@@ -13,6 +15,7 @@ from unittest import mock
 import pytest
 
 from motorcade.cli import main
+from support.waiting import DEADLINE_S
 
 INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
 PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
@@ -54,3 +57,26 @@ def refusal(code, *arguments):
     (line,) = ran.err.strip().splitlines()
     assert line.startswith("motorcade: ")
     return line.removeprefix("motorcade: ")
+
+
+@contextlib.contextmanager
+def started(*arguments, program=(sys.executable, "-m", "motorcade")):
+    """A command in a process of its own, and the line of JSON by which it says that it is ready; it is killed at last.
+
+    ``program`` is what starts the command line.
+    """
+    # On Windows only a process group of its own can be sent a Ctrl-C.
+    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
+    streams = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    command = [*map(str, (*program, *arguments)), "--json"]
+    with subprocess.Popen(command, **streams, **apart, encoding="utf-8") as process:
+        # Whoever waits for what it never says shall see it end; a test waits several times.
+        patience = threading.Timer(4 * DEADLINE_S, process.kill)
+        patience.start()
+        try:
+            line = process.stdout.readline()
+            assert line, process.stderr.read()
+            yield process, json.loads(line)
+        finally:
+            patience.cancel()
+            process.kill()

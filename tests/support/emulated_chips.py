@@ -9,7 +9,6 @@ CYCLES_A_MS = 16_000
 # Which log of a chip.
 RECEIVED, EDGES, WATCHED, EEPROM, LIGHT = range(5)
 _OVERRUNS, _LONGEST_AWAKE, _AWAKE, _STATE, _WAITING, _RESET_LONGEST = range(6)
-_RUNNING_OR_ASLEEP = (2, 3)
 PAINT = 0xC5
 
 
@@ -166,11 +165,6 @@ class Chip:
     def awake_ms(self) -> float:
         """How long the chip was awake in all."""
         return self._call("chip_number", _AWAKE) / CYCLES_A_MS
-
-    @property
-    def unsent(self) -> int:
-        """How many bytes are still on their way to the UART."""
-        return self._call("chip_number", _WAITING)
 
     def stack_bytes(self) -> int:
         """How many bytes of RAM the stack has used at most."""

@@ -53,21 +53,25 @@ class FaultProxy:
         self._pairs: list[_Writers] = []
         self._ways: list[_Way] = []
         self._carrying: set[asyncio.Task[None]] = set()
+        self._writers: list[asyncio.StreamWriter] = []
         self._changed = _Change()
 
     async def __aenter__(self) -> "FaultProxy":
         self._loop = asyncio.get_running_loop()
-        self._server = await asyncio.start_server(self._carry, "127.0.0.1", 0)
+        self._server = await asyncio.start_server(self._accept, "127.0.0.1", 0)
         self.port = self._server.sockets[0].getsockname()[1]
         return self
 
     async def __aexit__(self, *problem: object) -> None:
         self._server.close()
         self.cut()
-        # Each closes its sockets, also one that is connecting to the server just now.
+        # One may be connecting to the server just now; another one hasn't begun, so it would close nothing.
         for task in self._carrying:
             task.cancel()
         await asyncio.gather(*self._carrying, return_exceptions=True)
+        for writer in self._writers:
+            writer.transport.abort()
+        await asyncio.gather(*(writer.wait_closed() for writer in self._writers), return_exceptions=True)
 
     @property
     def connections(self) -> int:
@@ -91,7 +95,9 @@ class FaultProxy:
         for pair in self._pairs:
             for writer in pair:
                 if reset:
-                    writer.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_LINGER, struct.pack("ii", 1, 0))
+                    # The other end may have closed it already.
+                    with contextlib.suppress(OSError):
+                        writer.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_LINGER, struct.pack("ii", 1, 0))
                     writer.transport.abort()
                 else:
                     writer.close()
@@ -102,17 +108,20 @@ class FaultProxy:
         for way in self._ways:
             way.dead = True
 
-    async def _carry(self, client_reader: asyncio.StreamReader, client_writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        assert task
+    def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._writers.append(writer)
+        task = asyncio.create_task(self._carry(reader, writer))
         self._carrying.add(task)
         task.add_done_callback(self._carrying.discard)
+
+    async def _carry(self, client_reader: asyncio.StreamReader, client_writer: asyncio.StreamWriter) -> None:
         with contextlib.closing(client_writer):
             try:
                 server_reader, server_writer = await asyncio.open_connection(*self.target)
             except OSError:
                 client_writer.transport.abort()
                 return
+            self._writers.append(server_writer)
             pair = client_writer, server_writer
             self._pairs.append(pair)
             with contextlib.closing(server_writer):

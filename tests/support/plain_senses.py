@@ -8,7 +8,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import layout
 from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
 from motorcade.mats import Person
-from motorcade.mats.lines import way_of
+from motorcade.mats.model import way_of
 
 if TYPE_CHECKING:
     from support.plain_world import PlainWorld

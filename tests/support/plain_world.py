@@ -22,7 +22,7 @@ from motorcade.engine.geometry import (
     mix,
     nearest_of_segment,
 )
-from motorcade.engine.interpreted import InterpretedKernels
+from motorcade.engine.native import InterpretedKernels
 from motorcade.mats import Mat, Pose
 from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
 from support import plain_senses

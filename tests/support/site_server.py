@@ -4,17 +4,30 @@ The page's policy comes as a header too: only so does it hold for workers. Brows
 """
 
 import json
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 from motorcade.browser.site import POLICY
 
 PATH = "/motorcade/"
 # Where browsers send their reports, workers' too.
 REPORTS = f"{PATH}policy-reports"
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    # A page asks for fifty files at once.
+    request_queue_size = 128
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say what went wrong, but not that a page was left."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
 
 
 class SiteServer:
@@ -58,10 +71,7 @@ class SiteServer:
             def log_message(self, *_: object) -> None:
                 pass
 
-        self._server = ThreadingHTTPServer(
-            ("127.0.0.1", port), lambda *arguments: Handler(*arguments, directory=str(folder))
-        )
-        self._server.daemon_threads = True
+        self._server = _Server(("127.0.0.1", port), lambda *arguments: Handler(*arguments, directory=str(folder)))
         self.port = self._server.server_address[1]
         self.url = f"http://127.0.0.1:{self.port}{PATH}"
         threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True).start()

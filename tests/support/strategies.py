@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program
 from motorcade.car.brain import FORWARD, LEFT, RANDOM_FORWARD, RIGHT
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.program.step import Step, own_fields
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, TogetherStep
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 from motorcade.words.infrared import TAGS, tagged_frame

@@ -98,7 +98,7 @@ class StudioPage:
         """
         settings: dict[str, Any] = {"theme": theme, "toured": not tour, "level": level}
         if not plain and size[0] > PHONE[0]:
-            settings |= {"shares": {"blocks": 0.6}, "drawer": {"tab": "words", "open": True}}
+            settings |= {"shares": {"blocks": 0.65}, "drawer": {"tab": "words", "open": True}}
         kept = {"motorcade.settings": json.dumps(settings)}
         if language:
             kept["motorcade.language"] = language

@@ -10,7 +10,7 @@ from motorcade import Followers, Pose, Program, World, compile_program, open_tab
 from motorcade.config.profile import Profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.mats import Mat, Starts
-from motorcade.program.step import Step
+from motorcade.program.steps import Step
 from support.strategies import CLASSROOM
 
 STILL, FORWARD = 0, 2

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Sequence
 
 from motorcade.devices.motor import DIRECTIONS
-from motorcade.program.step import Step
 from motorcade.program.steps import (
     DriveStep,
     FollowLineStep,
     LedStep,
     RepeatStep,
+    Step,
     StopOnDarkStep,
     TogetherStep,
     TurnToLineStep,

@@ -23,6 +23,8 @@ def page_hash(studio: StudioWorld, duration_ms: int, watched: int) -> str:
     """A digest of what a page gets in so many ms: pictures, stored moments, events, and the details of a car."""
     summed = hashlib.sha256()
     for _ in range(duration_ms // 100):
-        summed.update(studio.run(100) + studio.moment(is_stored=True) + studio.moment(is_stored=False))
-        summed.update(repr(studio.details(watched)).encode() + repr(studio.counts()).encode())
+        summed.update(
+            studio.run(100) + studio.pictures.moment(is_stored=True) + studio.pictures.moment(is_stored=False)
+        )
+        summed.update(repr(studio.details(watched)).encode() + repr(studio.simulation.totals()).encode())
     return summed.hexdigest()

@@ -12,7 +12,7 @@ from motorcade import Followers, Program, avoid, compile_program, forward, led, 
 from motorcade.config.profile import Profile
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
-from motorcade.mats.lines import Line
+from motorcade.mats.model import Line
 from support.strategies import BRISK, images
 
 # With these, every body is larger than the way of four ticks.

@@ -1,1 +1,0 @@
-"""Ports for pyserial beside its own: ``serial.protocol_handler_packages`` names this package."""
