@@ -1,5 +1,5 @@
 import { type CSSProperties, lazy, Suspense, useEffect, useState } from "react";
-import { Button, I18nProvider } from "react-aria-components";
+import { I18nProvider } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { Editors } from "../blocks/Editors";
 import { Problems } from "../blocks/Problems";
@@ -24,9 +24,9 @@ import { openEditors, prepare, prepareEditors } from "./start";
 import { Tour } from "./Tour";
 import css from "./app.module.css";
 import areas from "../ui/areas.module.css";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
+import { TextButton } from "../ui/controls";
 
 function SkipLinks() {
   const { t } = useTranslation();
@@ -61,9 +61,7 @@ function StageArea({ session }: { session: Session }) {
   const failed = (
     <div className={areas.failed} role="alert">
       <p>{t("app.failed")}</p>
-      <Button className={classes(buttons.button, buttons.primary)} onPress={reload}>
-        {t("app.reload")}
-      </Button>
+      <TextButton primary onPress={reload}>{t("app.reload")}</TextButton>
     </div>
   );
   return (

@@ -1,12 +1,9 @@
 import { lazy, Suspense } from "react";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { type DialogName, notify, openDialog, useDialogs, dismiss } from "../state/dialogs";
 import { ErrorBoundary, reload } from "../ui/areas";
-import { Sheet, IconButton } from "../ui/controls";
-import buttons from "../ui/buttons.module.css";
+import { Sheet, IconButton, TextButton } from "../ui/controls";
 import controls from "../ui/controls.module.css";
-import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
 import { useStudio } from "../state/studio";
 import css from "./app.module.css";
@@ -33,17 +30,11 @@ function QuestionDialog() {
     <Sheet title={question.title} onClose={() => question.answer("no")} role="alertdialog">
       <p>{question.text}</p>
       <footer className={controls.sheetFoot}>
-        <Button className={buttons.button} autoFocus onPress={() => question.answer("no")}>
-          {t("app.cancel")}
-        </Button>
+        <TextButton autoFocus onPress={() => question.answer("no")}>{t("app.cancel")}</TextButton>
         {question.other && (
-          <Button className={buttons.button} onPress={() => question.answer("other")}>
-            {question.other}
-          </Button>
+          <TextButton onPress={() => question.answer("other")}>{question.other}</TextButton>
         )}
-        <Button className={classes(buttons.button, buttons.primary)} onPress={() => question.answer("yes")}>
-          {question.yes}
-        </Button>
+        <TextButton primary onPress={() => question.answer("yes")}>{question.yes}</TextButton>
       </footer>
     </Sheet>
   );
@@ -87,15 +78,15 @@ export function Notices() {
         <div key={id} className={dialogs.notice} data-tone={tone}>
           <span>{text}</span>
           {action && (
-            <Button
-              className={classes(buttons.button, buttons.small)}
+            <TextButton
+              small
               onPress={() => {
                 dismiss(id);
                 action.run();
               }}
             >
               {action.label}
-            </Button>
+            </TextButton>
           )}
           <IconButton icon="close" label={t("app.dismiss")} onPress={() => dismiss(id)} />
         </div>

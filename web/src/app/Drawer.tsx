@@ -1,5 +1,5 @@
 import { lazy, Suspense, type CSSProperties, type ReactNode, useRef } from "react";
-import { Button, Tab, TabList, TabPanel, Tabs } from "react-aria-components";
+import { Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { useStops } from "../certainty/stops";
 import type { Session } from "../mat/session";
@@ -7,12 +7,11 @@ import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
 import { Divider, usePrinting } from "../ui/areas";
 import { classes } from "../ui/classes";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { PythonPanel } from "../python/PythonPanel";
 import { WordsPanel } from "../words/WordsPanel";
 import areas from "../ui/areas.module.css";
-import buttons from "../ui/buttons.module.css";
 import css from "./drawer.module.css";
 
 export interface PanelProps {
@@ -117,9 +116,9 @@ function UploadAgain() {
   const uploaded = useSettings((settings) => settings.uploaded);
   if (!uploaded) return null;
   return (
-    <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("upload")}>
+    <TextButton quiet onPress={() => openDialog("upload")}>
       <Icon name="upload" />
       {t("upload.open")}
-    </Button>
+    </TextButton>
   );
 }

@@ -19,7 +19,7 @@ import { openDialog } from "../state/dialogs";
 import { redo, undo, useHistory } from "../state/history";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { LevelMenu } from "./LevelMenu";
 import css from "./app.module.css";
@@ -48,10 +48,10 @@ function FileMenu() {
   );
   return (
     <MenuTrigger>
-      <Button className={classes(buttons.button, buttons.quietButton)}>
+      <TextButton quiet >
         <Icon name="file" />
         <span className={css.buttonText}>{t("menu.project")}</span>
-      </Button>
+      </TextButton>
       <Popover className={controls.popover} placement="bottom start">
         <Menu className={controls.menu} aria-label={t("menu.project")}>
           {item("menu.new", () => void startNew())}
@@ -181,10 +181,10 @@ export function Header() {
       <Saved />
       <div className={css.headerTools}>
         <History />
-        <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("missions")}>
+        <TextButton quiet onPress={() => openDialog("missions")}>
           <Icon name="star" />
           <span className={css.buttonText}>{t("missions.title")}</span>
-        </Button>
+        </TextButton>
         {/* A phone has no room for these two: they stand in the menus too. */}
         <Button className={classes(buttons.button, buttons.quietButton, css.roomy)} onPress={() => openDialog("examples")}>
           <Icon name="examples" />

@@ -1,10 +1,8 @@
 import * as Blockly from "blockly/core";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { useSettings } from "../state/settings";
-import { Sheet } from "../ui/controls";
+import { Sheet, TextButton } from "../ui/controls";
 import dialogs from "./dialogs.module.css";
-import buttons from "../ui/buttons.module.css";
 
 interface Shortcut {
   name: string;
@@ -74,15 +72,14 @@ export function HelpDialog({ onClose }: { onClose: () => void }) {
           </li>
         ))}
       </ul>
-      <Button
-        className={buttons.button}
+      <TextButton
         onPress={() => {
           onClose();
           useSettings.setState({ toured: false });
         }}
       >
         {t("tour.again")}
-      </Button>
+      </TextButton>
       <h3>{t("help.shortcuts")}</h3>
       <dl className={dialogs.shortcuts}>
         {rows.map(({ name, text, keys }) => (

@@ -1,11 +1,10 @@
-import { Button, Menu, MenuItem, MenuTrigger, Popover, Text } from "react-aria-components";
+import { Menu, MenuItem, MenuTrigger, Popover, Text } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
-import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
 import { collectEdits } from "../words/compiling";
+import { TextButton } from "../ui/controls";
 import css from "./app.module.css";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 
 /** Show more or less of the page; what a new level brings opens at once. */
@@ -23,10 +22,10 @@ export function LevelMenu() {
   const name = t("level.button", { level: t(`level.${level}`) });
   return (
     <MenuTrigger>
-      <Button className={classes(buttons.button, buttons.quietButton)} aria-label={name}>
+      <TextButton quiet aria-label={name}>
         <Icon name="levels" />
         <span className={css.buttonText}>{name}</span>
-      </Button>
+      </TextButton>
       <Popover className={controls.popover} placement="bottom end">
         <Menu
           className={controls.menu}

@@ -1,15 +1,12 @@
 import { useEffect, useState } from "react";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { alterBlocks } from "../blocks/rows";
 import { playWhenReady } from "../mat/actions";
 import { BLANK, FIRST_STEPS, FIRST_SWARM, replaceBy } from "../projects/project";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import dialogs from "./dialogs.module.css";
-import buttons from "../ui/buttons.module.css";
-import { classes } from "../ui/classes";
 
 const STEPS = ["blocks", "followers", "drive"] as const;
 /** What the page lights up at each step. */
@@ -75,9 +72,7 @@ export function Tour() {
       <p aria-live="polite">{t(`tour.${step}.text`)}</p>
       <footer>
         <span>{step !== "welcome" && t("tour.step", { at: at + 1, of: STEPS.length })}</span>
-        <Button className={classes(buttons.button, buttons.primary)} onPress={next}>
-          {t(`tour.${step}.next`)}
-        </Button>
+        <TextButton primary onPress={next}>{t(`tour.${step}.next`)}</TextButton>
       </footer>
     </aside>
   );

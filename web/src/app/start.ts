@@ -10,6 +10,7 @@ import { registerBlockStops } from "../certainty/blockStops";
 import { startLanguages } from "../i18n";
 import { request } from "../api/service";
 import { openSharedLink } from "../projects/actions";
+import { comesToPair } from "../pair/store";
 import { looking, lookAt } from "../pupil/looking";
 import { attemptInClass, findPupilsWork, startPupil } from "../pupil/store";
 import { findWork, storeEveryChange } from "../projects/autosave";
@@ -87,7 +88,8 @@ async function openOpening(): Promise<boolean> {
 async function openFirstProject(): Promise<void> {
   if (await openPupilsProject()) return;
   const isPupil = useStudio.getState().capabilities?.classroom === "pupil";
-  const { key, stored } = isPupil ? await findPupilsWork() : await findWork();
+  // A second window shows the pair's project: what a closed tab left behind waits for another tab.
+  const { key, stored } = isPupil ? await findPupilsWork() : await findWork("", !comesToPair());
   place = key;
   if (!stored && !isPupil && (await openOpening())) return;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);

@@ -14,10 +14,10 @@ import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { noteEdit } from "../words/compiling";
 import { Mistake } from "./Mistake";
+import { drawInView } from "./inView";
 import { forgetMarks, markDiagnostics, markLoose, markRunning } from "./marks";
 import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
 import { createWorkspace, disposeWorkspace, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
-import { showWordBits } from "./wordBits";
 import css from "./blocks.module.css";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
@@ -56,7 +56,7 @@ function noteUndo(editor: EditorName, group: string): void {
 function Owner({ editor }: { editor: EditorName }) {
   const { t } = useTranslation();
   const foreign = usePair((pair) => isForeign(pair, editor));
-  const name = usePair(({ view }) => (view?.owners[editor] === view?.partner?.id ? view?.partner?.name : null));
+  const name = usePair(({ view }) => (view?.owners[editor] ? view.partner?.name : null));
   return foreign && <p className={css.owner}>{name ? t("pair.readOnly", { name }) : t("pair.readOnlyFree")}</p>;
 }
 
@@ -76,7 +76,7 @@ function Editor({ editor }: { editor: EditorName }) {
     };
     document.addEventListener("input", onInput);
     const ends = [
-      showWordBits(editor, workspace),
+      drawInView(editor, workspace),
       watchSize(host.current!, () => Blockly.svgResize(workspace)),
       useStudio.subscribe((now, before) => now.running !== before.running && markRunning(now.running)),
     ];

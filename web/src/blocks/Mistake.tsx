@@ -1,19 +1,15 @@
-import { type RefObject, useEffect, useState } from "react";
-import { Button } from "react-aria-components";
+import { type CSSProperties, type RefObject, useEffect, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { Diagnostic, EditorName } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
-import { classes } from "../ui/classes";
 import { FixButtons } from "./FixButtons";
 import { workspaceOf } from "./workspaces";
-import buttons from "../ui/buttons.module.css";
+import { TextButton } from "../ui/controls";
 import css from "./mistakes.module.css";
 
 /** The narrowest place beside a block for a sentence; else it stands below. */
 const ROOM_PX = 230;
-/** About the height of a sentence with its buttons. */
-const HEIGHT_PX = 150;
 const GAP_PX = 10;
 
 interface Place {
@@ -29,8 +25,7 @@ function placeOf(editor: EditorName, id: string, host: HTMLElement): Place | nul
   if (!block || block.width === 0 || block.bottom < room.top + GAP_PX || block.top > room.bottom - GAP_PX) return null;
   const beside = room.right - block.right > ROOM_PX;
   const left = beside ? block.right + GAP_PX : Math.max(room.left, Math.min(block.left, room.right - ROOM_PX));
-  const top = (beside ? block.top : block.bottom) - room.top;
-  return { left: left - room.left, top: Math.max(0, Math.min(top, room.height - HEIGHT_PX)) };
+  return { left: left - room.left, top: Math.max(0, (beside ? block.top : block.bottom) - room.top) };
 }
 
 /** The wrong block to speak of: the selected one, or else the first. */
@@ -69,13 +64,13 @@ export function Mistake({ editor, host }: { editor: EditorName; host: RefObject<
   const sentence = wrong ? inLanguage(wrong.sentence) : "";
   if (!wrong || !place || hidden === sentence) return null;
   return (
-    <div className={css.mistake} style={place} role="note" aria-label={t("words.diagnostics")}>
-      <p>{sentence}</p>
-      <div className={css.fixes}>
-        <FixButtons diagnostic={wrong} />
-        <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => setHidden(sentence)}>
-          {t("app.dismiss")}
-        </Button>
+    <div className={css.column} style={{ left: place.left, "--top": `${place.top}px` } as CSSProperties}>
+      <div className={css.mistake} role="note" aria-label={t("words.diagnostics")}>
+        <p>{sentence}</p>
+        <div className={css.fixes}>
+          <FixButtons diagnostic={wrong} />
+          <TextButton quiet onPress={() => setHidden(sentence)}>{t("app.dismiss")}</TextButton>
+        </div>
       </div>
     </div>
   );

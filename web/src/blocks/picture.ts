@@ -3,6 +3,7 @@
 import { svgResize, utils, type WorkspaceSvg } from "blockly/core";
 import { useSettings } from "../state/settings";
 import css from "./blocks.module.css";
+import { UNSEEN } from "./inView";
 import { liveWorkspaces } from "./workspaces";
 
 export interface Picture {
@@ -28,6 +29,7 @@ export function pictureOf(workspace: WorkspaceSvg): Picture {
   const canvas = workspace.getCanvas().cloneNode(true) as SVGGElement;
   // A picture is as large as the blocks.
   canvas.querySelector(`.${css.bits!}`)?.remove();
+  for (const each of canvas.querySelectorAll(`.${UNSEEN}`)) each.classList.remove(UNSEEN);
   canvas.setAttribute("transform", `translate(${MARGIN - box.left} ${MARGIN - box.top})`);
   const svg = document.createElementNS(utils.dom.SVG_NS, "svg");
   svg.setAttribute("xmlns", utils.dom.SVG_NS);

@@ -1,11 +1,15 @@
 /** The cars that the server finds, live: which answers, what it holds; blink one, load those that are ticked, stop all. */
 
 import { useEffect, useRef, useState } from "react";
+import languages, { type Texts } from "virtual:texts/cars";
 import { LastingStream, openSocket } from "../api/connection";
 import type { CarRow, CarsAnswer, CarsOrder, CarsShown, Sentence } from "../generated/messages";
+import { plainTexts } from "../i18n/plain";
 import { Icon } from "../ui/icons";
 import css from "./cars.module.css";
-import { type Key, texts } from "./texts";
+
+type Key = keyof Texts;
+const texts = plainTexts<Texts>(languages);
 
 interface CarListProps {
   /** Of the server's WebSocket, such as /api/cars. */
@@ -13,6 +17,10 @@ interface CarListProps {
   language: string;
   /** The image to load; empty where the page has none yet, null where its blocks are wrong. */
   image: string | null;
+  /** The name of its project. */
+  program: string;
+  /** Whether the page has another button that stops all cars. */
+  stopsElsewhere?: boolean;
 }
 
 /** The cars, as the server sends them; `null` before the first. `order` sends an order. */
@@ -58,7 +66,7 @@ function verdictKey(car: CarRow): Key | null {
   }
 }
 
-export function CarList({ path, language, image }: CarListProps) {
+export function CarList({ path, language, image, program, stopsElsewhere = false }: CarListProps) {
   useEffect(() => texts.useLanguage.setState({ language }), [language]);
   const t = texts.useTexts();
   const { shown, problem, open, order } = useCars(path);
@@ -71,13 +79,17 @@ export function CarList({ path, language, image }: CarListProps) {
   return (
     <section className={css.cars} aria-label={t("title")}>
       <div className={css.tools}>
-        <button type="button" className={css.stop} onClick={() => order({ do: "stop" })}>
-          {t("stopAll")}
-        </button>
-        <button type="button" onClick={() => order({ do: "go" })}>
-          {t("go")}
-        </button>
-        <button type="button" className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image })}>
+        {!stopsElsewhere && (
+          <>
+            <button type="button" className={css.stop} onClick={() => order({ do: "stop" })}>
+              {t("stopAll")}
+            </button>
+            <button type="button" onClick={() => order({ do: "go" })}>
+              {t("go")}
+            </button>
+          </>
+        )}
+        <button type="button" className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image, program })}>
           {t("load", { count: chosen.length })}
         </button>
       </div>
@@ -117,6 +129,7 @@ function Row({ car, ticked, onTick, onBlink, sentence }: RowProps) {
     !car.away ? t("here") : car.silent_s === null ? t("silent") : t("away", { seconds: car.silent_s }),
     car.role === "leader" || car.role === "follower" ? t(car.role) : "",
     car.state === "stopped" ? t("stopped") : "",
+    car.program,
     car.words === null ? "" : t("program", { words: car.words, crc32: car.crc32 ?? "" }),
     car.battery_mv === null ? "" : `${(car.battery_mv / 1000).toFixed(1)} V`,
     car.board,

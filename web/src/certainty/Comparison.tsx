@@ -1,7 +1,7 @@
 /** Two runs on one timeline: where they part, why, and both stages at any time. */
 
 import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react";
-import { Button, Slider, SliderThumb, SliderTrack } from "react-aria-components";
+import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { Picture } from "../api/world";
 import { boxOf, drawWorld, inksOf } from "../classroom/drawing";
@@ -17,11 +17,9 @@ import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
 import { clock } from "../timeline/events";
 import { watchSize } from "../ui/areas";
-import { classes } from "../ui/classes";
-import { Sheet } from "../ui/controls";
+import { Sheet, TextButton } from "../ui/controls";
 import { differenceText, told } from "./difference";
 import { playFrom, type TrialStream, useTrials } from "./trials";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
@@ -80,12 +78,10 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
           </div>
           <Lanes difference={difference} names={names} tMs={tMs} onSeek={show} />
           <div className={css.transport}>
-            <Button className={classes(buttons.button, buttons.small)} onPress={() => setPlaying(!playing)}>
-              {playing ? t("mat.pause") : t("mat.play")}
-            </Button>
-            <Button className={classes(buttons.button, buttons.small)} isDisabled={difference.kind === "none"} onPress={() => show(difference.t_ms)}>
+            <TextButton small onPress={() => setPlaying(!playing)}>{playing ? t("mat.pause") : t("mat.play")}</TextButton>
+            <TextButton small isDisabled={difference.kind === "none"} onPress={() => show(difference.t_ms)}>
               {t("compare.parting")}
-            </Button>
+            </TextButton>
             <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={show}>
               <SliderTrack className={fields.track}>
                 {difference.kind !== "none" && <span className={css.mark} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
@@ -94,8 +90,8 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
             </Slider>
             <span>{clock(tMs)}</span>
             {runs && (
-              <Button
-                className={classes(buttons.button, buttons.small)}
+              <TextButton
+                small
                 isDisabled={runs[0].image !== runs[1].image}
                 onPress={() => {
                   onClose();
@@ -103,7 +99,7 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
                 }}
               >
                 {t("compare.playOther")}
-              </Button>
+              </TextButton>
             )}
           </div>
         </>

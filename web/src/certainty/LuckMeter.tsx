@@ -11,9 +11,8 @@ import { useMission } from "../missions/store";
 import { openDialog } from "../state/dialogs";
 import { openDrawer } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { classes } from "../ui/classes";
 import { playFrom, type TrialStream, useTrials } from "./trials";
-import buttons from "../ui/buttons.module.css";
+import { TextButton } from "../ui/controls";
 import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
@@ -70,18 +69,14 @@ export function LuckPart({ session, stream, onCompare }: LuckProps) {
       {!hasGoal && !isWritten ? (
         <>
           <p>{t("luck.noGoal")}</p>
-          <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("missions")}>
-            {t("luck.missions")}
-          </Button>
+          <TextButton small onPress={() => openDialog("missions")}>{t("luck.missions")}</TextButton>
         </>
       ) : (
         <>
           <LuckBar />
           {!luck && <p className={controls.quiet}>{t("luck.how")}</p>}
           {!luck && (
-            <Button className={classes(buttons.button, buttons.small)} isDisabled={!hasImage} onPress={() => stream.begin()}>
-              {t("luck.begin")}
-            </Button>
+            <TextButton small isDisabled={!hasImage} onPress={() => stream.begin()}>{t("luck.begin")}</TextButton>
           )}
           {problem && <p role="alert">{inLanguage(problem.sentence)}</p>}
           {luck && luck.tried === luck.of && luck.works === luck.of && <p>{t("luck.always")}</p>}
@@ -114,22 +109,18 @@ function Failures({ session, stream, failed, onCompare }: LuckProps & { failed: 
                 <b>{t("luck.run", { seed: each })}</b> {failure && inLanguage(failure.why)}
               </span>
               {failure && (
-                <Button className={classes(buttons.button, buttons.small)} onPress={() => playFrom(session, each, failure.t_ms, failure.cars)}>
+                <TextButton small onPress={() => playFrom(session, each, failure.t_ms, failure.cars)}>
                   {t("luck.play", { seconds: failure.t_ms / 1000 })}
-                </Button>
+                </TextButton>
               )}
-              <Button className={classes(buttons.button, buttons.small)} onPress={() => onCompare(each)}>
-                {t("luck.compare")}
-              </Button>
+              <TextButton small onPress={() => onCompare(each)}>{t("luck.compare")}</TextButton>
             </li>
           );
         })}
       </ul>
       {failed.length > MOST_TOLD && <p className={controls.quiet}>{t("luck.andMore", { count: failed.length - MOST_TOLD })}</p>}
       {usual !== undefined && seed !== usual && (
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => playFrom(session, usual, 0, [])}>
-          {t("luck.usual")}
-        </Button>
+        <TextButton small onPress={() => playFrom(session, usual, 0, [])}>{t("luck.usual")}</TextButton>
       )}
     </>
   );

@@ -1,17 +1,15 @@
 /** Does it work? The luck meter, two runs side by side, and what the world stops on. */
 
 import { useState } from "react";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { Session } from "../mat/session";
 import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
-import { classes } from "../ui/classes";
 import { Comparison } from "./Comparison";
 import { LuckPart } from "./LuckMeter";
 import { StopList } from "./StopTools";
 import { presentRun, type Run, trialsOf, useTrials } from "./trials";
-import buttons from "../ui/buttons.module.css";
+import { TextButton } from "../ui/controls";
 import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
@@ -46,20 +44,20 @@ export function CertaintyPanel({ session }: { session: Session }) {
       <section className={css.part} aria-label={t("compare.title")}>
         <h3>{t("compare.title")}</h3>
         <p className={controls.quiet}>{t("compare.how")}</p>
-        <Button
-          className={classes(buttons.button, buttons.small)}
+        <TextButton
+          small
           isDisabled={!hasImage}
           onPress={() => withSeed((presentRun()?.seed ?? 0) + 1)}
         >
           {t("compare.withLuck")}
-        </Button>
-        <Button
-          className={classes(buttons.button, buttons.small)}
+        </TextButton>
+        <TextButton
+          small
           isDisabled={!hasImage || !before || before.image === image}
           onPress={() => compare(before, t("compare.before"))}
         >
           {t("compare.withBefore")}
-        </Button>
+        </TextButton>
       </section>
       <StopList />
       </div>

@@ -1,6 +1,5 @@
 /** Where conditions are chosen: for the chosen car, a thing, a zone; and that the world has stopped. */
 
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
@@ -11,10 +10,8 @@ import { choose } from "../mat/store";
 import { useMission } from "../missions/store";
 import { openDrawer } from "../state/settings";
 import { clock } from "../timeline/events";
-import { classes } from "../ui/classes";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import { addStop, CAR_KINDS, nameOf, removeStop, useStops, zoneStop } from "./stops";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import fields from "../mat/fields.module.css";
 import mat from "../mat/mat.module.css";
@@ -53,15 +50,15 @@ export function ZoneCard() {
   return (
     <p className={mat.notice}>
       <b>{inLanguage(zone.title)}</b>
-      <Button
-        className={classes(buttons.button, buttons.small)}
+      <TextButton
+        small
         onPress={() => {
           addStop(zoneStop(zone));
           close();
         }}
       >
         {t("stops.whenEntered")}
-      </Button>
+      </TextButton>
       <IconButton icon="close" label={t("app.dismiss")} onPress={close} />
     </p>
   );
@@ -81,12 +78,8 @@ export function StoppedNotice({ session }: { session: Session }) {
       {stopped && (
         <p className={mat.notice}>
           <span>{t("stops.stopped", { time: clock(stopped.t_ms), why: inLanguage(stopped.why) })}</span>
-          <Button className={classes(buttons.button, buttons.small)} onPress={() => show(stopped.car)}>
-            {t("stops.look")}
-          </Button>
-          <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => session.play()}>
-            {t("stops.goOn")}
-          </Button>
+          <TextButton small onPress={() => show(stopped.car)}>{t("stops.look")}</TextButton>
+          <TextButton small primary onPress={() => session.play()}>{t("stops.goOn")}</TextButton>
         </p>
       )}
     </div>

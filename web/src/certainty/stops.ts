@@ -6,6 +6,7 @@ import { EDITORS, type EditorName } from "../api/types";
 import type { MissionZone, StopCondition, Stopped } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Point } from "../mat/document";
+import { isInside } from "../mat/room";
 import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { notify } from "../state/dialogs";
@@ -97,13 +98,7 @@ export function watchStops(session: Session): () => void {
 export function tapZone(point: Point | null, zones: readonly MissionZone[]): void {
   const [x, y] = point ?? [NaN, NaN];
   const inside = ({ corners_m, centre_m, radius_m }: MissionZone) =>
-    centre_m
-      ? Math.hypot(x - centre_m[0]!, y - centre_m[1]!) <= radius_m!
-      : corners_m.reduce((within, [x1, y1], k) => {
-          const [x0, y0] = corners_m.at(k - 1)!;
-          const crosses = y0! > y !== y1! > y && x < x0! + ((y - y0!) / (y1! - y0!)) * (x1! - x0!);
-          return crosses ? !within : within;
-        }, false);
+    centre_m ? Math.hypot(x - centre_m[0]!, y - centre_m[1]!) <= radius_m! : isInside(corners_m as unknown as readonly Point[], [x, y]);
   useStops.setState({ zone: zones.findLast(inside) ?? null });
 }
 

@@ -87,7 +87,7 @@ function ProgrammedCars() {
         </select>
       </label>
       <Problem text={image === null ? t("wrongProject", { name }) : problem} />
-      <CarList path="/api/teacher/cars" language={language} image={image ?? NO_IMAGE} />
+      <CarList path="/api/teacher/cars" language={language} image={image ?? NO_IMAGE} program={name} stopsElsewhere />
     </>
   );
 }

@@ -4,8 +4,8 @@ import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
 import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
-import { chooseFile, download, fileName } from "../ui/files";
-import { askReport, askTeacher } from "./ask";
+import { chooseFile, chooseFiles, download, fileName } from "../ui/files";
+import { askReport, askTeacher, type ReportOrder } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
@@ -33,15 +33,19 @@ function Report({ missions }: { missions: ClassProgress["missions"] }) {
   const [mission, setMission] = useState(missions[0]?.id ?? "");
   const { problem, attempt } = useAttempt();
   const [checking, setChecking] = useState(false);
+  const check = async (name: string, order: ReportOrder) => {
+    setChecking(true);
+    await attempt(async () => download(fileName(name, "-report.html"), await askReport(order, language), "text/html"));
+    setChecking(false);
+  };
   const checkOwn = async () => {
     const file = await chooseFile(".json,.toml,application/json");
-    if (!file) return;
-    setChecking(true);
-    await attempt(async () => {
-      const page = await askReport(await file.text(), language);
-      download(fileName(file.name.split(".")[0]!, "-report.html"), page, "text/html");
-    });
-    setChecking(false);
+    if (file) await check(file.name.split(".")[0]!, { text: await file.text() });
+  };
+  const checkFiles = async () => {
+    const chosen = await chooseFiles(".json,.py,application/json", true);
+    const files = await Promise.all(chosen.map(async (file) => ({ name: file.name, text: await file.text() })));
+    if (files.length > 0) await check(mission, { mission, files });
   };
   return (
     <section className={css.row} aria-label={t("checkReport")}>
@@ -53,9 +57,8 @@ function Report({ missions }: { missions: ClassProgress["missions"] }) {
           </option>
         ))}
       </select>
-      <a className={css.linkButton} href={`/api/teacher/report.html?${new URLSearchParams({ mission, language }).toString()}`} download>
-        {t("checkReport")}
-      </a>
+      <Action onPress={() => void check(mission, { mission })} disabled={checking}>{t("checkReport")}</Action>
+      <Action onPress={() => void checkFiles()} disabled={checking}>{t("checkFiles")}</Action>
       <Action onPress={() => void checkOwn()} disabled={checking}>{t("checkOwn")}</Action>
       <p role="status">{checking && t("checking")}</p>
       <Problem text={problem} />

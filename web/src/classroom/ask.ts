@@ -63,9 +63,12 @@ export async function askTeacher<Name extends keyof TeacherRequests>(
   return (await post(`/api/teacher/${name}`, message)) as TeacherRequests[Name]["answer"];
 }
 
-/** The page of a report about all work and the mission in a file's text. Throws RefusedError or UnreachableError. */
-export async function askReport(text: string, language: string): Promise<string> {
-  return (await post(`/api/teacher/report.html?language=${language}`, { text })) as string;
+/** What is checked, as `ReportOrder` in motorcade/classroom/folder.py describes it. */
+export type ReportOrder = ({ mission: string } | { text: string }) & { files?: { name: string; text: string }[] };
+
+/** The page of a report. Throws RefusedError or UnreachableError. */
+export async function askReport(order: ReportOrder, language: string): Promise<string> {
+  return (await post(`/api/teacher/report.html?language=${language}`, order)) as string;
 }
 
 interface Told {

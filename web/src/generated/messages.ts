@@ -511,6 +511,7 @@ export interface CarsOrder {
   do: "blink" | "go" | "load" | "stop";
   where?: string[];
   image?: string | null;
+  program?: string;
 }
 
 /** Build a world; without an image no car has a program. */
@@ -768,6 +769,7 @@ export interface CarRow {
   battery_mv: number | null;
   away: boolean;
   silent_s: number | null;
+  program: string;
   problem: Sentence | null;
   sent: number | null;
   holds: string;

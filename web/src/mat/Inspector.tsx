@@ -1,5 +1,5 @@
 import i18next from "i18next";
-import { Button, Input, Label, Link, NumberField } from "react-aria-components";
+import { Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS, NO_INDEX } from "../api/world";
@@ -20,6 +20,7 @@ import fields from "./fields.module.css";
 import css from "./mat.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
+import { TextButton } from "../ui/controls";
 
 const TURN_DEG = 15;
 
@@ -132,9 +133,7 @@ function DrivenCars({ session, car }: { session: Session; car: number | null }) 
     <p>
       {t("mat.driven", { cars: named })}{" "}
       {car !== null && driven.includes(car) && (
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => session.send({ do: "resume", car })}>
-          {t("mat.resume")}
-        </Button>
+        <TextButton small onPress={() => session.send({ do: "resume", car })}>{t("mat.resume")}</TextButton>
       )}
     </p>
   );

@@ -1,4 +1,4 @@
-import { type KeyboardEvent, useEffect, useRef, useState } from "react";
+import { type KeyboardEvent, memo, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { tapZone } from "../certainty/stops";
@@ -169,7 +169,6 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
 
 export function MatCanvas({ session, words }: MatCanvasProps) {
   const { t } = useTranslation();
-  const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const host = useRef<HTMLDivElement>(null);
   const [scene, setScene] = useState<Scene | null>(null);
   const [camera, setCamera] = useState<Camera | null>(null);
@@ -209,9 +208,8 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
   // The boundary around the mat shows that it can't be drawn.
   if (failure) throw failure;
 
-  const chased = useMat(chasedCar);
-  const bar = camera && chased === null && scaleBar(camera);
-  const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));
+  const isChased = useMat((now) => chasedCar(now) !== null);
+  const bar = camera && !isChased && scaleBar(camera);
   return (
     <div
       className={css.canvas}
@@ -235,22 +233,33 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
           {bar.metres >= 1 ? t("mat.metres", { count: bar.metres }) : t("mat.centimetres", { count: Math.round(bar.metres * 100) })}
         </div>
       )}
-      <div className={css.zoom}>
-        {chased === null ? (
-          <>
-            <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
-            <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
-            {held && <ToolButton icon="follow" label={t("mat.frame")} onPress={() => scene?.frame()} />}
-            <ToolButton icon="chase" label={t("mat.chaseKey")} isDisabled={!cars} onPress={toggleChase} />
-          </>
-        ) : (
-          <>
-            <ToolButton icon="mat" label={t("mat.fromAbove")} onPress={toggleChase} />
-            <ToolButton icon="left" label={t("mat.previousCar")} onPress={() => chaseNext(session, chased, -1)} />
-            <ToolButton icon="right" label={t("mat.nextCar")} onPress={() => chaseNext(session, chased, 1)} />
-          </>
-        )}
-      </div>
+      <ViewTools session={session} scene={scene} held={held} />
     </div>
   );
 }
+
+/** The buttons for the view; the scale beside them changes with each picture while the camera moves. */
+const ViewTools = memo(function ViewTools({ session, scene, held }: { session: Session; scene: Scene | null; held: boolean }) {
+  const { t } = useTranslation();
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  const chased = useMat(chasedCar);
+  const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));
+  return (
+    <div className={css.zoom}>
+      {chased === null ? (
+        <>
+          <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
+          <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
+          {held && <ToolButton icon="follow" label={t("mat.frame")} onPress={() => scene?.frame()} />}
+          <ToolButton icon="chase" label={t("mat.chaseKey")} isDisabled={!cars} onPress={toggleChase} />
+        </>
+      ) : (
+        <>
+          <ToolButton icon="mat" label={t("mat.fromAbove")} onPress={toggleChase} />
+          <ToolButton icon="left" label={t("mat.previousCar")} onPress={() => chaseNext(session, chased, -1)} />
+          <ToolButton icon="right" label={t("mat.nextCar")} onPress={() => chaseNext(session, chased, 1)} />
+        </>
+      )}
+    </div>
+  );
+});

@@ -1,13 +1,14 @@
 import { useEffect, useMemo } from "react";
 import { useTranslation } from "react-i18next";
 import { StoppedNotice, ZoneCard } from "../certainty/StopTools";
-import { watchCertainty } from "../certainty/watch";
+import { watchStops } from "../certainty/stops";
+import { trialsOf } from "../certainty/trials";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio, useWords } from "../state/studio";
-import { danceOf } from "../missions/dance";
 import { useMission } from "../missions/store";
 import { ChaseView } from "./ChaseView";
+import { danceOf } from "./dance";
 import { ToolButton } from "./fields";
 import { DrawHint } from "./RoadTools";
 import { ZoneGrips } from "../missions/ZoneGrips";
@@ -32,7 +33,8 @@ export function Stage({ session }: { session: Session }) {
     drawRoads(false);
   }, [generation]);
   useSound(session);
-  useEffect(() => watchCertainty(session), [session]);
+  useEffect(() => watchStops(session), [session]);
+  useEffect(() => trialsOf(session).watch(), [session]);
   return (
     <div className={css.stage}>
       <MatCanvas session={session} words={words} />

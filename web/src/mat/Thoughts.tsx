@@ -26,6 +26,8 @@ export function Thoughts({ session }: { session: Session }) {
   const [thoughts, setThoughts] = useState<{ car: number; thought: Thought }[]>([]);
   const host = useRef<HTMLDivElement>(null);
   const chased = useMat((now) => chasedCar(now) !== null);
+  // A program with a wrong block is none for the cars, though there are blocks.
+  const isWrong = useStudio(({ compiled }) => compiled?.diagnostics.some(({ severity }) => severity === "error") ?? false);
 
   useEffect(() => {
     let told = "[]";
@@ -103,7 +105,7 @@ export function Thoughts({ session }: { session: Session }) {
     <div className={css.thoughts} ref={host} aria-hidden="true">
       {thoughts.map(({ car, thought }) => (
         <p key={car} data-car={car} onClick={() => askWhy(session, car)}>
-          {t(`mat.thoughts.${thought}`)}
+          {t(`mat.thoughts.${thought === "noProgram" && isWrong ? "wrongProgram" : thought}`)}
         </p>
       ))}
     </div>

@@ -26,8 +26,6 @@ interface TransportProps {
 export const Transport = memo(function Transport({ session, words }: TransportProps) {
   const { t } = useTranslation();
   const playing = useMat(({ state }) => state?.playing ?? false);
-  const tMs = useMat((now) => now.tMs);
-  const past = useMat((now) => now.past);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const empty = cars === 0;
   const alone = useStudio((studio) => studio.alone);
@@ -45,13 +43,11 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
       </Button>
       <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
       <Speed session={session} />
-      <output className={css.clock} data-past={past || undefined} aria-label={t("mat.time")}>
-        {clock(tMs)}
-      </output>
+      <Clock />
       {listens && (
         <>
-          <VoiceButton session={session} word="stop" label={t("mat.sayStop")} text={t("mat.stop")} isDisabled={empty} />
-          <VoiceButton session={session} word="go" label={t("mat.sayGo")} text={t("mat.go")} isDisabled={empty} />
+          <ToolButton icon="stop" label={t("mat.sayStop")} wide={t("mat.stop")} isDisabled={empty} onPress={() => session.send({ do: "say", word: "stop" })} />
+          <ToolButton icon="go" label={t("mat.sayGo")} wide={t("mat.go")} isDisabled={empty} onPress={() => session.send({ do: "say", word: "go" })} />
         </>
       )}
       <SoundButton />
@@ -64,6 +60,18 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
   );
 });
 
+/** The time, which changes far more often than the buttons beside it. */
+function Clock() {
+  const { t } = useTranslation();
+  const tMs = useMat((now) => now.tMs);
+  const past = useMat((now) => now.past);
+  return (
+    <output className={css.clock} data-past={past || undefined} aria-label={t("mat.time")}>
+      {clock(tMs)}
+    </output>
+  );
+}
+
 function SoundButton() {
   const { t } = useTranslation();
   // Both decide whether the stage is heard.
@@ -71,18 +79,6 @@ function SoundButton() {
   useStudio(({ alone, loudProjector }) => `${alone} ${loudProjector}`);
   const heard = isHeard();
   return <ToolButton icon={heard ? "go" : "silence"} label={heard ? t("mat.mute") : t("mat.sound")} onPress={toggleSound} />;
-}
-
-interface VoiceButtonProps {
-  session: Session;
-  word: "stop" | "go";
-  label: string;
-  text: string;
-  isDisabled: boolean;
-}
-
-function VoiceButton({ session, word, label, text, isDisabled }: VoiceButtonProps) {
-  return <ToolButton icon={word} label={label} wide={text} isDisabled={isDisabled} onPress={() => session.send({ do: "say", word })} />;
 }
 
 function Speed({ session }: { session: Session }) {

@@ -7,8 +7,7 @@ import type { CompiledWord } from "../api/types";
 import { type CarDetails, Flag, NO_INDEX, type Picture } from "../api/world";
 import { inLanguage } from "../i18n";
 import { useStudio, useWords } from "../state/studio";
-import { classes } from "../ui/classes";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
 import { WordBits } from "../words/WordBits";
 import { showBits } from "./actions";
@@ -33,9 +32,7 @@ export function WhyAnswer({ details }: { details: CarDetails }) {
     <p>
       <b>{t("mat.why")}</b> {inLanguage(details.why.sentence)}{" "}
       {remedy && (
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => void carryOut(details.car, details.why)}>
-          {t(`mat.remedies.${remedy}`)}
-        </Button>
+        <TextButton small onPress={() => void carryOut(details.car, details.why)}>{t(`mat.remedies.${remedy}`)}</TextButton>
       )}
     </p>
   );

@@ -1,7 +1,9 @@
-/** What the cars do at the moment of a picture: in numbers, and as a sentence. */
+/** What the cars do at the moment of a picture: in numbers, as a sentence, and by which blocks. */
 
 import i18next from "i18next";
-import { Flag, LATELY_S, NO_LED, type Picture } from "../api/world";
+import { type CompiledWord, type EditorName, EDITORS } from "../api/types";
+import { Flag, LATELY_S, NO_INDEX, NO_LED, type Picture } from "../api/world";
+import type { Studio } from "../state/studio";
 
 /** `driven` is a car that somebody drives, in any direction. */
 const DIRECTIONS = ["forward", "left", "right", "driven"] as const;
@@ -65,4 +67,27 @@ export class Pace {
     this.lastAtMs = nowMs;
     return true;
   }
+}
+
+type Running = Studio["running"];
+
+/** The blocks that some car executes. */
+export function runningBlocks(picture: Picture, words: readonly CompiledWord[]): Running {
+  const executed = new Uint8Array(words.length);
+  for (let k = 0; k < picture.cars; k++) {
+    const index = picture.index[k]!;
+    if (index !== NO_INDEX && picture.flags[k]! & Flag.runs) executed[index] = 1;
+  }
+  const running = new Map<EditorName, Set<string>>(EDITORS.map((editor) => [editor, new Set()]));
+  words.forEach(({ part, block, fields_of }, place) => {
+    if (!executed[place] || part === "header") return;
+    const blocks = running.get(part)!;
+    if (block !== null) blocks.add(block);
+    for (const each of Object.values(fields_of ?? {})) blocks.add(each);
+  });
+  return new Map(EDITORS.map((editor) => [editor, [...running.get(editor)!].sort()]));
+}
+
+export function sameRunning(a: Running, b: Running): boolean {
+  return EDITORS.every((editor) => (a.get(editor) ?? []).join() === (b.get(editor) ?? []).join());
 }

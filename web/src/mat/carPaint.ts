@@ -155,3 +155,29 @@ function star(g: CanvasRenderingContext2D, x: number, y: number, radius: number)
   g.closePath();
   outlined(g, 0.07);
 }
+
+/** A leader in high contrast: a white shape that takes the colour of a word, and differs without it. */
+export function arrow(g: CanvasRenderingContext2D) {
+  g.beginPath();
+  g.moveTo(0.98, 0);
+  g.lineTo(-0.86, 0.9);
+  g.lineTo(-0.46, 0);
+  g.lineTo(-0.86, -0.9);
+  g.closePath();
+  g.fillStyle = g.strokeStyle = "#fff";
+  g.lineWidth = 0.08;
+  g.fill();
+  g.stroke();
+}
+
+/** A follower there; the wedge in it shows their heading. */
+export function ring(g: CanvasRenderingContext2D) {
+  dot(g, "#fff", 0, 0, 0.72);
+  g.fillStyle = "#000";
+  g.beginPath();
+  g.moveTo(0.62, 0);
+  g.lineTo(0.12, 0.36);
+  g.lineTo(0.12, -0.36);
+  g.closePath();
+  g.fill();
+}

@@ -1,5 +1,8 @@
 /** The dance of a success: each car shows its program once where it stands, a move for each word. */
 
+import type { CompiledWord } from "../api/types";
+import { valueOf } from "../words/bits";
+
 /** What a car does in a move: drive a little ahead, turn a little (1 to the left, -1 to the right), or hop. */
 export type Move = "ahead" | "left" | "right" | "hop";
 
@@ -12,7 +15,7 @@ export interface Pose {
 
 const MOVE_MS = 400;
 /** What moves by itself stops within five seconds (WCAG 2.2.2). */
-export const MOST_MOVES = 12;
+const MOST_MOVES = 12;
 
 /** The pose at a time of a dance; null once it is over. Each move ends where it began. */
 export function poseAt(moves: readonly Move[], tMs: number): Pose | null {
@@ -24,4 +27,12 @@ export function poseAt(moves: readonly Move[], tMs: number): Pose | null {
     turn: move === "left" ? far : move === "right" ? -far : 0,
     lift: move === "hop" ? far * 0.4 : 0,
   };
+}
+
+const DIRECTIONS: readonly Move[] = ["ahead", "left", "right", "ahead"];
+
+/** The moves of one part of a program; a program without words of this part hops once. */
+export function danceOf(words: readonly CompiledWord[], part: CompiledWord["part"]): readonly Move[] {
+  const moves = words.filter((word) => word.part === part).map((word): Move => (valueOf(word, "motor_enable") ? DIRECTIONS[valueOf(word, "motor_direction")]! : "hop"));
+  return moves.length ? moves.slice(0, MOST_MOVES) : ["hop"];
 }

@@ -1,7 +1,7 @@
 /** The drawn mat: layers, a camera, and a loop that draws only when something changed. */
 
 import "pixi.js/unsafe-eval";
-import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
+import { autoDetectRenderer, Container, type Renderer, Ticker } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
 import { AirLayer } from "./airLayer";
@@ -106,6 +106,9 @@ export class Scene {
       eventFeatures: { move: false, globalMove: false, click: false, wheel: false },
       accessibilityOptions: { activateOnTab: false },
     });
+    // What Pixi does from time to time comes with our drawings: it would wake the page for each picture of the screen.
+    Ticker.system.autoStart = false;
+    Ticker.system.stop();
     const canvas = renderer.canvas;
     canvas.style.touchAction = "none";
     canvas.setAttribute("aria-hidden", "true");
@@ -288,6 +291,7 @@ export class Scene {
 
   private drawNow(): void {
     const now = performance.now();
+    Ticker.system.update(now);
     const slow = this.drawMs > SLOW_MS;
     const moves = this.motion.advance(slow ? Infinity : now);
     const follows = this.follow(now);

@@ -1,8 +1,11 @@
-import { beforeEach, expect, it } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
+import { connectTo, type StreamListeners } from "../api/service";
 import type { CompiledWord } from "../api/types";
+import { columnBytes, HEADER, HEADER_BYTES } from "../generated/world";
 import { useStudio } from "../state/studio";
 import type { Mat } from "./document";
-import { runningBlocks, sameRunning } from "./session";
+import { runningBlocks, sameRunning } from "./account";
+import { Session } from "./session";
 import { endEdit, forgetEdits, redo as redoEdit, undo as undoEdit, useHistory } from "../state/history";
 import { editMat } from "./store";
 import { pictureOf } from "./testPictures";
@@ -30,6 +33,41 @@ it("the same blocks are the same, whichever cars run them", () => {
   const other = runningBlocks(pictureOf([{ index: 2 }, { index: 1 }]), WORDS);
   expect(sameRunning(one, other)).toBe(true);
   expect(sameRunning(one, runningBlocks(pictureOf([{ index: 1 }]), WORDS))).toBe(false);
+});
+
+it("pictures that are never drawn are told as drawn: the server waits for each", () => {
+  const sent: unknown[] = [];
+  let page: StreamListeners | null = null;
+  connectTo({
+    ask: vi.fn(),
+    openStream: (_, __, listeners) => {
+      page = listeners;
+      return { send: (data) => sent.push(JSON.parse(data as string)) > 0, close: vi.fn() };
+    },
+  });
+  vi.stubGlobal("matchMedia", () => ({ matches: false }));
+  const session = new Session();
+  session.open();
+  const hello = (cars: number) => page!.onMessage(JSON.stringify({ is: "hello", session: session.name, resumed: false, cars }));
+  const picture = (frame: number, cars: number) => {
+    const view = new DataView(new ArrayBuffer(HEADER_BYTES + columnBytes(cars)));
+    view.setUint8(HEADER.kind, 1);
+    view.setUint32(HEADER.number, frame, true);
+    view.setUint32(HEADER.cars, cars, true);
+    page!.onMessage(view.buffer);
+  };
+  const told = () => sent.filter((message) => (message as { do: string }).do === "shown");
+  hello(2);
+  picture(1, 2);
+  picture(2, 2);
+  expect(told()).toEqual([]);
+  // Another world comes before a stage was there to draw them.
+  hello(3);
+  expect(told()).toEqual([{ do: "shown", frame: 2 }]);
+  picture(3, 2);
+  expect(told().at(-1)).toEqual({ do: "shown", frame: 3 });
+  session.close();
+  vi.unstubAllGlobals();
 });
 
 const named = (name: string): Mat => ({ format: "motorcade-mat/1", name });

@@ -1,13 +1,10 @@
 /** The page's side of its world: sends the server what differs from what it has, and takes its answers and pictures. */
 
-import { type CompiledWord, type EditorName, EDITORS } from "../api/types";
 import {
   type Answer,
   type Command,
-  Flag,
   type Hello,
   type Link,
-  NO_INDEX,
   type Picture,
   type Pose,
   poseIn,
@@ -17,33 +14,12 @@ import {
 } from "../api/world";
 import type { Stopped } from "../generated/messages";
 import type { Playing } from "../pair/store";
-import { type Studio, useStudio } from "../state/studio";
+import { useStudio } from "../state/studio";
 import { EventStore } from "../timeline/events";
+import { runningBlocks, sameRunning } from "./account";
 import { beginning, type Placed } from "./cars";
 import type { Mat } from "./document";
 import { chosenCar, useMat } from "./store";
-
-type Running = Studio["running"];
-
-export function runningBlocks(picture: Picture, words: readonly CompiledWord[]): Running {
-  const executed = new Uint8Array(words.length);
-  for (let k = 0; k < picture.cars; k++) {
-    const index = picture.index[k]!;
-    if (index !== NO_INDEX && picture.flags[k]! & Flag.runs) executed[index] = 1;
-  }
-  const running = new Map<EditorName, Set<string>>(EDITORS.map((editor) => [editor, new Set()]));
-  words.forEach(({ part, block, fields_of }, place) => {
-    if (!executed[place] || part === "header") return;
-    const blocks = running.get(part)!;
-    if (block !== null) blocks.add(block);
-    for (const each of Object.values(fields_of ?? {})) blocks.add(each);
-  });
-  return new Map(EDITORS.map((editor) => [editor, [...running.get(editor)!].sort()]));
-}
-
-export function sameRunning(a: Running, b: Running): boolean {
-  return EDITORS.every((editor) => (a.get(editor) ?? []).join() === (b.get(editor) ?? []).join());
-}
 
 const CALM = "(prefers-reduced-motion: reduce)";
 const BEGINNING_KEY = "motorcade.world.beginning";
@@ -311,7 +287,10 @@ export class Session {
       this.watch();
     }
     // A canvas that is made only now must not draw the cars of the world before.
-    if (this.picture?.cars !== hello.cars) this.picture = null;
+    if (this.picture && this.picture.cars !== hello.cars) {
+      this.drop(this.picture);
+      this.picture = null;
+    }
     useMat.setState({ hello });
     this.onHello?.(hello);
     // Its answer may come at once.
@@ -319,8 +298,16 @@ export class Session {
     else if (isNew) this.sync();
   }
 
+  /** A picture is never drawn: the server, which waits for drawings, must not wait for this one. */
+  private drop({ frame }: Picture): void {
+    this.connection?.send({ do: "shown", frame });
+  }
+
   private receivePicture(picture: Picture): void {
-    if (picture.cars !== useMat.getState().hello?.cars) return;
+    if (picture.cars !== useMat.getState().hello?.cars) {
+      this.drop(picture);
+      return;
+    }
     this.picture = picture;
     if (picture.tMs === 0 && !picture.past) this.starts = picture;
     this.events.take(picture);

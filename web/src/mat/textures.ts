@@ -1,9 +1,8 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
-import { beacon, DARK, dot, face, follower, leader, outlined, rim, rounded, shadow, TREADS, wheel } from "./carPaint";
+import { arrow, beacon, DARK, dot, face, follower, leader, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
 import { pageFont } from "./colours";
-import { arrow, ring } from "./plainShapes";
 
 const SIZE = 128;
 

@@ -1,4 +1,4 @@
-/** Where lines on the floor go: through their points, with rounded corners, as motorcade/mats/lines.py has it. */
+/** Where lines on the floor go: through their points, with rounded corners, as motorcade/mats/model.py has it. */
 
 import type { Line, Point } from "./document";
 

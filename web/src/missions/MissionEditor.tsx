@@ -1,12 +1,12 @@
 import type { ReactNode } from "react";
-import { Button, Input, Label, TextField } from "react-aria-components";
+import { Input, Label, TextField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { GOAL_KINDS, GROUPS, TIMES } from "../generated/goals";
 import type { MissionZone } from "../generated/messages";
 import { Choice, Quantity, ToolButton } from "../mat/fields";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import {
   boxAt,
   boxOf,
@@ -24,7 +24,6 @@ import {
   touchesMat,
   tryDraft,
 } from "./draft";
-import buttons from "../ui/buttons.module.css";
 import css from "./missions.module.css";
 
 const KINDS = Object.keys(GOAL_KINDS) as GoalKind[];
@@ -37,15 +36,9 @@ export function MissionEditor({ draft }: { draft: Draft }) {
     <section className={classes(css.strip, css.editor)} aria-label={t("missions.editor")}>
       <header className={css.head}>
         <h2>{t("missions.editor")}</h2>
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => void saveToLibrary(draft)}>
-          {t("missions.save")}
-        </Button>
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => void saveDraft(draft)}>
-          {t("missions.saveFile")}
-        </Button>
-        <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => void tryDraft(draft)}>
-          {t("missions.try")}
-        </Button>
+        <TextButton small onPress={() => void saveToLibrary(draft)}>{t("missions.save")}</TextButton>
+        <TextButton small onPress={() => void saveDraft(draft)}>{t("missions.saveFile")}</TextButton>
+        <TextButton small primary onPress={() => void tryDraft(draft)}>{t("missions.try")}</TextButton>
         <IconButton icon="close" label={t("missions.closeEditor")} onPress={leaveDraft} />
       </header>
       <div className={css.row}>

@@ -9,12 +9,11 @@ import { attempt } from "../projects/actions";
 import { confirm, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { watchSize } from "../ui/areas";
-import { IconButton, Sheet } from "../ui/controls";
+import { IconButton, Sheet, TextButton } from "../ui/controls";
 import { editOwn, openDraft, openMissionFile, playOwn } from "./draft";
 import { stationAt, wayAlong } from "./road";
 import { Stars } from "./Stars";
 import { playMission } from "./store";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./missions.module.css";
 
@@ -83,22 +82,17 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
       <OwnMissions start={(open) => void start(open)} />
       <footer className={controls.sheetFoot}>
         {!isPupil && (
-          <Button className={buttons.button} onPress={() => openNotes(null)}>
-            {t("missions.notes.title")}
-          </Button>
+          <TextButton onPress={() => openNotes(null)}>{t("missions.notes.title")}</TextButton>
         )}
-        <Button className={buttons.button} onPress={() => void start(openMissionFile)}>
-          {t("missions.openFile")}
-        </Button>
-        <Button
-          className={buttons.button}
+        <TextButton onPress={() => void start(openMissionFile)}>{t("missions.openFile")}</TextButton>
+        <TextButton
           onPress={() => {
             openDraft();
             onClose();
           }}
         >
           {t("missions.write")}
-        </Button>
+        </TextButton>
       </footer>
     </Sheet>
   );

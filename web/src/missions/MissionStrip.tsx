@@ -8,7 +8,7 @@ import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
-import { IconButton } from "../ui/controls";
+import { IconButton, TextButton } from "../ui/controls";
 import { classes } from "../ui/classes";
 import { BitEditor } from "./BitEditor";
 import { editPlayed, useDraft } from "./draft";
@@ -71,13 +71,9 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
             />
           </span>
         )}
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("missions")}>
-          {t("missions.map")}
-        </Button>
+        <TextButton small onPress={() => openDialog("missions")}>{t("missions.map")}</TextButton>
         {mission.id === "own" && (
-          <Button className={classes(buttons.button, buttons.small)} onPress={editPlayed}>
-            {t("missions.edit")}
-          </Button>
+          <TextButton small onPress={editPlayed}>{t("missions.edit")}</TextButton>
         )}
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
@@ -100,9 +96,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
         ))}
       </div>
       {moreHints && (
-        <Button className={classes(buttons.button, buttons.small)} onPress={() => useMission.setState({ hints: hints + 1 })}>
-          {t("missions.showHint")}
-        </Button>
+        <TextButton small onPress={() => useMission.setState({ hints: hints + 1 })}>{t("missions.showHint")}</TextButton>
       )}
       <Button ref={foldButton} className={classes(buttons.button, buttons.primary, css.fold)} onPress={() => fold(true)}>
         {t("missions.toBlocks")}
@@ -141,9 +135,9 @@ function GoalLine({ number, goal, now, checked, seed, session }: GoalLineProps) 
           <span className={css.why}>
             {inLanguage(lost.why)}
             {seen && lost.t_ms !== null && lost.t_ms > 0 && (
-              <Button className={classes(buttons.button, buttons.small)} onPress={() => showMoment(session, lost.t_ms, lost.cars)}>
+              <TextButton small onPress={() => showMoment(session, lost.t_ms, lost.cars)}>
                 {t("missions.showMoment", { seconds: lost.t_ms / 1000 })}
-              </Button>
+              </TextButton>
             )}
             {!seen && <span> {t("missions.otherLuck")}</span>}
           </span>
@@ -164,12 +158,8 @@ function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[
       <p className={css.won}>
         <Stars stars={stars} earned={result.stars} /> {inLanguage(mission.learned)}
       </p>
-      <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => openDialog("missions")}>
-        {t("missions.next")}
-      </Button>
-      <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("run")}>
-        {t("run.open")}
-      </Button>
+      <TextButton small primary onPress={() => openDialog("missions")}>{t("missions.next")}</TextButton>
+      <TextButton small onPress={() => openDialog("run")}>{t("run.open")}</TextButton>
     </>
   );
 }

@@ -1,7 +1,6 @@
 /** A mission for a teacher, on one page to be read or printed. */
 
 import { useEffect, useState, type ReactNode } from "react";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { MissionEntry, MissionNotes } from "../generated/messages";
@@ -11,10 +10,8 @@ import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { openNotes, useDialogs } from "../state/dialogs";
 import { usePrintedSheet } from "../ui/areas";
-import { classes } from "../ui/classes";
-import { Sheet } from "../ui/controls";
+import { Sheet, TextButton } from "../ui/controls";
 import { playMission } from "./store";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./missions.module.css";
 
@@ -98,12 +95,10 @@ export function NotesDialog({ onClose }: { onClose: () => void }) {
       {notes && <Notes notes={notes} />}
       {notes && (
         <footer className={controls.sheetFoot}>
-          <Button className={buttons.button} onPress={() => void playMission({ id: notes.id }).then((opened) => opened && onClose())}>
+          <TextButton onPress={() => void playMission({ id: notes.id }).then((opened) => opened && onClose())}>
             {t("missions.notes.play")}
-          </Button>
-          <Button className={classes(buttons.button, buttons.primary)} onPress={() => window.print()}>
-            {t("missions.notes.print")}
-          </Button>
+          </TextButton>
+          <TextButton primary onPress={() => window.print()}>{t("missions.notes.print")}</TextButton>
         </footer>
       )}
     </Sheet>

@@ -1,18 +1,15 @@
 /** Whose the two windows are, and how they change hands. */
 
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { EDITORS } from "../api/types";
 import { attempt } from "../projects/actions";
 import areas from "../ui/areas.module.css";
-import buttons from "../ui/buttons.module.css";
-import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
 import { leave } from "./follow";
 import css from "./pair.module.css";
 import { type Shared, usePair } from "./store";
+import { TextButton } from "../ui/controls";
 
-const small = classes(buttons.button, buttons.small);
 const TAKE = { leader: "pair.take", followers: "pair.takeFollowers" } as const;
 
 export function PairBar() {
@@ -25,18 +22,16 @@ export function PairBar() {
     return (
       <section className={areas.banner} aria-label={t("pair.title")}>
         <span role="status">{t("pair.asked", { name, project: view.name })}</span>
-        <Button className={classes(small, buttons.primary)} onPress={act((to) => to.join())}>
-          {t("pair.come")}
-        </Button>
-        <Button className={small} onPress={act((to) => to.leave())}>
-          {t("pair.decline")}
-        </Button>
+        <TextButton small primary onPress={act((to) => to.join())}>{t("pair.come")}</TextButton>
+        <TextButton small onPress={act((to) => to.leave())}>{t("pair.decline")}</TextButton>
       </section>
     );
   }
   const { owners, asks, partner_away: away, partner_joined: joined } = view;
   const isMine = (window: (typeof EDITORS)[number]) => owners[window] === me;
   const whose = (owner: string | null) => (owner === null ? t("pair.free") : owner === me ? t("pair.you") : name);
+  const isOnlooker = EDITORS.every((window) => owners[window] && !isMine(window));
+  const news = view.partner && !joined ? "pair.invited" : away ? "pair.away" : isOnlooker ? "pair.onlooker" : null;
   const canSwap = joined && !away && EDITORS.every((window) => owners[window]) && !EDITORS.every(isMine) && EDITORS.some(isMine);
   return (
     <section className={areas.banner} aria-label={t("pair.title")}>
@@ -47,32 +42,24 @@ export function PairBar() {
         </span>
       ))}
       {EDITORS.filter((window) => !owners[window] || (away && !isMine(window))).map((window) => (
-        <Button key={window} className={small} onPress={act((to) => to.take(window, true))}>
-          {t(TAKE[window])}
-        </Button>
+        <TextButton key={window} small onPress={act((to) => to.take(window, true))}>{t(TAKE[window])}</TextButton>
       ))}
       {canSwap &&
         (asks === null || asks === me ? (
-          <Button className={small} aria-pressed={asks === me} onPress={act((to) => to.swap(asks === null))}>
+          <TextButton small aria-pressed={asks === me} onPress={act((to) => to.swap(asks === null))}>
             {t(asks === me ? "pair.swapAsked" : "pair.swap")}
-          </Button>
+          </TextButton>
         ) : (
           <>
             <b role="status">{t("pair.swapWanted", { name })}</b>
-            <Button className={classes(small, buttons.primary)} onPress={act((to) => to.swap(true))}>
-              {t("pair.agree")}
-            </Button>
-            <Button className={small} onPress={act((to) => to.swap(false))}>
-              {t("pair.keep")}
-            </Button>
+            <TextButton small primary onPress={act((to) => to.swap(true))}>{t("pair.agree")}</TextButton>
+            <TextButton small onPress={act((to) => to.swap(false))}>{t("pair.keep")}</TextButton>
           </>
         ))}
       <span role="status" className={css.news}>
-        {view.partner && !joined ? t("pair.invited", { name }) : away ? t("pair.away", { name }) : ""}
+        {news && t(news, { name })}
       </span>
-      <Button className={small} onPress={() => void leave()}>
-        {t("pair.leave")}
-      </Button>
+      <TextButton small onPress={() => void leave()}>{t("pair.leave")}</TextButton>
     </section>
   );
 }

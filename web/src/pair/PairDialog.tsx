@@ -1,12 +1,9 @@
 /** Share the open project between this tab and another one. */
 
 import { useState } from "react";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
-import { classes } from "../ui/classes";
-import { Sheet } from "../ui/controls";
+import { Sheet, TextButton } from "../ui/controls";
 import { canShare, openSecondWindow } from "./tabs";
 
 export function PairDialog({ onClose }: { onClose: () => void }) {
@@ -18,9 +15,7 @@ export function PairDialog({ onClose }: { onClose: () => void }) {
       <p>{t("pair.about")}</p>
       <p role={problem ? "alert" : undefined}>{t(problem ?? "pair.aboutTabs")}</p>
       <footer className={controls.sheetFoot}>
-        <Button className={classes(buttons.button, buttons.primary)} isDisabled={problem !== null} onPress={open}>
-          {t("pair.openTab")}
-        </Button>
+        <TextButton primary isDisabled={problem !== null} onPress={open}>{t("pair.openTab")}</TextButton>
       </footer>
     </Sheet>
   );

@@ -1,11 +1,11 @@
 /** Begin to share windows; what does it is loaded only where somebody shares them. */
 
 import type { PairView } from "../generated/classroom";
-import { MARK, type Shared, TAB_KEY, usePair, type World } from "./store";
+import { comesToPair, MARK, type Shared, TAB_KEY, usePair, type World } from "./store";
 
 /** The pair of this tab, by its address or from before a reload; null for none. */
 function pairOfTab(): string | null {
-  const id = location.hash.startsWith(MARK) ? location.hash.slice(MARK.length) : sessionStorage.getItem(TAB_KEY);
+  const id = comesToPair() ? location.hash.slice(MARK.length) : sessionStorage.getItem(TAB_KEY);
   return id !== null && /^[0-9a-f]{32}$/.test(id) ? id : null;
 }
 

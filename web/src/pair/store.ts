@@ -45,6 +45,9 @@ export const isForeign = ({ view, me }: PairState, window: EditorName) => view?.
 export const TAB_KEY = "motorcade.pair";
 export const MARK = "#pair=";
 
+/** Whether this page was opened to share the project of another tab. */
+export const comesToPair = () => location.hash.startsWith(MARK);
+
 export function rememberPair(id: string | null): void {
   if (id === null) sessionStorage.removeItem(TAB_KEY);
   else sessionStorage.setItem(TAB_KEY, id);

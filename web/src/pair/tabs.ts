@@ -272,5 +272,4 @@ export async function comeIn(id: string, isNew: boolean): Promise<void> {
   const had = isNew ? null : sessionStorage.getItem(WINDOWS_KEY);
   await tabs.begin(had === null ? ["followers"] : EDITORS.filter((each) => had.includes(each)), PATIENCE_MS);
   if (tabs.owns.length === 0) await tabs.begin(["leader"]);
-  if (tabs.owns.length === 0) notify(i18next.t("pair.onlooker"), "warning");
 }

@@ -8,14 +8,12 @@ import { ClipPicture } from "../mat/ClipPicture";
 import { type Clip, loadClips } from "../mat/clips";
 import { confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import { IconButton, Sheet } from "../ui/controls";
+import { IconButton, Sheet, TextButton } from "../ui/controls";
 import { attempt, saveToLibrary, shareLink } from "./actions";
 import { exportAll, importAll } from "./exchange";
 import { replaceBy } from "./project";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "../app/dialogs.module.css";
-import { classes } from "../ui/classes";
 
 function useMoment(): (moment: string) => string {
   const { i18n } = useTranslation();
@@ -41,9 +39,7 @@ function Versions({ name, onClose }: { name: string; onClose: () => void }) {
       {versions.map(({ version, saved_at }) => (
         <li key={version}>
           <span>{t("library.version", { version, moment: moment(saved_at) })}</span>
-          <Button className={classes(buttons.button, buttons.small)} onPress={() => void openSaved(name, version, onClose)}>
-            {t("library.restore")}
-          </Button>
+          <TextButton small onPress={() => void openSaved(name, version, onClose)}>{t("library.restore")}</TextButton>
         </li>
       ))}
     </ol>
@@ -73,9 +69,9 @@ function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: En
           <b>{name}</b>
           <span>{moment(saved_at)}</span>
         </Button>
-        <Button className={classes(buttons.button, buttons.small)} aria-expanded={unfolded} onPress={() => setUnfolded(!unfolded)}>
+        <TextButton small aria-expanded={unfolded} onPress={() => setUnfolded(!unfolded)}>
           {t("library.versions", { count: versions })}
-        </Button>
+        </TextButton>
         <IconButton icon="trash" label={t("library.deleteNamed", { name })} onPress={() => void remove()} />
       </div>
       {unfolded && <Versions name={name} onClose={onClose} />}
@@ -112,9 +108,7 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
           <Label>{t("library.saveAs")}</Label>
           <Input maxLength={80} placeholder={t("project.unnamed")} />
         </TextField>
-        <Button type="submit" className={classes(buttons.button, buttons.primary)} isDisabled={!name.trim()}>
-          {t("library.save")}
-        </Button>
+        <TextButton type="submit" primary isDisabled={!name.trim()}>{t("library.save")}</TextButton>
       </form>
       {problems.map((problem) => (
         <p key={problem.en} role="alert" className={css.libraryProblem}>
@@ -128,12 +122,8 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
         ))}
       </ul>
       <footer className={controls.sheetFoot}>
-        <Button className={buttons.button} onPress={() => void importAll().then(look)}>
-          {t("library.importAll")}
-        </Button>
-        <Button className={buttons.button} isDisabled={!projects?.length} onPress={() => void exportAll()}>
-          {t("library.exportAll")}
-        </Button>
+        <TextButton onPress={() => void importAll().then(look)}>{t("library.importAll")}</TextButton>
+        <TextButton isDisabled={!projects?.length} onPress={() => void exportAll()}>{t("library.exportAll")}</TextButton>
       </footer>
     </Sheet>
   );
@@ -219,9 +209,7 @@ export function ShareDialog({ onClose }: { onClose: () => void }) {
           <Input onFocus={(event) => event.target.select()} />
         </TextField>
         {clipboard && (
-          <Button className={classes(buttons.button, buttons.primary)} onPress={() => void copy()} isDisabled={!link}>
-            {t("share.copy")}
-          </Button>
+          <TextButton primary onPress={() => void copy()} isDisabled={!link}>{t("share.copy")}</TextButton>
         )}
       </div>
       <p role="status" className={controls.quiet}>

@@ -52,12 +52,12 @@ async function freePlace(prefix: string, ageOf: (text: string) => number): Promi
   return null;
 }
 
-/** This tab's place: its earlier one, else one whose tab is closed, else a new one. */
-async function takePlace(prefix: string, ageOf: (text: string) => number): Promise<Place> {
+/** This tab's place: its earlier one, else one whose tab is closed (`takesOver`), else a new one. */
+async function takePlace(prefix: string, takesOver: boolean, ageOf: (text: string) => number): Promise<Place> {
   const before = sessionStorage.getItem(OWN);
   const own = before?.startsWith(prefix) ? before : null;
   if (own !== null && (await hold(own, PATIENCE_MS))) return { key: own, from: own };
-  const free = own === null ? await freePlace(prefix, ageOf) : null;
+  const free = own === null && takesOver ? await freePlace(prefix, ageOf) : null;
   const key = free ?? prefix + uniqueName();
   if (free === null) await hold(key);
   sessionStorage.setItem(OWN, key);
@@ -105,9 +105,12 @@ export function parseWork(text: string | null): StoredWork | null {
   return whole ? (stored as StoredWork) : null;
 }
 
-/** This tab's place, and what is to be shown first; null where nothing was stored. `owner`: a pupil of a class. */
-export async function findWork(owner = ""): Promise<{ key: string; stored: StoredWork | null }> {
-  const { key, from } = await takePlace(prefixOf(owner), (text) => parseWork(text)?.at ?? 0);
+/**
+ * This tab's place, and what is to be shown first; null where nothing was stored. `owner`: a pupil of a class. `takesOver`:
+ * without work of its own, the tab shows what a closed one left behind.
+ */
+export async function findWork(owner = "", takesOver = true): Promise<{ key: string; stored: StoredWork | null }> {
+  const { key, from } = await takePlace(prefixOf(owner), takesOver, (text) => parseWork(text)?.at ?? 0);
   return { key, stored: from === null ? null : parseWork(localStorage.getItem(from)) };
 }
 

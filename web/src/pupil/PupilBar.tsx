@@ -11,20 +11,18 @@ import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import areas from "../ui/areas.module.css";
-import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
-import { Sheet } from "../ui/controls";
+import { Sheet, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { attemptInClass, openHandedMission, usePupil } from "./store";
+import buttons from "../ui/buttons.module.css";
 import css from "./pupil.module.css";
-
-const small = classes(buttons.button, buttons.small);
 
 function Hand({ raised }: { raised: boolean }) {
   const { t } = useTranslation();
   return (
     <Button
-      className={classes(small, css.hand)}
+      className={classes(buttons.button, buttons.small, css.hand)}
       aria-pressed={raised}
       onPress={() => void attemptInClass(() => askClass("hand", { raised: !raised }))}
     >
@@ -45,10 +43,10 @@ function Classmates({ title, about, canChoose = true, onChoose, onClose }: { tit
         {canChoose &&
           classmates.map((each) => (
             <li key={each.id}>
-              <Button className={buttons.button} onPress={() => onChoose(each)}>
+              <TextButton onPress={() => onChoose(each)}>
                 <Avatar name={each.avatar} />
                 {each.name}
-              </Button>
+              </TextButton>
             </li>
           ))}
       </ul>
@@ -92,13 +90,11 @@ function Mat({ view }: { view: PupilView }) {
   const send = (program: string | null) => void attemptInClass(() => askClass("mat", { image: program }));
   return (
     <>
-      <Button className={small} isDisabled={!image} onPress={() => send(image)}>
+      <TextButton small isDisabled={!image} onPress={() => send(image)}>
         {t(isThere ? "pupil.matAgain" : "pupil.matSend")}
-      </Button>
+      </TextButton>
       {isThere && (
-        <Button className={small} onPress={() => send(null)}>
-          {t("pupil.matLeave")}
-        </Button>
+        <TextButton small onPress={() => send(null)}>{t("pupil.matLeave")}</TextButton>
       )}
     </>
   );
@@ -117,13 +113,13 @@ function SharedThings({ view }: { view: PupilView }) {
     const text = name ? TEXTS_OF_A_CAR[whose] : TEXTS_OF_THE_CABLE[whose];
     return (
       <span key={name} className={css.turn}>
-        <Button
-          className={small}
+        <TextButton
+          small
           isDisabled={holder !== null && !isMine}
           onPress={() => void attemptInClass(() => askClass("take", { name, wants: !isMine }))}
         >
           {t(text, { car: name })}
-        </Button>
+        </TextButton>
         {isMine && name && (
           <a href={`/drive?car=${encodeURIComponent(name)}`} target="drive">
             {t("pupil.yourTurn")}
@@ -174,19 +170,13 @@ export function PupilBar() {
       </Button>
       <Hand raised={view.hand} />
       {view.mission !== null && (
-        <Button className={small} onPress={() => void openHandedMission()}>
-          {t("pupil.openMission")}
-        </Button>
+        <TextButton small onPress={() => void openHandedMission()}>{t("pupil.openMission")}</TextButton>
       )}
       <Mat view={view} />
       <SharedThings view={view} />
-      <Button className={small} onPress={() => show("give")}>
-        {t("pupil.give")}
-      </Button>
+      <TextButton small onPress={() => show("give")}>{t("pupil.give")}</TextButton>
       {!view.pair?.partner && (
-        <Button className={small} onPress={() => show("together")}>
-          {t("pair.begin")}
-        </Button>
+        <TextButton small onPress={() => show("together")}>{t("pair.begin")}</TextButton>
       )}
       {view.stopped && <b role="status">{t("pupil.stopped")}</b>}
       {shown === "give" && <Give onClose={() => show(null)} />}
@@ -195,9 +185,7 @@ export function PupilBar() {
         <Sheet title={me.name} onClose={() => show(null)}>
           <p>{t("pupil.number")}</p>
           <p className={css.number}>{me.number}</p>
-          <Button className={buttons.button} onPress={leave}>
-            {t("pupil.leave")}
-          </Button>
+          <TextButton onPress={leave}>{t("pupil.leave")}</TextButton>
         </Sheet>
       )}
       {view.frozen && <Cover title={t("pupil.frozen")} />}

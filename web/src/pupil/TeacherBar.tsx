@@ -1,18 +1,17 @@
 /** The teacher's bar where a pupil's project is open: whose it is, and giving it back. */
 
 import { useEffect, useState } from "react";
-import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { askTeacher } from "../classroom/ask";
 import { markSaved, openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import areas from "../ui/areas.module.css";
-import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { looking } from "./looking";
 import css from "./pupil.module.css";
 import { attemptInClass } from "./store";
+import { TextButton } from "../ui/controls";
 
 export function TeacherBar() {
   const { t } = useTranslation();
@@ -33,9 +32,7 @@ export function TeacherBar() {
     <section className={classes(areas.banner, css.bar)} aria-label={t("pupil.lookTitle")}>
       <b>{shown.project ? t("pupil.lookProject", { project: shown.project, name: who }) : t("pupil.lookDraft", { name: who })}</b>
       <span>{t("pupil.lookAbout")}</span>
-      <Button className={classes(buttons.button, buttons.small)} isDisabled={!name} onPress={() => void giveBack()}>
-        {t("pupil.giveBack", { name: who })}
-      </Button>
+      <TextButton small isDisabled={!name} onPress={() => void giveBack()}>{t("pupil.giveBack", { name: who })}</TextButton>
       {!name && <span>{t("pupil.giveNeedsName")}</span>}
     </section>
   );

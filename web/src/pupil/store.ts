@@ -6,8 +6,8 @@ import { request, UnreachableError } from "../api/service";
 import { askClass, Stream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
-import { CLASSROOM } from "../pair/classroom";
 import { receivePair } from "../pair/start";
+import type { Shared } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { findWork, type StoredWork } from "../projects/autosave";
 import { openProject, replaceBy, sameProject } from "../projects/project";
@@ -21,6 +21,17 @@ interface Pupil {
 }
 
 export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null }));
+
+/** A pair in a class: the server has the windows. */
+const CLASSROOM: Shared = {
+  read: (window) => askClass("pair/read", { window }),
+  write: (window, project, base) => askClass("pair/write", { window, project, base }),
+  take: (window, wants) => askClass("pair/take", { window, wants }),
+  swap: (wants) => askClass("pair/swap", { wants }),
+  join: () => askClass("pair/join"),
+  leave: () => askClass("pair/leave"),
+  conduct: (playing) => askClass("pair/conduct", playing),
+};
 
 const DRAFT_AFTER_MS = 2000;
 const DRAFT_AGAIN_MS = 5000;

@@ -320,7 +320,7 @@ export function socketAddress(): string {
   return url.href;
 }
 
-/** The user's name in the name of a page, as `motorcade.server.remote.fleet.named_page` makes it; null for none. */
+/** The user's name in the name of a page, as `motorcade.server.fleet.named_page` makes it; null for none. */
 export function userOf(page: string | null): string | null {
   const end = page?.lastIndexOf(" · ") ?? -1;
   return page && end > 0 ? page.slice(0, end) : null;

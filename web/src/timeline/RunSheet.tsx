@@ -1,7 +1,7 @@
 /** A run on paper: the stage with the cars' tracks, whose it is, and the program's words. */
 
 import { useState } from "react";
-import { Button, Input, Label, TextField } from "react-aria-components";
+import { Input, Label, TextField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { inLanguage } from "../i18n";
 import { useMat } from "../mat/store";
@@ -11,9 +11,8 @@ import { useSettings } from "../state/settings";
 import { useStudio, useWords } from "../state/studio";
 import { usePrintedSheet } from "../ui/areas";
 import { classes } from "../ui/classes";
-import { Sheet } from "../ui/controls";
+import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./timeline.module.css";
 
@@ -62,9 +61,7 @@ export function RunSheet({ onClose }: { onClose: () => void }) {
         )}
       </article>
       <footer className={controls.sheetFoot}>
-        <Button className={classes(buttons.button, buttons.primary)} onPress={() => window.print()}>
-          {t("run.print")}
-        </Button>
+        <TextButton primary onPress={() => window.print()}>{t("run.print")}</TextButton>
       </footer>
     </Sheet>
   );

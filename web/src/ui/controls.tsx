@@ -44,6 +44,19 @@ export function Hinted({ hint, children }: { hint: string; children: ReactNode }
   );
 }
 
+interface TextButtonProps extends ButtonProps {
+  small?: boolean;
+  /** What is usually wanted here. */
+  primary?: boolean;
+  /** Without a border. */
+  quiet?: boolean;
+}
+
+/** A button with words. */
+export function TextButton({ small = false, primary = false, quiet = false, ...props }: TextButtonProps) {
+  return <Button {...props} className={classes(buttons.button, small && buttons.small, primary && buttons.primary, quiet && buttons.quietButton)} />;
+}
+
 export function IconButton({ icon, label, ...props }: IconButtonProps) {
   return (
     <Hinted hint={label}>

@@ -17,14 +17,15 @@ export function fileName(name: string, ending: string): string {
   return `${plain || "motorcade"}${ending}`;
 }
 
-/** The file that the user chooses; null for none. */
-export function chooseFile(accept: string): Promise<File | null> {
+/** The files that the user chooses. */
+export function chooseFiles(accept: string, multiple: boolean): Promise<File[]> {
   return new Promise((resolve) => {
-    const input = document.createElement("input");
-    input.type = "file";
-    input.accept = accept;
-    input.addEventListener("change", () => resolve(input.files?.[0] ?? null));
-    input.addEventListener("cancel", () => resolve(null));
+    const input = Object.assign(document.createElement("input"), { type: "file", accept, multiple });
+    input.addEventListener("change", () => resolve([...(input.files ?? [])]));
+    input.addEventListener("cancel", () => resolve([]));
     input.click();
   });
 }
+
+/** The file that the user chooses; null for none. */
+export const chooseFile = async (accept: string) => (await chooseFiles(accept, false))[0] ?? null;

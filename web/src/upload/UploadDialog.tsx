@@ -4,7 +4,7 @@ import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { Port } from "../api/types";
 import { CarList } from "../cars/CarList";
-import { Check, Sheet } from "../ui/controls";
+import { Check, Sheet, TextButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { inLanguage } from "../i18n";
@@ -17,7 +17,6 @@ import { Icon } from "../ui/icons";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "../app/dialogs.module.css";
-import { classes } from "../ui/classes";
 
 /** The value of the choice 'a port of this browser'. */
 const BROWSER_PORT = "browser:";
@@ -80,6 +79,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   const { t, i18n } = useTranslation();
   const path = useStudio((studio) => studio.capabilities?.cars ?? "");
   const image = useStudio((studio) => studio.compiled?.image ?? null);
+  const program = useStudio((studio) => studio.name);
   const [several, setSeveral] = useState(false);
   return (
     <Sheet title={t("upload.title")} onClose={onClose} wide={several}>
@@ -89,7 +89,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
           <Kind value="several">{t("upload.manyCars")}</Kind>
         </RadioGroup>
       )}
-      {several ? <CarList path={path} language={i18n.language} image={image} /> : <OneCar onClose={onClose} />}
+      {several ? <CarList path={path} language={i18n.language} image={image} program={program} /> : <OneCar onClose={onClose} />}
       {!path && <p className={controls.quiet}>{t("upload.noCars")}</p>}
     </Sheet>
   );
@@ -173,17 +173,17 @@ function OneCar({ onClose }: { onClose: () => void }) {
       {!image && <p className={controls.quiet}>{t("upload.noImage")}</p>}
       {/* A button that is disabled under the finger would drop the focus out of the dialog: these only wait. */}
       <footer className={controls.sheetFoot}>
-        <Button className={buttons.button} isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
+        <TextButton isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
           {t("upload.readBack")}
-        </Button>
-        <Button
-          className={classes(buttons.button, buttons.primary)}
+        </TextButton>
+        <TextButton
+          primary
           isPending={busy}
           isDisabled={port === null || !image}
           onPress={() => image && void run({ image, verify })}
         >
           {t("upload.send")}
-        </Button>
+        </TextButton>
       </footer>
     </>
   );
@@ -211,9 +211,7 @@ function Result({ outcome, onOpen }: ResultProps) {
     case "image":
       return (
         <ResultBox tone="success" title={t("upload.read", { words: Math.floor((outcome.image.length * 3) / 16) })}>
-          <Button className={classes(buttons.button, buttons.small)} onPress={() => onOpen(outcome.image)}>
-            {t("upload.openAsBlocks")}
-          </Button>
+          <TextButton small onPress={() => onOpen(outcome.image)}>{t("upload.openAsBlocks")}</TextButton>
         </ResultBox>
       );
   }

@@ -1,7 +1,6 @@
 import { expect, it } from "vitest";
 import type { CompiledWord } from "../api/types";
-import { poseAt } from "../mat/dance";
-import { danceOf } from "./dance";
+import { danceOf, poseAt } from "./dance";
 
 const word = (hex: string, part: CompiledWord["part"]) => ({ hex, part }) as CompiledWord;
 // Forward, left and an LED, as the compiler makes them.
