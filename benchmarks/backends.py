@@ -112,15 +112,15 @@ def brains() -> dict[str, Callable[[], str]]:
     """What runs the steps of the brain and of the portable parsers, and returns its lines."""
     arguments = ["1", str(STEPS), "100"]
 
-    def python(script: str) -> str:
-        command = [sys.executable, str(PORTABLE / script), *arguments]
+    def cpython() -> str:
+        command = [sys.executable, str(PORTABLE / "conformance.py"), *arguments]
         return subprocess.run(command, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout
 
     def micropython() -> str:
         command = [str(PORTABLE / "run_micropython.mjs"), "conformance", *arguments]
         return str(node(command, return_completed_process=True, capture_output=True, encoding="utf-8").stdout)
 
-    found = {"CPython": lambda: python("conformance.py"), "native": lambda: python("run_compiled.py")}
+    found = {"CPython": cpython}
     if (PORTABLE / "node_modules").exists():
         return {**found, "MicroPython (WebAssembly build)": micropython}
     print("MicroPython isn't installed: run the tests once, or npm ci in tests/portable")

@@ -24,9 +24,8 @@ from test_timed_car import CARS, INFRARED, SECONDS, UPLOAD, WITHOUT_PAUSE_US, pl
 
 from motorcade import Program, compile_program, forward, wait  # noqa: E402
 from motorcade.config.profile import built_in_profile  # noqa: E402
-from motorcade.firmware.bytecode import compiled  # noqa: E402
 from motorcade.firmware.car_files import LIBRARY, board_files, settings_of  # noqa: E402
-from motorcade.firmware.install import default_pins  # noqa: E402
+from motorcade.firmware.install import compiled, default_pins  # noqa: E402
 from motorcade.words.infrared import frame_durations_us  # noqa: E402
 from support import npm_packages  # noqa: E402
 

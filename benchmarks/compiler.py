@@ -18,8 +18,7 @@ from motorcade.devices.motor import DIRECTIONS
 from motorcade.program.blocks import blocks_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, read_program
-from motorcade.program.step import Step
-from motorcade.program.steps import AvoidStep, DriveStep, LedStep, RepeatStep, TogetherStep
+from motorcade.program.steps import AvoidStep, DriveStep, LedStep, RepeatStep, Step, TogetherStep
 from motorcade.service.messages import Blocks, decode
 from motorcade.service.programs import compile_blocks
 

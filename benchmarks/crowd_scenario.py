@@ -14,7 +14,7 @@ from motorcade.program.steps import avoid, forward, led, left, pir, together, vo
 
 if TYPE_CHECKING:
     # `benchmarks/against.py` runs this with older sources, too.
-    from motorcade.program.step import Step
+    from motorcade.program.steps import Step
 
 TICK_MS = 20
 NEIGHBOURS = 6.5  # mean number of cars within a car's range of infrared

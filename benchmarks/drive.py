@@ -28,9 +28,9 @@ from rich.console import Console
 from rich.table import Table
 from swarm import result
 
+from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.client import DriveClient
-from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.drive.tls.keys import client_context
+from motorcade.drive.keys import client_context
 from motorcade.words.formats import DRIVE
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))

@@ -16,10 +16,10 @@ from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.drive import server as drive_server
 from motorcade.drive.channels import Clients
+from motorcade.drive.keys import server_context
 from motorcade.drive.listener import bind
-from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.session import CarControl
-from motorcade.drive.tls.keys import server_context
+from motorcade.drive.watchdog import watched
 from motorcade.timing import monotonic_ms
 
 NEUTRAL = (90, 1, 0)

@@ -4,8 +4,7 @@ import math
 from itertools import pairwise
 
 from motorcade.mats import Mat, Pose
-from motorcade.mats.lines import Line, way_of
-from motorcade.mats.model import Starts
+from motorcade.mats.model import Line, Starts, way_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import follow_line, led, together

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from motorcade.experiments.run import on_this_computer
-from motorcade.lab.archive import opened_archive
-from motorcade.lab.search import Method, Search, do_task
+from motorcade.lab.search import Method, Search, do_task, opened_archive
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission, mission_of
 from motorcade.missions.model import Mission

@@ -14,7 +14,8 @@ from rich.console import Console
 from motorcade import compile_program, load_profile, read_program, simulate
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import PseudoTerminal, TcpPort
-from motorcade.cli.console import print_diagnostics, words_table
+from motorcade.cli.console import words_table
+from motorcade.cli.options import print_diagnostics
 from motorcade.cli.run_tables import cars_table
 from motorcade.upload.serial_port import upload
 
@@ -28,7 +29,7 @@ def main() -> None:
     program = read_program(PROJECT.read_bytes())
     profile = load_profile(program.profile, PROJECT.parent)
     compiled = compile_program(program, profile)
-    print_diagnostics(console, compiled.diagnostics)
+    print_diagnostics(compiled.diagnostics, console)
     console.print(words_table(compiled.words, profile))
 
     with tempfile.TemporaryDirectory() as folder:
