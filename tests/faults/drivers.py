@@ -9,7 +9,7 @@ from typing import Any
 
 from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Socket
-from tests.faults.wheels import fields
+from tests.faults.wheels import FAILSAFE_S, fields
 from tests.faults.world import Process
 
 from motorcade.drive.client import DriveClient
@@ -42,14 +42,19 @@ class Driver:
         self._hold = self._broken_hold = 0
         self._broken_s = 0.0
         self._holds: dict[tuple[int, int, int], int] = {}
+        # The hold at the beginning of each connection, and when that was.
+        self._begun: dict[Socket, tuple[int, float]] = {}
 
     def freeze(self, seconds: float | None = None) -> None:
         self.run.world.count("freeze")
         self.process.freeze(seconds or self.random.choice((0.1, 0.4, 1.0, 5.0)))
 
-    def note_words(self, data: bytes) -> None:
+    def note_words(self, connection: Socket, data: bytes) -> None:
         """Commands are sent: remember when."""
         pins, now_s = self.run.pins, self.run.world.now_s
+        if connection is not self.connection:
+            self.connection = connection
+            self._broken_hold, self._broken_s = self._begun[connection]
         for (word,) in struct.iter_unpack(">I", data):
             code, setpoint = fields(word)
             if code == 1 and setpoint[2]:
@@ -68,9 +73,8 @@ class Driver:
         self.run.pins.leave(self.number, is_present)
 
     def connect(self, connection: Socket) -> None:
-        """A connection begins, perhaps before the car misses the one before it."""
-        self.connection = connection
-        self._break()
+        """A connection begins, perhaps one that its client has given up meanwhile: then it never sends anything."""
+        self._begun[connection] = self._hold, self.run.world.now_s
 
     def _break(self) -> None:
         self._broken_hold, self._broken_s = self._hold, self.run.world.now_s
@@ -118,7 +122,10 @@ class Driver:
             while run.world.now_s < end_s and not run.is_healed:
                 with suppress(CarError):
                     client.steer(*self._position(), **horn)
+                steered_s = run.world.now_s
                 await asyncio.sleep(_PERIOD_S)
+                # Who doesn't renew a command has released the stick.
+                self._hold += run.world.now_s > steered_s + FAILSAFE_S
         elif what < 0.75:
             await asyncio.sleep(random.uniform(0.1, 0.6))
         elif what < 0.85:
@@ -230,10 +237,10 @@ class Watcher:
         client.begin()
         await asyncio.sleep(self.random.uniform(0.2, 2))
         for _ in range(self.random.randint(0, 2)):
-            begin_s, car, is_calm = run.world.now_s, run.car, client.connected and not run.pins.is_disturbed
+            begin_s, car, is_calm = run.world.now_s, run.car, client.connected
             with suppress(CarError):
                 await self.stop_with(client)
-            if is_calm and not run.pins.is_disturbed and car is run.car and not car.is_dead:
+            if is_calm and not run.pins.was_disturbed(begin_s) and car is run.car and not car.is_dead:
                 took_s = run.world.now_s - begin_s
                 run.world.keep("stop-gets-through", took_s < 0.2 and client.connected, f"after {took_s:.3f} s")
             await asyncio.sleep(self.random.uniform(0.1, 1.0))
@@ -277,7 +284,7 @@ class Watcher:
     async def _stop_as_newcomer(self) -> None:
         """Stop by a new connection, which needs no place, while strangers take all places."""
         run = self.run
-        clears, car, is_calm = self._clears_before(), run.car, not run.pins.is_disturbed and not run.car.is_dead
+        clears, car, is_calm = self._clears_before(), run.car, not run.car.is_dead
         begin_s = run.world.now_s
         with suppress(OSError, asyncio.IncompleteReadError, TimeoutError):
             async with asyncio.timeout(2.0):
@@ -291,7 +298,7 @@ class Watcher:
                 writer.close()
                 self._halt(clears, car)
                 run.world.keep("stop-gets-through", bool(answer.get("ok")), answer)
-        if is_calm and not run.pins.is_disturbed and car is run.car and not car.is_dead:
+        if is_calm and not run.pins.was_disturbed(begin_s) and car is run.car and not car.is_dead:
             took_s = run.world.now_s - begin_s
             run.world.keep("stop-gets-through", took_s < 1.0, f"a newcomer's after {took_s:.3f} s")
         await asyncio.sleep(0.2)
@@ -337,6 +344,8 @@ class Stranger:
         text = random.choice(
             (b'{"do":"request"}', b'{"do":"join"}', b'{"do":"release"}', b"[1]", b"{", b'{"do":"sync"}')
         )
+        # With its length before it, it is no command either: a length of 16 begins one that moves the car.
+        text = text.ljust(48)
         return random.choice(
             (
                 b"",

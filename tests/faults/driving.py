@@ -124,7 +124,7 @@ class Driving:
     def _connected(self, name: str, port: int, socket: Socket) -> None:
         if port == COMMANDS and name.startswith("driver"):
             driver = self.drivers[int(name[-1])]
-            socket.tap = driver.note_words
+            socket.tap = partial(driver.note_words, socket)
             assert socket.peer
             driver.connect(socket)
             socket.peer.ended = partial(driver.leave, socket)

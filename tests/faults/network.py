@@ -29,6 +29,7 @@ class Link:
         delay_s, jitter_s: how long a packet takes.
         loss: the chance that one is lost, and sent again.
         down_until_s: until then nothing passes; what is sent meanwhile comes afterwards.
+        late_until_s: until then comes what a stall or a loss has held up.
     """
 
     def __init__(self, world: World, delay_s: float, jitter_s: float, loss: float) -> None:
@@ -36,7 +37,7 @@ class Link:
         self.delay_s = delay_s
         self.jitter_s = jitter_s
         self.loss = loss
-        self.down_until_s = 0.0
+        self.down_until_s = self.late_until_s = 0.0
         self.sockets: list[Socket] = []
 
     def stall(self, seconds: float) -> None:
@@ -65,9 +66,13 @@ class Link:
         now_s = self.world.now_s
         at_s = max(now_s, self.down_until_s) + self.delay_s + random.random() * self.jitter_s
         again_s = _AGAIN_S
+        is_late = now_s < self.down_until_s
         while self.loss and random.random() < self.loss:
             at_s += again_s
             again_s *= 2
+            is_late = True
+        if is_late:
+            self.late_until_s = max(self.late_until_s, at_s)
         return at_s
 
 
@@ -99,6 +104,8 @@ class Socket:
         self.tap: Callable[[bytes], None] | None = None
         self.options: dict[tuple[int, int], int] = {}
         self._random = Random(f"{self.world.seed} {address} {network.opened}")
+        # What is under way, the oldest first, and when the last of it arrives; None is the end.
+        self._packets: deque[bytes | None] = deque()
         self._last_s = 0.0
         self._under_way = 0
         self._bound = network
@@ -195,17 +202,22 @@ class Socket:
                 self.world.after(_KEEP_ALIVE_S, lambda: peer.fail(ETIMEDOUT))
 
     def _deliver(self, data: bytes | None) -> None:
-        self._last_s = max(self._last_s + 1e-9, self.link.arrival_s(self._random))
-        self.world.at(self._last_s, lambda: self._arrive(data))
+        self._packets.append(data)
+        self._expect()
 
-    def _arrive(self, data: bytes | None) -> None:
+    def _expect(self) -> None:
+        self._last_s = max(self._last_s + 1e-9, self.link.arrival_s(self._random))
+        self.world.at(self._last_s, self._arrive)
+
+    def _arrive(self) -> None:
+        """The oldest packet arrives."""
         peer = self.peer
         if peer is None or self.error or peer.error:
             return
         if self.world.now_s < self.link.down_until_s:
-            self.world.at(max(self._last_s, self.link.arrival_s(self._random)), lambda: self._arrive(data))
-            self._last_s = max(self._last_s, self.world.now_s)
+            self._expect()
             return
+        data = self._packets.popleft()
         if data is None:
             peer.has_ended = True
         else:

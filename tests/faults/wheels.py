@@ -11,6 +11,8 @@ NEUTRAL = (90, 1, 0)
 FAILSAFE_S, KILLED_S, STALE_S, ANSWER_S, SILENCE_S, HAND_OVER_S = 0.300, 0.330, 0.150, 1.0, 4.0, 5.0
 # Steps of stamps and clocks, and the time of a thread to run.
 _STEPS_S = 0.012
+# Hardware that fails is told again so long afterwards.
+_RETRY_S = 0.050
 # A loop needs so long to learn that a connection has ended.
 _AT_ONCE_S = 0.01
 
@@ -67,6 +69,8 @@ class Pins:
         self.is_halted = False
         self.is_armed = self.is_free = self.has_guard = True
         self._fastest_s.clear()
+        # What comes before the server is ready waits in the system.
+        self.disturb(0.0)
 
     def disturb(self, seconds: float, is_guarded: bool = False) -> None:
         """The car's software doesn't run as it should for a time; ``is_guarded``: the guard has to stop the wheels."""
@@ -77,7 +81,11 @@ class Pins:
 
     @property
     def is_disturbed(self) -> bool:
-        return self.world.now_s <= self._disturbed_until_s + KILLED_S
+        return self.was_disturbed(self.world.now_s)
+
+    def was_disturbed(self, since_s: float) -> bool:
+        """Whether the car's software didn't run as it should at some time since then."""
+        return since_s <= self._disturbed_until_s + KILLED_S
 
     def leave(self, driver: int, is_present: bool) -> None:
         """A driver's connection has ended: the present one, or one before it, which the car misses only now."""
@@ -139,8 +147,8 @@ class Pins:
 
     def _check_delay(self, link: Link, sent_s: float, begin_s: float) -> None:
         """Without stamps nobody sees that a command is old, so nothing but the network may delay it."""
-        if not self.is_disturbed and not link.loss and sent_s > link.down_until_s:
-            late_s = link.delay_s + link.jitter_s + _STEPS_S + 2 * self._lateness_s
+        late_s = link.delay_s + link.jitter_s + _STEPS_S + 2 * self._lateness_s
+        if not self.is_disturbed and begin_s > link.late_until_s + late_s:
             self.world.keep("no-old-command", begin_s - sent_s <= late_s, f"{begin_s - sent_s:.3f} s old, no stamp")
 
     def neutral(self, by: str) -> None:
@@ -186,7 +194,9 @@ class Pins:
             limit_s += _STEPS_S + 3 * self._lateness_s
             silent_s = now_s - since_s
             self.world.keep("stands-in-time", silent_s <= limit_s, f"the wheels turn {silent_s:.3f} s later")
-            self.world.keep("stop-holds", not self.is_halted, "the wheels turn after an emergency stop")
+            is_told_again = now_s - self._failed_s <= _RETRY_S + _STEPS_S + 3 * self._lateness_s
+            is_standing = not self.is_halted or is_told_again
+            self.world.keep("stop-holds", is_standing, "the wheels turn after an emergency stop")
             if self._gone_s is not None and not self.is_disturbed:
                 gone_s = now_s - self._gone_s
                 self.world.keep("gone-stops", gone_s <= _AT_ONCE_S + 3 * self._lateness_s, f"{gone_s:.3f} s later")

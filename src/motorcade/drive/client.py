@@ -306,7 +306,10 @@ class DriveClient:
         axes = self._switch.next(_ticks())
         if axes is not None:
             self._sent_s = _now_s()
-            self._connection.send(self._stamped(stick_word(*axes) if self._may_move else NEUTRAL))
+            if not self._may_move:
+                self._connection.send(self._stamped(NEUTRAL))
+                return
+            self._connection.send(self._stamped(stick_word(*axes)))
             present = self.telemetry.switches if self.telemetry else {}
             for word in switch_words(self._switch.switches(_ticks()), present or {}):
                 self._connection.send(self._stamped(word))

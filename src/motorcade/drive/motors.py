@@ -57,6 +57,8 @@ class Wheels:
         self._watches_battery = drive.battery_low_mv > 0
         self._is_limited = bool(drive.acceleration_max_mm_per_s2 or self._sees_obstacles or self._watches_battery)
         self._is_programmed = False
+        # Whether ``before_moving`` has agreed since the wheels stood still.
+        self._may_move = False
         board.neutral()
         self.is_neutral = True
 
@@ -148,6 +150,7 @@ class Wheels:
 
     def _stand_still(self) -> None:
         self.limiter.stop()
+        self._may_move = False
         self.applied = NEUTRAL_SETPOINT
         try:
             if self._is_programmed:
@@ -168,9 +171,11 @@ class Wheels:
         self._is_programmed = False
 
     def _leave_neutral(self) -> None:
-        if self.is_neutral:
+        # Also where the board has refused to be neutral: whoever is asked may be gone meanwhile.
+        if not self._may_move:
             self.is_neutral = False
             self.before_moving()
+            self._may_move = True
 
 
 class Switchboard:
