@@ -239,14 +239,13 @@ class DiskPath(PurePosixPath):
             yield from child.rglob(pattern)
 
     def mkdir(self, mode: int = 0o777, parents: bool = False, exist_ok: bool = False) -> None:
-        if self.exists():
-            if exist_ok and self.is_dir():
-                return
-            raise _error(EEXIST, self)
         if parents and not self.parent.exists():
             self.parent.mkdir(parents=True, exist_ok=True)
         self.disk.begin("mkdir", self)
-        self.disk.create(self, True)
+        if not self.exists():
+            self.disk.create(self, True)
+        elif not (exist_ok and self.is_dir()):
+            raise _error(EEXIST, self)
 
     def touch(self, mode: int = 0o666, exist_ok: bool = True) -> None:
         self.disk.begin("touch", self)
@@ -296,9 +295,9 @@ class DiskPath(PurePosixPath):
 
     def open(self, mode: str = "rb") -> "_File":
         assert "b" in mode, "files are opened as bytes"
+        self.disk.begin("open", self)
         if "x" in mode and self.exists():
             raise _error(EEXIST, self)
-        self.disk.begin("open", self)
         if not self.exists() and "r" not in mode:
             self.disk.create(self, False)
         node = self.disk.find(self)
