@@ -125,7 +125,8 @@ class Fleet:
                 self.fleet = fleet
                 begin_s = self.world.now_s
                 await fleet.known(3.0)
-                self.world.keep("nobody-waits", self.world.now_s < begin_s + 3.3, "for those that don't answer")
+                is_soon = self.world.now_s < begin_s + 3.3 or process.frozen_until_s > begin_s
+                self.world.keep("nobody-waits", is_soon, "for those that don't answer")
                 while not self.is_healed:
                     await self._act(fleet)
                 await self._end(fleet)
@@ -167,9 +168,10 @@ class Fleet:
         for car in self.cars:
             car.awaits = kind
             if kind == GO:
-                car.is_halted, car.stop_due_s = False, None
+                car.is_halted, car.stop_due = False, None
             elif self._is_reached(fleet, car):
-                car.stop_due_s = self.world.now_s + STOP_S
+                # While a car stores an image it does nothing else.
+                car.stop_due = self.world.now_s, self.world.now_s + STOP_S + 6 * self.slow_s
         fleet.order(kind)
 
     def _is_reached(self, fleet: Cars, car: RoomCar) -> bool:
@@ -203,14 +205,18 @@ class Fleet:
                 continue
             old, count = before[car.host]
             if verdict.holds == NEW:
-                self.world.keep("verified", image in car.stored[count:], f"{car.name} never stored it")
+                # After an error at the very end of storing, the car may begin with it.
+                is_stored = image in car.stored[count:] or car.failed_late_s >= begin_s
+                self.world.keep("verified", is_stored, f"{car.name} never stored it")
             elif verdict.holds == OLD and car.failed_late_s < begin_s:
                 is_old = car.holds() != image or old == image or car.holds() == old
                 self.world.keep("says-what-it-holds", is_old, f"{car.name} holds the new program")
         now_s = self.world.now_s
         self.world.keep("nobody-waits", now_s - begin_s < _MOST_LOAD_S, f"all waited for {now_s - begin_s:.0f} s")
         off = [each for each in self.cars if each.ended_s > begin_s]
-        if all(each in off or each.is_quiet(begin_s - 2.0) for each in self.cars):
+        is_calm = teacher is not None and teacher.frozen_until_s < begin_s
+        # Only the cars that are switched off, and were well until then, keep anybody waiting.
+        if is_calm and all(each.was_quiet if each in off else each.is_quiet(begin_s - 2.0) for each in self.cars):
             waited = [each.name for each in off if each.off_until_s() - each.ended_s > _DEAD_S]
             self.world.keep("nobody-waits", not waited, f"the others waited for {waited}, who are off")
 
@@ -260,7 +266,7 @@ class Fleet:
         self.world.count("kill")
         self.fleet = None
         for car in self.cars:
-            car.stop_due_s = None
+            car.stop_due = None
             car.disturb(1.0)
         self.teacher.end()
         self.world.after(self.random.choice((0.05, 1.5)), self.start_teacher)

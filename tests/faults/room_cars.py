@@ -57,8 +57,9 @@ class RoomCar:
         quiet_since_s: since when nothing has disturbed it, its line or its disk.
         failed_late_s: when a disk error left either file.
         ended_s, on_s: when it was switched off, and on.
+        was_quiet: whether it was well when it was switched off.
         is_halted: whether it has answered a stop, and no order to go on has been sent since.
-        stop_due_s: until when it has to stand.
+        stop_due: when a stop was sent, and until when it has to stand.
         awaits: the last order of the teacher's program, until it has done that.
     """
 
@@ -77,7 +78,8 @@ class RoomCar:
         self.speed = 0
         self.is_halted = False
         self.awaits = ""
-        self.stop_due_s: float | None = None
+        self.was_quiet = True
+        self.stop_due: tuple[float, float] | None = None
         self.process: Process | None = None
         room.disk.create(self.folder, True)
         room.disk.create(self.path, False).data = first
@@ -91,8 +93,8 @@ class RoomCar:
         self.quiet_since_s = max(self.quiet_since_s, self.room.world.now_s + seconds)
 
     def is_quiet(self, since_s: float) -> bool:
-        """Whether nothing has disturbed the car since a time, so that promises to healthy cars hold."""
-        return self.quiet_since_s <= since_s and self.process is not None and not self.process.is_dead
+        """Whether nothing has disturbed the car or its line since a time, so that promises to healthy cars hold."""
+        return max(self.quiet_since_s, self.link.late_until_s) <= since_s and self.process is not None and not self.process.is_dead
 
     def holds(self) -> bytes:
         try:
@@ -105,7 +107,7 @@ class RoomCar:
         room = self.room
         process = self.process = Process(room.world, f"car {self.number}", room.random.choice((0.001, 0.02)))
         process.offset_s = room.random.uniform(0, 1e6)
-        self.is_halted, self.stop_due_s, self.speed, self.on_s = False, None, 0, room.world.now_s
+        self.is_halted, self.stop_due, self.speed, self.on_s = False, None, 0, room.world.now_s
         room.world.note("on", process.name)
 
         def main() -> None:
@@ -142,7 +144,7 @@ class RoomCar:
                 if request and request.kind in (STOP, GO):
                     if request.kind == self.awaits:
                         self.awaits = ""
-                    self.is_halted, self.stop_due_s = request.kind == STOP, None
+                    self.is_halted, self.stop_due = request.kind == STOP, None
                     keeps = request.kind == GO or self.speed == 0
                     self.room.world.keep("stop-gets-through", keeps, f"{self.name} drives, and answers a stop")
                 return answered
@@ -160,6 +162,7 @@ class RoomCar:
         """Kill the car's program; it starts again some time later, or when all faults have ended."""
         if self.process and not self.process.is_dead:
             self.room.world.count("kill")
+            self.was_quiet = self.is_quiet(self.room.world.now_s - 2.0)
             off_s = self.room.random.choice((0.1, 1.0, 6.0, 60.0))
             self.disturb(off_s + BACK_S)
             self.process.end()
@@ -178,10 +181,11 @@ class RoomCar:
     def check(self) -> None:
         """A stop that was sent to a healthy car is done in time."""
         now_s = self.room.world.now_s
-        if self.stop_due_s is not None and now_s > self.stop_due_s:
-            is_late = self.is_quiet(self.stop_due_s - STOP_S) and self.speed > 0
-            self.room.world.keep("stop-gets-through", not is_late, f"{self.name} drives {STOP_S} s after a stop")
-            self.stop_due_s = None
+        if self.stop_due and now_s > self.stop_due[1]:
+            sent_s, due_s = self.stop_due
+            is_late = self.is_quiet(sent_s) and self.speed > 0
+            self.room.world.keep("stop-gets-through", not is_late, f"{self.name} drives {due_s - sent_s} s after a stop")
+            self.stop_due = None
 
 
 def multicast(places: Sequence[tuple[str, str, int]], random: Random) -> dict[str, ModuleType]:

@@ -99,7 +99,7 @@ class Contact:
         self._fields: dict[str, str] = {}
         self._heard_s: float | None = None
         self._problem: MotorcadeError | None = None
-        self._loads = 0
+        self._loads = self._orders = 0
 
     @property
     def name(self) -> str:
@@ -128,6 +128,7 @@ class Contact:
     def order(self, kind: str) -> None:
         """Send STOP or GO at once, and again until the car confirms it."""
         self.wanted = kind
+        self._orders += 1
         if self._link:
             self._send(self._link, kind)
 
@@ -214,10 +215,13 @@ class Contact:
         raise MotorcadeError("car-away", car=self.name)
 
     def _send(self, link: Link, kind: str) -> None:
+        orders = self._orders
+
         def take(answer: asyncio.Future[Answer]) -> None:
             if not answer.cancelled():
                 self._hear(answer.result())
-                if kind == self.wanted and not self._problem:
+                # The answer to an order says nothing of the next one, also where that is of the same kind.
+                if kind == self.wanted and orders == self._orders and not self._problem:
                     self.wanted = ""
 
         link.send(kind).add_done_callback(take)
