@@ -92,9 +92,13 @@ async def test_a_frozen_network_brings_no_old_commands_when_it_goes_on():
 
 
 @mock_clock
-async def test_nothing_moves_before_the_client_has_answered_the_cars_clock():
+async def test_nothing_moves_or_sounds_before_the_client_has_answered_the_cars_clock():
     async with loop_car() as car, behind_proxies(car) as (driver, proxies):
         proxies[1].set_both(held=True)
+        for _ in range(20):
+            driver.steer(0.0, 0.0, horn=1)
+            await pass_time(0.05)
+        assert car.board.switched == []
         async with driving(driver):
             await pass_time(1.0)
             assert not car.board.has_moved()

@@ -255,6 +255,7 @@ BREAKS = (
         "        had_some = bool(self._requests)\n",
         "        had_some = bool(self._requests)\n        if self._uploader is not None:\n            return False\n",
     ),
+    Break("any-answer-confirms-a-stop", "fleet", "fleet/contact.py", " and orders == self._orders", ""),
     # A class.
     Break(
         "one-library-for-all",

@@ -94,7 +94,11 @@ class RoomCar:
 
     def is_quiet(self, since_s: float) -> bool:
         """Whether nothing has disturbed the car or its line since a time, so that promises to healthy cars hold."""
-        return max(self.quiet_since_s, self.link.late_until_s) <= since_s and self.process is not None and not self.process.is_dead
+        return (
+            max(self.quiet_since_s, self.link.late_until_s) <= since_s
+            and self.process is not None
+            and not self.process.is_dead
+        )
 
     def holds(self) -> bytes:
         try:
@@ -184,7 +188,9 @@ class RoomCar:
         if self.stop_due and now_s > self.stop_due[1]:
             sent_s, due_s = self.stop_due
             is_late = self.is_quiet(sent_s) and self.speed > 0
-            self.room.world.keep("stop-gets-through", not is_late, f"{self.name} drives {due_s - sent_s} s after a stop")
+            self.room.world.keep(
+                "stop-gets-through", not is_late, f"{self.name} drives {due_s - sent_s} s after a stop"
+            )
             self.stop_due = None
 
 

@@ -5,7 +5,7 @@ import socket
 import sys
 import threading
 from binascii import crc32
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 
 import pytest
@@ -19,7 +19,18 @@ from motorcade.errors import MotorcadeError
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.contact import Contact
 from motorcade.fleet.places import Place, place_of
-from motorcade.words.request import ASK, BLINK, GO, NAME, STOP, car_request, check_request
+from motorcade.words.request import (
+    ASK,
+    BLINK,
+    GO,
+    NAME,
+    REQUEST_BYTES,
+    STOP,
+    answer_line,
+    car_request,
+    check_request,
+    read_request,
+)
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
 from support.waiting import until
 
@@ -119,6 +130,34 @@ def test_a_car_that_is_away_is_known_to_be_and_is_stopped_first_when_it_is_back(
     with closing(socket.create_server(("127.0.0.1", 0))) as reserved:
         port = reserved.getsockname()[1]
     address = f"127.0.0.1:{port}"
+    run(test())
+
+
+def test_a_stop_is_not_confirmed_by_the_answer_to_the_one_before():
+    stops = []
+
+    async def serve(reader, writer):
+        with closing(writer), suppress(asyncio.IncompleteReadError):
+            while request := read_request(await reader.readexactly(REQUEST_BYTES)):
+                if request.kind == STOP:
+                    stops.append(lambda request=request: writer.write(answer_line(request, (("state", "stopped"),))))
+                else:
+                    writer.write(answer_line(request, ()))
+
+    async def test():
+        listener = await asyncio.start_server(serve, "127.0.0.1", 0)
+        port = listener.sockets[0].getsockname()[1]
+        async with listener, Cars([place_of(f"127.0.0.1:{port}")]) as cars:
+            await cars.known(30)
+            for _ in range(2):
+                cars.order(STOP)
+            await until(lambda: len(stops) >= 2)
+            stops[0]()
+            await until(lambda: cars.statuses()[0].state == "stopped")
+            assert len(await cars.confirmed(0)) == 1
+            stops[1]()
+            assert await cars.confirmed(30) == []
+
     run(test())
 
 
