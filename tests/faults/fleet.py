@@ -310,7 +310,7 @@ class Fleet:
         for link in self.network.links.values():
             link.down_until_s, link.loss = 0.0, 0.0
         for process in self.world.processes:
-            process.frozen_until_s = 0.0
+            process.frozen_until_s = min(process.frozen_until_s, self.world.now_s)
         for car in self.cars:
             car.start_again()
 

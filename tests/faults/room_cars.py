@@ -53,7 +53,7 @@ class RoomCar:
 
     Attributes:
         host: its address.
-        stored: what its store may hold, the newest last.
+        stored: what it has stored, and begun with, the newest last.
         quiet_since_s: since when nothing has disturbed it, its line or its disk.
         failed_late_s: when a disk error left either file.
         ended_s, on_s: when it was switched off, and on.
@@ -124,6 +124,8 @@ class RoomCar:
                 room.world.wait()
                 raise
             room.world.keep("image-whole", image in self.known, lambda: f"{self.name} begins {image!r}")
+            # It may have been switched off just when the image was stored.
+            self.stored.append(image)
             line = TcpPort(self.host, PORT, Time.monotonic, selector=Selector())
 
             def save(data: bytes) -> None:
