@@ -20,7 +20,7 @@ const WORDS = [
   { hex: "ec800000", part: "followers", block: "b" },
   { hex: "ec800000", part: "followers", block: "b" },
 ] as const;
-const compiled = (image: string) => ({ image, words: [...WORDS], diagnostics: [], left_out: [] }) as never;
+const compiled = (image: string) => ({ image, words: [...WORDS], states: 1, follower_words: 0, diagnostics: [], left_out: [] }) as never;
 const zone = (name: string, corners_m: number[][], centre_m: number[] | null = null): MissionZone => ({
   name,
   title: { en: name, zh: name },
@@ -119,6 +119,14 @@ describe("trials", () => {
     expect(closed).toBe(1);
     // What ran before the edit can be compared with.
     expect(useTrials.getState().before?.image).toBe("AAAA");
+    end();
+  });
+
+  it("begin nothing without blocks", () => {
+    useStudio.setState({ compiled: { ...(compiled("AAAA") as object), states: 0 } as never });
+    const end = new TrialStream(new Session()).watch();
+    playing(true);
+    expect(sent).toEqual([]);
     end();
   });
 

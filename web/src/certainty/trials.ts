@@ -118,9 +118,9 @@ export class TrialStream {
 
   private play(): void {
     this.run = presentRun();
-    const { capabilities } = useStudio.getState();
-    // A class shares one computer: whoever wants it there asks for it.
-    if (!capabilities?.classroom) this.begin();
+    const { capabilities, compiled } = useStudio.getState();
+    // A class shares one computer: whoever wants it there asks for it. Without blocks there is nothing to try.
+    if (!capabilities?.classroom && compiled && compiled.states + compiled.follower_words > 0) this.begin();
   }
 
   private close(): void {

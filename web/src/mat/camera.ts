@@ -34,6 +34,8 @@ const WHOLE_MAT_SHARE = 0.8;
 /** How long a car is drawn: at most, and at least where there are so few cars. */
 const LONGEST_PX = 90;
 const SHORTEST_PX = 24;
+/** So short they may be where a mission has zones: where to drive is more than how a car looks. */
+const SHORTEST_TO_ZONES_PX = 10;
 const FEW_CARS = 200;
 
 export function toWorld(camera: Camera, size: Size, px: number, py: number): Point {
@@ -106,13 +108,15 @@ export const grown = (box: Box, by: number): Box => ({ left: box.left - by, bott
 export const around = (boxes: readonly Box[]): Box | null =>
   boxAround(boxes.flatMap(({ left, right }) => [left, right]), boxes.flatMap(({ bottom, top }) => [bottom, top]));
 
+const leastScale = ({ carM, zones = [] }: Pick<Cast, "carM" | "zones">): number => (zones.length ? SHORTEST_TO_ZONES_PX : SHORTEST_PX) / carM;
+
 /** The cars with air around them and, where all fit, the zones, the roads, and the mat; null without cars. */
 function boxToFrame({ x, y, carM, zones = [], roads, mat }: Cast, size: Size): Box | null {
   const cars = boxAround(x, y);
   if (!cars) return null;
   const least = SHORTEST_PX / carM;
   const told = around([grown(cars, AIR_M), ...zones.map((each) => grown(each, ZONE_AIR_M))])!;
-  if (fitted(told, size).scale < least) return grown(cars, AIR_M);
+  if (fitted(told, size).scale < leastScale({ carM, zones })) return grown(cars, AIR_M);
   const driven = roads ? around([told, grown(roads, ZONE_AIR_M)])! : told;
   const all = fitted(driven, size).scale < least ? told : driven;
   const { scale } = fitted(all, size);
@@ -126,7 +130,7 @@ export function framed(cast: Cast, size: Size): Camera | null {
   const box = boxToFrame(cast, size);
   if (!box) return null;
   const camera = fitted(box, size, LONGEST_PX / carM);
-  const least = SHORTEST_PX / carM;
+  const least = leastScale(cast);
   if (all || x.length > FEW_CARS || camera.scale >= least) return camera;
   const [cx, cy] = [x[first] ?? x[0]!, y[first] ?? y[0]!];
   return fitted({ left: cx, right: cx, bottom: cy, top: cy }, size, least);
@@ -143,7 +147,7 @@ export function isWellFramed(camera: Camera, cast: Cast, size: Size): boolean {
   const [left, top] = toScreen(camera, size, [box.left, box.top]);
   const [right, bottom] = toScreen(camera, size, [box.right, box.bottom]);
   const isWhole = left >= 0 && top >= 0 && right <= size.width && bottom <= size.height - OVER_PX.bottom / 2;
-  return isWhole || (!cast.all && wished.scale <= SHORTEST_PX / cast.carM + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
+  return isWhole || (!cast.all && wished.scale <= leastScale(cast) + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
 }
 
 /** On the way from one camera to another; the scale changes evenly to the eye. */

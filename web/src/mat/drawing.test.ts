@@ -76,6 +76,8 @@ describe("the camera", () => {
     expect(isWellFramed(framed(cast([0], [0]), SIZE)!, { ...cast([0], [0]), zones: [zone] }, SIZE)).toBe(false);
     const far = framed({ ...cast([0], [0]), zones: [{ ...zone, right: 500 }] }, SIZE)!;
     expect(far.scale * 0.15).toBeCloseTo(90);
+    const small = framed({ ...cast([0], [0]), zones: [{ ...zone, right: 6 }] }, SIZE)!;
+    expect(toScreen(small, SIZE, [6, 1])[0]).toBeLessThan(SIZE.width);
   });
 
   it("shows roads whole where the cars are large enough then", () => {

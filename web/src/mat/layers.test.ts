@@ -30,13 +30,14 @@ it("the camera shows all cars of a mission, however small", () => {
   expect(isWellFramed(framed(some, size)!, long, size)).toBe(false);
 });
 
-it("zones' names have the page's font", () => {
+it("zones' names have the page's font and stand at the upper edge, where no car waits", () => {
   document.body.style.fontFamily = "Page, serif";
   const zones = new ZoneLayer({ accent: 0x112233 } as unknown as MatTheme);
   zones.setZones([{ name: "a", title: { en: "Garage", zh: "车库" }, corners_m: [], centre_m: [1, 1], radius_m: 0.5 }]);
   zones.draw(1);
   const names = zones.view.children.flatMap(({ children }) => children).filter((each) => each instanceof Text);
   expect(names.map(({ text, style }) => [text, style.fontFamily])).toEqual([["Garage", "Page, serif"]]);
+  expect(names.map(({ position, anchor }) => [position.x, position.y, anchor.y])).toEqual([[1000, 1496, 0]]);
 });
 
 it("all cars that a goal tells of are ringed, each once", () => {

@@ -3,6 +3,7 @@
 import { Container, Graphics, Text, type TextStyleOptions } from "pixi.js";
 import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
+import { boxOfZone } from "./camera";
 import { type MatTheme, pageFont } from "./colours";
 
 // Legible on each floor, by day and by night.
@@ -15,6 +16,9 @@ const NAME_STYLE: Partial<TextStyleOptions> = {
   wordWrap: true,
   wordWrapWidth: 110,
 };
+
+/** Between the edge of a zone and its name. */
+const NAME_AIR_PX = 4;
 
 export class ZoneLayer {
   readonly view = new Container();
@@ -44,7 +48,8 @@ export class ZoneLayer {
     this.drawnFor = drawnFor;
     const g = this.areas.clear();
     for (const name of this.names.removeChildren()) name.destroy();
-    for (const { title, corners_m, centre_m, radius_m } of this.zones) {
+    for (const zone of this.zones) {
+      const { title, corners_m, centre_m, radius_m } = zone;
       if (centre_m) g.circle(centre_m[0]! * 1000, centre_m[1]! * 1000, radius_m! * 1000);
       else {
         corners_m.forEach(([x, y], place) => (place ? g.lineTo(x! * 1000, y! * 1000) : g.moveTo(x! * 1000, y! * 1000)));
@@ -54,10 +59,10 @@ export class ZoneLayer {
       const name = this.names.addChild(new Text({ text: inLanguage(title), style: { ...NAME_STYLE, fontFamily: pageFont() } }));
       // The world's y axis goes up.
       name.scale.set(1 / scale, -1 / scale);
-      name.anchor.set(0.5);
-      const corners = centre_m ? [centre_m] : corners_m;
-      const middle = (axis: 0 | 1) => (Math.min(...corners.map((each) => each[axis]!)) + Math.max(...corners.map((each) => each[axis]!))) * 500;
-      name.position.set(middle(0), middle(1));
+      // At the upper edge, since cars come to the middle.
+      name.anchor.set(0.5, 0);
+      const { left, right, top } = boxOfZone(zone);
+      name.position.set((left + right) * 500, top * 1000 - NAME_AIR_PX / scale);
     }
   }
 }
