@@ -114,6 +114,30 @@ def test_frames_one_behind_the_other_are_found(frames, unit_us):
     assert hear(FrameReceiver(unit_us), on_air_us) == frames
 
 
+@pytest.mark.parametrize("before_us", [[560], [*frame_durations_us(0xA0000001)]])
+def test_a_header_needs_its_mark(before_us):
+    """Whatever was before: noise, or a whole frame."""
+    receiver = FrameReceiver()
+    found = hear(receiver, before_us)
+    for duration_us in frame_durations_us(0xFFFFFFFF)[1:]:
+        receiver.receive_space(duration_us) if duration_us in (4_480, 1_680) else receiver.receive_mark(duration_us)
+    assert receiver.next_frame() is None
+    assert len(found) == len(before_us) // 67
+
+
+def test_the_first_space_of_all_begins_nothing():
+    receiver = FrameReceiver()
+    for position, duration_us in enumerate(frame_durations_us(0)[1:]):
+        receiver.receive_mark(duration_us) if position % 2 else receiver.receive_space(duration_us)
+    assert receiver.next_frame() is None
+
+
+def test_a_unit_may_be_odd():
+    durations_us = frame_durations_us(0, 561)
+    durations_us[2] = 281
+    assert hear(FrameReceiver(561), durations_us) == [0]
+
+
 @given(frame=WORDS, off_percent=st.lists(st.integers(-25, 25), min_size=67, max_size=67))
 def test_a_frame_is_found_though_each_duration_is_off(frame, off_percent):
     nominal_us = frame_durations_us(frame)

@@ -1,7 +1,7 @@
 """The receiver of uploads with little memory, and with little work a call."""
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.words import receiver, upload
@@ -47,8 +47,11 @@ def test_work_that_silence_interrupts_is_finished_before_the_next_bytes_are_take
     assert [event.answer for event in events_of(end, arrivals, 0)] == [upload.ok_line(LARGEST), NEW_OK]
 
 
-@given(image=images(), most_words=st.integers(SMALLEST, 12), cut=st.integers(4, 44))
-def test_an_image_larger_than_the_car_holds_is_refused_as_soon_as_its_header_is_there(image, most_words, cut):
+@given(states=st.integers(0, 40), most_words=st.integers(SMALLEST, 40), cut=st.integers(4, 44))
+@example(states=SMALLEST, most_words=SMALLEST, cut=4)
+@example(states=SMALLEST - 1, most_words=SMALLEST, cut=4)
+def test_an_image_larger_than_the_car_holds_is_refused_as_soon_as_its_header_is_there(states, most_words, cut):
+    image = bytes([states, 0, 0, 0]) + bytes.fromhex("64800000") * states
     words = len(image) // 4
     car = Car(OLD, most_words)
     kinds, answer = car.take(image[:cut], 0)

@@ -64,8 +64,35 @@ def test_what_a_stranger_asks_is_read_or_is_no_request(text):
     assert asked is None or request.answer_line(asked, ()).startswith(b"OK car=")
 
 
-def test_only_the_spaces_behind_a_name_are_no_part_of_it():
-    assert request.read_request(request.car_request("n", 0, "\u3000ada")).name == "\u3000ada"
+@pytest.mark.parametrize("name", ["\u3000ada", "XanaX"])
+def test_only_the_spaces_behind_a_name_are_no_part_of_it(name):
+    assert request.read_request(request.car_request("n", 0, name)).name == name
+
+
+def test_a_request_without_a_name_has_none_and_begins_with_its_header():
+    asked = request.car_request("a", 1)
+    assert request.read_request(asked).name == ""
+    assert request.read_request(b"\0" + asked[1:]) is None
+
+
+def test_a_stranger_s_answer_is_split_at_spaces_and_at_the_first_equals_sign_alone():
+    asked = request.Request("a", "01", "")
+    line = request.answer_line(asked, (("name", "a=b\u3000c"),))
+    assert request.read_answer(line) == {"car": "a01", "name": "a=b\u3000c"}
+    assert request.read_answer(b"x sum=1 " + line) == {"car": "a01", "name": "a=b\u3000c"}
+
+
+def test_an_answer_that_another_one_cut_off_is_none():
+    line = request.answer_line(request.Request("a", "01", ""), ())
+    assert request.read_answer(line[:9] + line) is None
+    beginning = request.check_words(5, 1)
+    ready = request.ready_line(beginning, NEW)
+    assert request.held_checksum(ready, beginning) == crc32(NEW)
+    assert request.held_checksum(beginning + ready, beginning) is None
+
+
+def test_a_line_with_the_right_sum_that_is_no_answer_is_none():
+    assert request.read_answer(f"x sum={crc32(b'x'):08x}\n".encode()) is None
 
 
 @given(asked=REQUESTS, before=st.sampled_from([b"", NEW, request.check_request(crc32(NEW), 1)]), start_ms=STARTS_MS)
@@ -114,7 +141,20 @@ def test_an_older_car_keeps_its_program():
 
 @pytest.mark.parametrize(
     ("name", "may"),
-    [("ada", 1), ("阿达-2_x", 1), ("", 0), ("a b", 0), ("a=b", 0), ("é" * 17, 0), ("a\n", 0), ("\x7f", 0), ("\x80", 1)],
+    [
+        ("ada", 1),
+        ("x", 1),
+        ("x" * 32, 1),
+        ("x" * 33, 0),
+        ("阿达-2_x", 1),
+        ("", 0),
+        ("a b", 0),
+        ("a=b", 0),
+        ("é" * 17, 0),
+        ("a\n", 0),
+        ("\x7f", 0),
+        ("\x80", 1),
+    ],
 )
 def test_names_are_letters_of_any_language(name, may):
     assert request.is_car_name(name) == bool(may)

@@ -104,7 +104,12 @@ def test_silence_is_noticed_when_the_next_byte_comes():
 
 
 @pytest.mark.parametrize(
-    ("bad", "reason"), [(BAD_HEADER, b"image-header word=0x0001"), (BAD_WORD, b"image-word position=1 word=0x40000001")]
+    ("bad", "reason"),
+    [
+        (BAD_HEADER, b"image-header word=0x0001"),
+        (BAD_WORD, b"image-word position=1 word=0x40000001"),
+        (bytes.fromhex("01000000 40000200"), b"image-word position=1 word=0x40000200"),
+    ],
 )
 def test_after_bytes_that_are_no_image_only_silence_begins_the_next(bad, reason):
     car = Car(OLD)
@@ -162,6 +167,14 @@ def test_the_messages_of_a_starting_board_are_no_answer(boot):
     assert end.next_event() == (upload.VERIFIED, "OK words=3 crc32=325d103a")
 
 
+def test_the_position_of_a_bad_word_counts_from_its_own_header():
+    car = Car(OLD)
+    bad = bytes.fromhex("02000000 65800000 40000001")
+    kinds, answer = car.take(request.check_request(crc32(bad), 1) + bad, 0)
+    assert kinds == [upload.CHECK, upload.REFUSED]
+    assert b"image-word position=2" in answer
+
+
 @pytest.mark.parametrize("answer", [b"OK words=3 crc32=325d103b", b"OK words=2 crc32=325d103a", b"OK words=3"])
 def test_an_answer_about_another_image_is_a_mismatch_that_shows_both(answer):
     end = waiting_uploader()
@@ -179,6 +192,8 @@ def test_an_answer_about_another_image_is_a_mismatch_that_shows_both(answer):
         (b"\xffERR busy", "busy"),
         (b"\x7fERR busy", "busy"),
         (b"xERR busy", None),
+        (b" ERR busy", None),
+        (b"ERR a ERR b", "a ERR b"),
         (b"~ERR a", None),
     ],
 )
@@ -205,8 +220,14 @@ def test_two_seconds_after_the_last_byte_a_silent_car_is_reported(sent_ms):
     assert outcomes(end, b"", sent_ms - 10_000 & LAST_TICK) == []  # a slow line may take as long as it likes
     end.finish_sending(sent_ms)
     assert outcomes(end, b"OK words=3", sent_ms + 1_999 & LAST_TICK) == []
-    assert outcomes(end, b"", sent_ms + 2_000 & LAST_TICK) == [upload.SILENT]
+    end.receive_data(b"", sent_ms + 2_000 & LAST_TICK)
+    assert end.next_event() == (upload.SILENT, Phrase("no-answer-within", duration_ms=2000))
     assert outcomes(end, b"", sent_ms + 9_000 & LAST_TICK) == []
+
+
+def test_a_large_image_has_more_time():
+    """An EEPROM takes 3.4 ms a byte."""
+    assert upload.answer_within_ms(bytes(2044)) == 10_220
 
 
 def test_without_verifying_an_upload_is_sent_and_never_verified():
@@ -248,7 +269,7 @@ def test_a_car_that_stops_is_reported_to_the_reader(data, detail):
 
 @pytest.mark.parametrize(
     ("data", "detail"),
-    [(b"ERR busy\n", "busy"), (BAD_HEADER, "dwell is 3"), (BAD_WORD, "parity is 1"), (b"ready\n", "no image")],
+    [(b"ERR busy\nready\n", "busy"), (BAD_HEADER, "dwell is 3"), (BAD_WORD, "parity is 1"), (b"ready\n", "no image")],
 )
 def test_what_comes_back_and_is_no_image_is_refused_with_the_reason(data, detail):
     end = upload.ReadbackEnd(0)
@@ -256,6 +277,7 @@ def test_what_comes_back_and_is_no_image_is_refused_with_the_reason(data, detail
     outcome = end.next_event()
     assert outcome.kind == upload.REFUSED
     assert detail in str(outcome.detail)
+    assert "?" not in str(outcome.detail)
 
 
 @pytest.mark.parametrize(("answer", "kind"), [(NO_PROGRAM, upload.IMAGE), (NEW, upload.IMAGE), (b"no", upload.SILENT)])
