@@ -50,7 +50,8 @@ def test_the_next_tick_is_due_when_something_happens(car: Arbiter, now: int) -> 
     assert due == 201
     due = car.tick((now + 301) & TICKS_MASK)
     assert (state(car), due) == ("failsafe", 4700)
-    car.tick((now + 301 + due) & TICKS_MASK)
+    assert car.tick((now + 5000) & TICKS_MASK) == 1
+    car.tick((now + 5001) & TICKS_MASK)
     assert car.driver == NOBODY
 
 
@@ -108,9 +109,12 @@ def test_five_seconds_after_the_drivers_last_command_anybody_may_drive(car: Arbi
     assert car.command(1, STILLS[1], 5002) == WATCHING
 
 
-def test_a_refused_command_of_the_driver_is_a_sign_of_life(car: Arbiter) -> None:
+@pytest.mark.parametrize(("stops", "outcome"), [(False, NEEDS_NEUTRAL), (True, HALTED)])
+def test_a_refused_command_of_the_driver_is_a_sign_of_life(car: Arbiter, stops: bool, outcome: int) -> None:
     car.command(1, MOVES[1], 0)
-    assert car.command(1, MOVES[1], 4000) == NEEDS_NEUTRAL
+    if stops:
+        car.stop()
+    assert car.command(1, MOVES[1], 4000) == outcome
     assert car.command(2, STILLS[2], 8000) == WATCHING
 
 
@@ -126,7 +130,9 @@ def test_the_wheel_passes_to_who_asked_once_the_car_stands(car: Arbiter) -> None
 
 
 def test_who_asks_while_the_car_stands_has_the_wheel_at_once(car: Arbiter) -> None:
+    assert car.word == NEUTRAL
     assert car.request(2, 0) is True
+    assert car.request(2, 5) is True
     assert car.command(1, MOVES[1], 10) == WATCHING
     car.command(2, STILLS[2], 20)
     assert car.request(1, 30) is True

@@ -170,8 +170,6 @@ class Arbiter:
                 if session == self.driver:
                     self.commanded_ms = now
                 return outcome
-        if self.wanted_by == session:
-            self.wanted_by = NOBODY
         self.driver = session
         self.commanded_ms = now
         self.state = following
