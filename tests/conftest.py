@@ -29,6 +29,8 @@ HERE = Path(__file__).parent
 # What the tests of a folder need besides Python; `make quick` runs those that need nothing.
 MARKERS = {"browser": "browser", "site": "browser", "arduino": "chip", "portable": "chip", "firmware": "chip"}
 MARKERS |= {"server": "server", "classroom": "server", "upload": "server", "cameras": "server"}
+# Their tests wait for pages, processes and sockets: one that fails runs once more (docs/adr/0042-second-try.md).
+SECOND_TRY = {"browser", "site", "server", "classroom", "upload", "cameras", "cli", "drive", "fleet"}
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -37,6 +39,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         folder = item.path.relative_to(HERE).parts[0]
         if folder in MARKERS:
             item.add_marker(MARKERS[folder])
+        if folder in SECOND_TRY:
+            item.add_marker(pytest.mark.flaky(reruns=1))
     # Not above: pytest chooses the profile after it has read this file.
     from support.soak import SOAK
 

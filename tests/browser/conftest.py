@@ -20,7 +20,6 @@ from support.studio_page import StudioPage
 OpenPage = Callable[..., StudioPage]
 Studio = StudioProcess | SiteServer
 
-HERE = Path(__file__).parent
 # So many lines of what a page shows when its test fails, from its top and from its end, where dialogs and notices are.
 TOP_LINES, END_LINES = 25, 15
 
@@ -74,13 +73,6 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
                     shown[TOP_LINES:-END_LINES] = ["…"]
                 report.sections.append((f"page {page.url}", "\n".join(shown)))
     return report
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test here that fails runs once more, and the summary names it (docs/adr/0042-second-try.md)."""
-    for item in items:
-        if item.path.is_relative_to(HERE):
-            item.add_marker(pytest.mark.flaky(reruns=1))
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

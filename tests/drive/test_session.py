@@ -98,6 +98,19 @@ def test_silence_stops_the_wheels_once(car: Car, session: ControlSession) -> Non
     assert (car.state, car.control.telemetry().failsafes) == ("failsafe", 1)
 
 
+def test_without_its_guard_a_car_stands_also_where_the_board_refused_to(car: Car, session: ControlSession) -> None:
+    def fail() -> None:
+        raise OSError("the guard is gone")
+
+    car.control.wheels.before_moving = fail
+    car.board.broken = True
+    session.command(STILL)
+    car.board.broken = False
+    session.command(STILL)
+    session.command(MOVE)
+    assert set(car.board.told) == {NEUTRAL}
+
+
 def test_a_profile_says_how_long_a_command_counts(session: ControlSession) -> None:
     car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
     car.control.session("ada").command(MOVE)

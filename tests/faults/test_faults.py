@@ -9,7 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from tests.faults.breaks import BREAKS
+from tests.faults.broken_places import BREAKS
 from tests.faults.promises import BEGIN, DOCUMENTS, END, PROMISES, table
 from tests.faults.run import SCENARIOS, commit, first_broken, run
 

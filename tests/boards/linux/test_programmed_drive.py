@@ -15,7 +15,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
 from motorcade.drive.session import CarControl
-from motorcade.drive.wire import DriveError, stick_word
+from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE, LIGHTS
 from motorcade.words.ticks import TICKS_MASK
@@ -347,21 +347,6 @@ def test_the_motor_guard_is_called_before_the_program_moves_the_wheels(made, pin
     car.session.clear()
     car.session.resume_program()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
-
-
-def test_without_its_guard_a_car_stands_also_where_the_hardware_refused_to_stop(made, pins, monkeypatch):
-    car, still = made(), monkeypatch.context()
-
-    def fail():
-        raise OSError("the guard is gone")
-
-    car.control.wheels.before_moving = fail
-    with still as broken:
-        broken.setattr(car.board, "neutral", fail)
-        car.session.command(stick_word(0.0, 0.0))
-    for throttle in (0.0, 1.0):
-        car.session.command(stick_word(throttle, 0.0))
-        assert wheels(pins) == ALL_STILL
 
 
 # The end
