@@ -41,9 +41,10 @@ def test_no_call_checks_more_words_than_it_may(work_words):
     assert upload.ok_line(LARGEST).endswith(f"{r[receiver.CRC]:08x}\n".encode())
 
 
-def test_work_that_silence_interrupts_is_finished_before_the_next_bytes_are_taken():
+@pytest.mark.parametrize("silence_ms", [500, 600])
+def test_work_that_silence_interrupts_is_finished_before_the_next_bytes_are_taken(silence_ms):
     end = upload.CarEnd(work_words=10)
-    arrivals = [(LARGEST, 0), (NEW, 600)] + [(b"", 0)] * 60
+    arrivals = [(LARGEST, 0), (NEW, silence_ms)] + [(b"", 0)] * 60
     assert [event.answer for event in events_of(end, arrivals, 0)] == [upload.ok_line(LARGEST), NEW_OK]
 
 

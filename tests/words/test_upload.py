@@ -77,10 +77,12 @@ def test_the_image_is_stored_when_its_last_byte_is_there_and_not_before():
     assert car.take(NEW[-1:], 0)[0] == [upload.IMAGE]
 
 
-def test_a_car_takes_no_more_memory_however_much_comes_at_once():
+@pytest.mark.parametrize("cut", [0, 5, 24, 47])
+def test_a_car_takes_no_more_memory_however_much_comes_at_once(cut):
     end = upload.CarEnd(12)
     size = len(end._buffer)
-    events_of(end, [(request.check_request(crc32(NEW), 1) * 40 + NEW * 5, 0), (b"", 600)], 0)
+    much = request.check_request(crc32(NEW), 1) * 40 + NEW * 5
+    events_of(end, [(much[:cut], 0), (much[cut:], 0), (b"", 600)], 0)
     assert len(end._buffer) == size
     assert [event.answer for event in events_of(end, [(NEW, 0)], 1200)] == [NEW_OK]
 
@@ -109,6 +111,12 @@ def test_silence_is_noticed_when_the_next_byte_comes():
         (BAD_HEADER, b"image-header word=0x0001"),
         (BAD_WORD, b"image-word position=1 word=0x40000001"),
         (bytes.fromhex("01000000 40000200"), b"image-word position=1 word=0x40000200"),
+        # No dwell where words for followers are; a dwell, or tags, where none are; more than tags.
+        (bytes.fromhex("00010000"), b"image-header word=0x00010000"),
+        (bytes.fromhex("01000100"), b"image-header word=0x01000100"),
+        (bytes.fromhex("01000001"), b"image-header word=0x01000001"),
+        (bytes.fromhex("01000101"), b"image-header word=0x01000101"),
+        (bytes.fromhex("01010102"), b"image-header word=0x01010102"),
     ],
 )
 def test_after_bytes_that_are_no_image_only_silence_begins_the_next(bad, reason):
@@ -165,6 +173,21 @@ def test_the_messages_of_a_starting_board_are_no_answer(boot):
     assert outcomes(end, boot, 10) == []
     end.receive_data(NEW_OK.replace(b"\n", b"\r\n"), 20)
     assert end.next_event() == (upload.VERIFIED, "OK words=3 crc32=325d103a")
+
+
+def test_an_image_behind_its_check_fits_into_a_buffer_that_both_fill():
+    """It moves to the beginning of the buffer once the check is taken."""
+    image = bytes([9, 0, 0, 0]) + bytes.fromhex("64800000") * 9
+    car = Car(OLD, 12)
+    kinds, answer = car.take(request.check_request(crc32(image), 1) + image, 0)
+    assert (kinds, car.stored) == ([upload.CHECK, upload.IMAGE], image)
+    assert answer.endswith(upload.ok_line(image))
+
+
+def test_what_was_cut_off_counts_from_its_own_header():
+    car = Car(OLD)
+    car.take(CHECK_OF_NEW + NEW[:6], 0)
+    assert car.take(b"", 500) == ([upload.REFUSED], b"ERR cut off after 6 bytes\n")
 
 
 def test_the_position_of_a_bad_word_counts_from_its_own_header():
