@@ -20,6 +20,7 @@ _COMMANDS, _TELEMETRY = 5005, 5006
 _PERIOD_S = 0.06
 _ANGLES, _SPEEDS = 181, 78
 _HORN_BIT = 1 << 26
+_STILL = struct.pack(">I", 1 << 28 | 90 << 20 | 1 << 19)
 
 
 class Driver:
@@ -309,15 +310,31 @@ class Watcher:
 
 
 class Stranger:
-    """Somebody who opens connections, says nothing or nonsense, asks without reading, or takes places."""
+    """Somebody who opens connections, says nothing or nonsense, asks without reading, or takes places.
 
-    def __init__(self, run: Any, number: int) -> None:
+    One of a crowd ``holds`` two places: together with the drivers they take all nine.
+    """
+
+    def __init__(self, run: Any, number: int, holds: bool = False) -> None:
         self.run = run
+        self._holds = holds
         self.process = Process(run.world, f"stranger {number}", 0.001)
         self.random = Random(f"{run.world.seed} stranger {number}")
 
     def start(self) -> None:
-        SimulatedLoop(self.process, self.run.network).run(self._bother)
+        SimulatedLoop(self.process, self.run.network).run(self._hold if self._holds else self._bother)
+
+    async def _hold(self) -> None:
+        self.run.world.count("stranger")
+        writers: list[asyncio.StreamWriter] = []
+        while True:
+            with suppress(OSError):
+                writers = [each for each in writers if not each.is_closing()]
+                while len(writers) < 2:
+                    writers.append((await asyncio.open_connection("car", _COMMANDS))[1])
+                for writer in writers:
+                    writer.write(_STILL)
+            await asyncio.sleep(0.3)
 
     async def _bother(self) -> None:
         self.run.world.count("stranger")
@@ -352,7 +369,7 @@ class Stranger:
                 # No command, wherever the car begins to read.
                 bytes(each for each in random.randbytes(random.randint(1, 60)) if each >> 4 not in (1, 2)),
                 # A command with speed 0, which takes a place.
-                struct.pack(">I", 1 << 28 | 90 << 20 | 1 << 19),
+                _STILL,
                 struct.pack(">I", len(text)) + text,
                 struct.pack(">I", 1 << 30),
             )

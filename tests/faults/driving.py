@@ -115,7 +115,10 @@ class Driving:
             self.drivers.append(SeedDriver(self, 2, rearm=True))
             self.pins.unstamped[2] = self.network.links["driver 2"]
         self.watcher = Watcher(self)
-        self.strangers = [Stranger(self, number) for number in range(4) if random.random() < 0.1]
+        # A draw of its own: without it the other seeds would be other runs.
+        is_crowd = Random(f"{room.seed} crowd").random() < 0.04
+        some = [number for number in range(4) if random.random() < 0.1]
+        self.strangers = [Stranger(self, number, is_crowd) for number in (range(4) if is_crowd else some)]
         self.pins.has_strangers = bool(self.strangers)
         room.checks.append(self.pins.check)
         self.pins.moved.append(lambda driver, setpoint: self.drivers[driver].note_moved(setpoint))
