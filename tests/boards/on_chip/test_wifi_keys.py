@@ -34,7 +34,8 @@ pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has
 def command(request, tmp_path):
     """How to run the car: the interpreter, and its environment."""
     if request.param == "cpython":
-        return [sys.executable], dict(os.environ)
+        # What it prints comes at once.
+        return [sys.executable, "-u"], dict(os.environ)
     # Debian has no package of it: `make -C ports/unix` of its sources builds it, with mbedtls.
     if not (found := shutil.which("micropython")):
         pytest.skip("no micropython: MicroPython's Unix build, with mbedtls, in PATH")
