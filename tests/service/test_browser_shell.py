@@ -48,7 +48,7 @@ def said(sent):
 def test_requests_are_answered(shell):
     assert ask(shell, "capabilities")["answer"]["most_cars"] > 0
     assert "square" in [each["id"] for each in ask(shell, "examples")["answer"]]
-    project = ask(shell, "example", {"id": "square"})["answer"]
+    project = ask(shell, "example", {"name": "square"})["answer"]
     blocks = {name: project[name] for name in ("leader", "followers", "profile")}
     assert ask(shell, "compile", blocks)["answer"]["image"]
 
@@ -57,9 +57,9 @@ def test_requests_are_answered(shell):
     ("name", "message", "code"),
     [
         ("no-such-request", "{}", "not-found"),
-        ("example", '{"id": "none"}', "no-example"),
+        ("example", '{"name": "none"}', "no-example"),
         ("example", "{", "bad-message"),
-        ("example", '{"id": 1}', "bad-message"),
+        ("example", '{"name": 1}', "bad-message"),
         ("open", '{"text": "[1]"}', "not-a-project"),
     ],
 )
@@ -141,7 +141,7 @@ def transfer(shell, clock, number, order):
 
 def test_the_virtual_car_keeps_what_was_uploaded(shell, clock):
     assert [port["port"] for port in ask(shell, "ports")["answer"]] == ["virtual"]
-    blocks = {name: ask(shell, "example", {"id": "square"})["answer"][name] for name in ("leader", "followers")}
+    blocks = {name: ask(shell, "example", {"name": "square"})["answer"][name] for name in ("leader", "followers")}
     image = ask(shell, "compile", blocks)["answer"]["image"]
     empty = {"outcome": "image", "image": "AAAAAA=="}
     assert transfer(shell, clock, 1, {"port": "virtual", "readback": True}) == [empty]

@@ -9,7 +9,6 @@ from motorcade.engine.moment import EVENT_ROW, HEARD, NO_INDEX, RUNS, SENDS, unp
 from motorcade.errors import MotorcadeError
 from motorcade.locales import catalogue, languages
 from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History, event_table, pack_picture
-from motorcade.service.messages import EventRows
 from motorcade.words.infrared import tagged_frame
 from support.pictures import Picture, pack_moment
 
@@ -91,7 +90,7 @@ FRAME, LOST, START = (KINDS.index(kind) for kind in ("frame", "lost", "start"))
 
 
 def rows_of(*events):
-    return EventRows(b"".join(EVENT_ROW.pack(*event) for event in events))
+    return b"".join(EVENT_ROW.pack(*event) for event in events)
 
 
 def test_a_table_has_a_row_for_each_event_and_words_without_their_tags():
@@ -106,11 +105,11 @@ def test_a_table_has_a_row_for_each_event_and_words_without_their_tags():
         ["7", "0", "frame", "", "0x65800000", "0", "3"],
         ["9", "2", "lost", "parity", "0xFFFFFFFF", "1", "0"],
     ]
-    assert event_table(EventRows(b"")).text.strip() == "t_ms,car,event,why,word,other,tag"
+    assert event_table(b"").text.strip() == "t_ms,car,event,why,word,other,tag"
 
 
 @pytest.mark.parametrize("rows", [b"\0" * 19, b"\xff" * 20])
 def test_other_bytes_are_refused(rows):
     with pytest.raises(MotorcadeError) as refused:
-        event_table(EventRows(rows))
+        event_table(rows)
     assert refused.value.code == "bad-message"

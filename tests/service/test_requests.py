@@ -181,8 +181,8 @@ def test_an_invalid_message_is_refused_in_every_language(refused, name, body, co
     [
         ("nothing", {}, "not-found"),
         ("../compile", {}, "not-found"),
-        ("example", {"id": "x"}, "no-example"),
-        ("example", {"id": "../square"}, "no-example"),
+        ("example", {"name": "x"}, "no-example"),
+        ("example", {"name": "../square"}, "no-example"),
         ("compile", {"leader": {}, "profile": "lorry"}, "unknown-profile"),
     ],
 )
@@ -265,7 +265,7 @@ def test_a_profile_has_the_values_of_its_levels(ask):
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=str)
 def test_an_example_compiles_without_diagnostics_and_its_mat_has_the_cars_for_it(ask, example):
-    project = ask("example", {"id": example})
+    project = ask("example", {"name": example})
     answer = ask("compile", {key: project[key] for key in ("leader", "followers", "profile")})
     assert answer["diagnostics"] == []
     leads = mat_from(project["mat"], most_cars=100).starts.leads

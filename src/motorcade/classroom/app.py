@@ -46,7 +46,7 @@ from motorcade.server.studio.app import TEACHERS_CARS, real_cars
 from motorcade.server.studio.app import routes as studio_routes
 from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
-from motorcade.service.messages import Nothing, Sentence, Text, decode, sentences
+from motorcade.service.messages import Nothing, Sentence, decode, sentences
 from motorcade.service.missions import mission_in
 from motorcade.sockets import network_of
 
@@ -177,7 +177,7 @@ async def _report(running: RunningClass, request: Request) -> Response:
     language, pupils = _language(request), list(running.room.record.pupils)
     async with running.bodies.loaded(request) as data:
         order = decode(data, ReportOrder)
-        mission = mission_in(Text(order.text)) if order.mission is None else built_in_mission(order.mission)
+        mission = mission_in(order.text) if order.mission is None else built_in_mission(order.mission)
         async with running.reporting:
             page = await to_thread.run_sync(class_report, running.folder, order.files or pupils, mission, language)
     return HTMLResponse(page)

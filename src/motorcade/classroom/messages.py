@@ -6,13 +6,12 @@ has changed. `web/src/generated/classroom.ts` is written from these types by `sc
 """
 
 from collections.abc import Callable
-from inspect import Parameter, signature
+from inspect import signature
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
-import msgspec
 from msgspec import Meta, Struct
 
-from motorcade.service.messages import LibraryEntry, MatDocument, Nothing, Project, Sentence
+from motorcade.service.messages import LibraryEntry, MatDocument, Nothing, Project, Sentence, message_of
 from motorcade.service.missions import MissionGoal, MissionZone
 from motorcade.service.world_messages import Refused
 
@@ -57,14 +56,7 @@ def request(name: str, *, is_open: bool = False, stores: bool = False) -> Callab
     def declare(method: _Method) -> _Method:
         found = signature(method)
         given = tuple(name for name in GIVEN if name in found.parameters)
-        fields = [
-            (each.name, each.annotation)
-            if each.default is Parameter.empty
-            else (each.name, each.annotation, each.default)
-            for each in list(found.parameters.values())[1:]
-            if each.name not in GIVEN
-        ]
-        message = msgspec.defstruct(f"_{method.__name__}", fields, forbid_unknown_fields=True)
+        message = message_of(method, ("self", *GIVEN), forbid_unknown_fields=True)
         answer = found.return_annotation or Nothing
         method.exchange = Exchange(name, message, answer, method, given, is_open, stores)  # type: ignore[attr-defined]
         return method

@@ -15,7 +15,7 @@ from typing import Annotated, NamedTuple, get_type_hints
 from motorcade.engine.events import KINDS, LOSS_REASONS, LOST
 from motorcade.engine.moment import EVENT_BYTES, EVENT_ROW, Event, unpack_events
 from motorcade.errors import MotorcadeError
-from motorcade.service.messages import EventRows, Text
+from motorcade.service.messages import Text
 from motorcade.words.infrared import tag_of, word_of
 
 PICTURE = 1
@@ -178,9 +178,9 @@ def table_text(events: bytes, has_head: bool = False) -> str:
     return text.getvalue()
 
 
-def event_table(sent: EventRows) -> Text:
+def event_table(rows: bytes) -> Text:
     """Return the page's events as CSV. Raises MotorcadeError where they aren't whole rows of events."""
     try:
-        return Text(table_text(sent.rows, has_head=True))
+        return Text(table_text(rows, has_head=True))
     except (struct.error, IndexError):
         raise MotorcadeError("bad-message", reason="these are no rows of events") from None

@@ -19,7 +19,6 @@ from motorcade.missions.schema import FORMAT as MISSION_FORMAT
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, read_document
 from motorcade.service import messages
-from motorcade.service.messages import ProjectVersion
 
 # A character takes at most four bytes, three where it is quoted: with a digest a file name stays below 255 bytes.
 LONGEST_NAME = 60
@@ -187,11 +186,18 @@ class _File(Struct):
     missions: list[_Project] = []
 
 
+class LeftOut(Struct):
+    """A version of a project that couldn't be read."""
+
+    name: str
+    version: int
+
+
 class Exported(Struct):
-    """The text of the file, and the versions that couldn't be read and aren't in it."""
+    """The text of the file, and the versions that aren't in it."""
 
     text: str
-    left_out: list[ProjectVersion] = []
+    left_out: list[LeftOut] = []
 
 
 class ImportedProject(Struct):
@@ -224,20 +230,20 @@ class Imported(Struct):
 
 def export_all(storage: Storage, owner: str) -> Exported:
     """Return the file of all projects and own missions of ``owner`` with all versions, and the stars of missions."""
-    left_out: list[ProjectVersion] = []
+    left_out: list[LeftOut] = []
     return Exported("".join(_pieces(storage, owner, left_out)), left_out)
 
 
 def export_answer(storage: Storage, owner: str) -> Iterator[bytes]:
     """Yield `export_all`'s answer as JSON; one version of a project is in memory at a time."""
-    left_out: list[ProjectVersion] = []
+    left_out: list[LeftOut] = []
     yield b'{"text":"'
     for piece in _pieces(storage, owner, left_out):
         yield json.dumps(piece, ensure_ascii=False)[1:-1].encode()
     yield b'","left_out":' + msgspec.json.encode(left_out) + b"}"
 
 
-def _pieces(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Iterator[str]:
+def _pieces(storage: Storage, owner: str, left_out: list[LeftOut]) -> Iterator[str]:
     """Yield the text of the file; versions that can't be read are added to ``left_out``."""
     yield '{\n "format": "motorcade-projects/1",\n "projects": ['
     yield from _all_of(storage, owner, left_out)
@@ -246,7 +252,7 @@ def _pieces(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Ite
     yield "]\n}\n"
 
 
-def _all_of(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Iterator[str]:
+def _all_of(storage: Storage, owner: str, left_out: list[LeftOut]) -> Iterator[str]:
     """Yield the texts of an owner's projects, with a comma between two of them, or two versions."""
     for number, entry in enumerate(storage.list(owner)):
         head = json.dumps(entry.name, ensure_ascii=False)
@@ -256,7 +262,7 @@ def _all_of(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> Ite
             try:
                 text = storage.read(owner, entry.name, version.version).decode()
             except (MotorcadeError, UnicodeDecodeError):
-                left_out.append(ProjectVersion(entry.name, version.version))
+                left_out.append(LeftOut(entry.name, version.version))
             else:
                 whole = {"saved_at": version.saved_at, "text": text}
                 yield f"{comma}\n   {json.dumps(whole, ensure_ascii=False)}"

@@ -3,7 +3,9 @@
 `web/src/generated/messages.ts` is written from these types by `scripts/generate.py`.
 """
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from inspect import Parameter, signature
 from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
@@ -26,6 +28,7 @@ MatDocument = Annotated[dict[str, Any], Meta(title="MatDocument")]
 MissionDocument = dict[str, Any]
 
 RangeMm = Annotated[int, Meta(ge=1, le=20_000)]
+VersionNumber = Annotated[int, Meta(ge=0, lt=1 << 30)]
 
 
 class Nothing(Struct):
@@ -149,12 +152,9 @@ class Diagnostic(Struct, omit_defaults=True):
     fixes: list[Fix] = []
 
 
-class BlocksAndText(Struct):
+class BlocksAndText(Blocks):
     """The blocks in both editors, and the Python text beside them; an empty text where there is none yet."""
 
-    leader: WorkspaceState
-    followers: WorkspaceState | None = None
-    profile: str = "classroom"
     text: str = ""
 
 
@@ -214,22 +214,10 @@ class Text(Struct):
     text: str
 
 
-class EventRows(Struct):
-    """Events of a run, 20 bytes each, as a picture has them."""
-
-    rows: bytes
-
-
-class Image(Struct):
-    """An image's bytes, as base64."""
-
-    image: bytes
-
-
 Level = Literal["start", "words", "python"]
 
 
-class Project(Struct):
+class Project(Blocks):
     """The page's project.
 
     Attributes:
@@ -238,9 +226,6 @@ class Project(Struct):
         level: how much the page shows; None for what its user chose last.
     """
 
-    leader: WorkspaceState
-    followers: WorkspaceState | None = None
-    profile: str = "classroom"
     mat: MatDocument | None = None
     range_mm: RangeMm | None = None
     python: str | None = None
@@ -267,32 +252,6 @@ class StoredProject(Project):
 
     name: str = ""
     version: int = 0
-
-
-class ProjectName(Struct):
-    """The name of a project in the library."""
-
-    name: str
-
-
-class ProjectVersion(Struct):
-    """A version of a project; None for the newest."""
-
-    name: str
-    version: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
-
-
-class ProjectToSave(Struct):
-    """A project, and its name in the library.
-
-    Attributes:
-        base: the version that it was made from, 0 where it was made from none; it is refused where the library has
-            another newest version. None: it is stored in any case.
-    """
-
-    name: str
-    project: Project
-    base: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
 
 
 class SavedVersion(Struct):
@@ -331,12 +290,6 @@ class Version(Struct):
 
     version: int
     saved_at: str
-
-
-class ExampleName(Struct):
-    """The name of an example program."""
-
-    id: str
 
 
 Difficulty = Literal[1, 2, 3]
@@ -378,6 +331,16 @@ class Port(Struct):
 def sentences(phrase: Any) -> Sentence:
     """Return a phrase or an error in every language."""
     return {language: phrase.sentence(language) for language in languages()}
+
+
+def message_of(function: Callable[..., Any], given: Collection[str], **options: Any) -> type[Struct]:
+    """Return the type of a message whose fields are the parameters of a function, except those that are ``given``."""
+    fields = [
+        (each.name, each.annotation) if each.default is Parameter.empty else (each.name, each.annotation, each.default)
+        for each in signature(function).parameters.values()
+        if each.name not in given
+    ]
+    return msgspec.defstruct(f"_{function.__name__}", fields, **options)
 
 
 def decode(data: bytes | str, kind: type[T]) -> T:

@@ -136,13 +136,6 @@ class MissionAttempt(Struct):
     followers: WorkspaceState | None = None
 
 
-class MissionToSave(Struct):
-    """A mission of the user's own, and its name in the library."""
-
-    name: str
-    document: MissionDocument
-
-
 class CheckedGoal(Struct):
     """The result of a goal on all seeds: met, or why it was lost on the first seed on which it was.
 
@@ -243,17 +236,16 @@ def _told(mission: model.Mission) -> dict[str, Any]:
     }
 
 
-def mission_in(file: Text) -> model.Mission:
+def mission_in(text: str) -> model.Mission:
     """Return the mission in a file's text, TOML or JSON. Raises MotorcadeError, which names the place of a fault."""
-    if "motorcade-mission" not in file.text:
+    if "motorcade-mission" not in text:
         raise MotorcadeError("not-a-mission")
-    kind = "JSON" if file.text.lstrip("\ufeff \t\r\n").startswith("{") else "TOML"
-    return parse_mission(file.text, OWN, kind)  # type: ignore[arg-type]
+    return parse_mission(text, OWN, "JSON" if text.lstrip("\ufeff \t\r\n").startswith("{") else "TOML")
 
 
-def open_mission_text(file: Text) -> Mission:
+def open_mission_text(text: str) -> Mission:
     """Return what the page shows of the mission in a file's text. Raises MotorcadeError as `mission_in`."""
-    return open_mission(MissionChoice(document=mission_in(file).document), {})
+    return open_mission(MissionChoice(document=mission_in(text).document), {})
 
 
 def mission_text(choice: MissionChoice) -> Text:

@@ -69,10 +69,10 @@ def profile_figures() -> list[messages.ProfileFigures]:
     return figures
 
 
-def decompile_image(image: messages.Image) -> messages.Project:
+def decompile_image(image: bytes) -> messages.Project:
     """Return a project whose blocks compile to an image. Raises MotorcadeError where there is none."""
     try:
-        return project_of(decompile(bytes_to_words(image.image)))
+        return project_of(decompile(bytes_to_words(image)))
     except DecompileError as problem:
         raise MotorcadeError("not-decompiled", reason=problem) from None
 

@@ -3,19 +3,21 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any, NamedTuple
 
 import msgspec
+from msgspec import Struct, structs
 
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import library, messages, missions, why
+from motorcade.service import library, messages, missions
 from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
-from motorcade.service.messages import Nothing, decode
+from motorcade.service.messages import Nothing, decode, message_of
 from motorcade.service.programs import (
     blocks_to_python,
     compile_blocks,
@@ -23,11 +25,12 @@ from motorcade.service.programs import (
     profile_figures,
     python_to_blocks,
 )
+from motorcade.service.why import carry_out
 
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What a shell provides for the requests.
+    """What a shell provides for the requests. Its methods answer those that need it.
 
     Attributes:
         capabilities: what the shell can do.
@@ -43,60 +46,80 @@ class Context:
     owner: str = ""
     open_worlds: OpenWorlds = open_worlds_here
 
+    def list_capabilities(self) -> messages.Capabilities:
+        return self.capabilities
 
-class Request(NamedTuple):
-    """A request: the types of its message and its answer, and the function that answers it."""
+    def list_ports(self) -> list[messages.Port]:
+        return self.ports()
 
-    message: Any
-    answer: Any
-    function: Callable[[Any, Context], Any]
+    def list_projects(self) -> list[messages.LibraryEntry]:
+        return self.storage.list(self.owner)
 
+    def read_project(self, name: str, version: messages.VersionNumber | None = None) -> messages.StoredProject:
+        """Return a version of a project; None for the newest."""
+        if version is None:
+            version = self.storage.history(self.owner, name)[0].version
+        text = self.storage.read(self.owner, name, version)
+        try:
+            project = open_text(text)
+        except ProgramError:
+            raise MotorcadeError("damaged-version", name=name) from None
+        return messages.StoredProject(**structs.asdict(project), name=name, version=version)
 
-def _save_text(project: messages.Project, context: Context) -> messages.Text:
-    return messages.Text(project_text(project))
+    def write_project(
+        self, name: str, project: messages.Project, base: messages.VersionNumber | None = None
+    ) -> messages.SavedVersion:
+        """Store a project; ``base`` as `Storage.write_version` takes it."""
+        return self._write(self.owner, name, project_text(project), base)
 
+    def list_versions(self, name: str) -> list[messages.Version]:
+        return self.storage.history(self.owner, name)
 
-def _list_projects(message: Nothing, context: Context) -> list[messages.LibraryEntry]:
-    return context.storage.list(context.owner)
+    def delete_project(self, name: str) -> Nothing:
+        self.storage.delete(self.owner, name)
+        return Nothing()
 
+    def find_place(self) -> messages.StorageState:
+        return self.storage.place(self.owner)
 
-def _read_project(wanted: messages.ProjectVersion, context: Context) -> messages.StoredProject:
-    version = wanted.version
-    if version is None:
-        version = context.storage.history(context.owner, wanted.name)[0].version
-    text = context.storage.read(context.owner, wanted.name, version)
-    try:
-        project = open_text(text)
-    except ProgramError:
-        raise MotorcadeError("damaged-version", name=wanted.name) from None
-    return messages.StoredProject(**msgspec.structs.asdict(project), name=wanted.name, version=version)
+    def export_projects(self) -> library.Exported:
+        return library.export_all(self.storage, self.owner)
 
+    def import_projects(self, text: str) -> library.Imported:
+        return library.import_all(self.storage, self.owner, text)
 
-def _write_project(sent: messages.ProjectToSave, context: Context) -> messages.SavedVersion:
-    data = project_text(sent.project).encode()
-    version = context.storage.write_version(context.owner, sent.name, data, sent.base)
-    return messages.SavedVersion(version, context.storage.place(context.owner).stays)
+    def list_missions(self) -> list[missions.MissionEntry]:
+        return missions.list_missions(self.storage.stars(self.owner))
 
+    def open_mission(self, choice: messages.MissionChoice) -> missions.Mission:
+        return missions.open_mission(choice, self.storage.stars(self.owner))
 
-def _list_versions(named: messages.ProjectName, context: Context) -> list[messages.Version]:
-    return context.storage.history(context.owner, named.name)
+    def list_own_missions(self) -> list[messages.LibraryEntry]:
+        return self.storage.list(mission_library(self.owner))
 
+    def read_own_mission(self, name: str) -> missions.Mission:
+        with _of_mission():
+            text = self.storage.read(mission_library(self.owner), name)
+        return missions.open_mission_text(text.decode(errors="replace"))
 
-def _delete_project(named: messages.ProjectName, context: Context) -> Nothing:
-    context.storage.delete(context.owner, named.name)
-    return Nothing()
+    def write_own_mission(self, name: str, document: messages.MissionDocument) -> messages.SavedVersion:
+        text = missions.mission_text(messages.MissionChoice(document=document)).text
+        return self._write(mission_library(self.owner), name, text)
 
+    def delete_own_mission(self, name: str) -> Nothing:
+        with _of_mission():
+            self.storage.delete(mission_library(self.owner), name)
+        return Nothing()
 
-def _list_missions(message: Nothing, context: Context) -> list[missions.MissionEntry]:
-    return missions.list_missions(context.storage.stars(context.owner))
+    def check_mission(self, attempt: missions.MissionAttempt) -> missions.MissionResult:
+        result = missions.check_attempt(attempt, self.open_worlds)
+        if attempt.mission.document is None:
+            result.earned = self.storage.add_stars(self.owner, attempt.mission.id, result.stars)
+        return result
 
-
-def _open_mission(choice: messages.MissionChoice, context: Context) -> missions.Mission:
-    return missions.open_mission(choice, context.storage.stars(context.owner))
-
-
-def _list_own_missions(message: Nothing, context: Context) -> list[messages.LibraryEntry]:
-    return context.storage.list(mission_library(context.owner))
+    def _write(self, owner: str, name: str, text: str, base: int | None = None) -> messages.SavedVersion:
+        version = self.storage.write_version(owner, name, text.encode(), base)
+        return messages.SavedVersion(version, self.storage.place(self.owner).stays)
 
 
 @contextmanager
@@ -108,81 +131,71 @@ def _of_mission() -> Iterator[None]:
         raise MotorcadeError("no-own-mission", **problem.details) if problem.code == "no-project" else problem from None
 
 
-def _read_own_mission(wanted: messages.ProjectName, context: Context) -> missions.Mission:
-    with _of_mission():
-        text = context.storage.read(mission_library(context.owner), wanted.name)
-    return missions.open_mission_text(messages.Text(text.decode(errors="replace")))
+def _save_text(project: messages.Project) -> messages.Text:
+    return messages.Text(project_text(project))
 
 
-def _write_own_mission(sent: missions.MissionToSave, context: Context) -> messages.SavedVersion:
-    data = missions.mission_text(messages.MissionChoice(document=sent.document)).text.encode()
-    version = context.storage.write_version(mission_library(context.owner), sent.name, data)
-    return messages.SavedVersion(version, context.storage.place(context.owner).stays)
+class Request(NamedTuple):
+    """A request: the types of its message and its answer, and the function that answers it.
+
+    Attributes:
+        whole: the function's parameter that is the message; "" where its parameters are the message's fields.
+        needs_context: it is a method of `Context`.
+    """
+
+    message: Any
+    answer: Any
+    function: Callable[..., Any]
+    whole: str
+    needs_context: bool
 
 
-def _delete_own_mission(named: messages.ProjectName, context: Context) -> Nothing:
-    with _of_mission():
-        context.storage.delete(mission_library(context.owner), named.name)
-    return Nothing()
+def _request(function: Callable[..., Any]) -> Request:
+    """Return the request that a function answers: a Struct that is its only parameter is the message."""
+    found = signature(function)
+    names = [name for name in found.parameters if name != "self"]
+    only = found.parameters[names[0]].annotation if len(names) == 1 else None
+    is_whole = isinstance(only, type) and issubclass(only, Struct)
+    message = only if is_whole else message_of(function, ("self",)) if names else Nothing
+    whole = names[0] if is_whole else ""
+    return Request(message, found.return_annotation, function, whole, "self" in found.parameters)
 
 
-def _check_mission(attempt: missions.MissionAttempt, context: Context) -> missions.MissionResult:
-    result = missions.check_attempt(attempt, context.open_worlds)
-    if attempt.mission.document is None:
-        result.earned = context.storage.add_stars(context.owner, attempt.mission.id, result.stars)
-    return result
-
-
-REQUESTS: dict[str, Request] = {
-    "capabilities": Request(Nothing, messages.Capabilities, lambda message, context: context.capabilities),
-    "profiles": Request(Nothing, list[messages.ProfileFigures], lambda message, context: profile_figures()),
-    "compile": Request(messages.Blocks, messages.Compiled, lambda blocks, context: compile_blocks(blocks)),
-    "decompile": Request(messages.Image, messages.Project, lambda image, context: decompile_image(image)),
-    "blocks-to-python": Request(
-        messages.BlocksAndText, messages.PythonText, lambda sent, context: blocks_to_python(sent)
-    ),
-    "python-to-blocks": Request(
-        messages.BlocksAndText, messages.PythonBlocks, lambda sent, context: python_to_blocks(sent)
-    ),
-    "remedy": Request(why.RemedyOrder, why.RemedyChanges, lambda order, context: why.carry_out(order)),
-    "open": Request(messages.Text, messages.Project, lambda file, context: open_file(file.text)),
-    "save-text": Request(messages.Project, messages.Text, _save_text),
-    "opening": Request(Nothing, messages.Project, lambda message, context: opening()),
-    "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),
-    "example": Request(messages.ExampleName, messages.Project, lambda wanted, context: example(wanted.id)),
-    "missions": Request(Nothing, list[missions.MissionEntry], _list_missions),
-    "mission": Request(messages.MissionChoice, missions.Mission, _open_mission),
-    "missions/notes": Request(
-        messages.MissionChoice, missions.MissionNotes, lambda choice, context: missions.mission_notes(choice)
-    ),
-    "missions/open": Request(messages.Text, missions.Mission, lambda file, context: missions.open_mission_text(file)),
-    "missions/save-text": Request(
-        messages.MissionChoice, messages.Text, lambda choice, context: missions.mission_text(choice)
-    ),
-    "missions/check": Request(missions.MissionAttempt, missions.MissionResult, _check_mission),
-    "missions/own": Request(Nothing, list[messages.LibraryEntry], _list_own_missions),
-    "missions/read": Request(messages.ProjectName, missions.Mission, _read_own_mission),
-    "missions/write": Request(missions.MissionToSave, messages.SavedVersion, _write_own_mission),
-    "missions/delete": Request(messages.ProjectName, Nothing, _delete_own_mission),
-    "event-table": Request(messages.EventRows, messages.Text, lambda sent, context: event_table(sent)),
-    "ports": Request(Nothing, list[messages.Port], lambda message, context: context.ports()),
-    "projects/list": Request(Nothing, list[messages.LibraryEntry], _list_projects),
-    "projects/read": Request(messages.ProjectVersion, messages.StoredProject, _read_project),
-    "projects/write": Request(messages.ProjectToSave, messages.SavedVersion, _write_project),
-    "projects/history": Request(messages.ProjectName, list[messages.Version], _list_versions),
-    "projects/delete": Request(messages.ProjectName, Nothing, _delete_project),
-    "projects/place": Request(
-        Nothing, messages.StorageState, lambda message, context: context.storage.place(context.owner)
-    ),
-    "projects/export": Request(
-        Nothing, library.Exported, lambda message, context: library.export_all(context.storage, context.owner)
-    ),
-    "projects/import": Request(
-        messages.Text,
-        library.Imported,
-        lambda file, context: library.import_all(context.storage, context.owner, file.text),
-    ),
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "capabilities": Context.list_capabilities,
+    "profiles": profile_figures,
+    "compile": compile_blocks,
+    "decompile": decompile_image,
+    "blocks-to-python": blocks_to_python,
+    "python-to-blocks": python_to_blocks,
+    "remedy": carry_out,
+    "open": open_file,
+    "save-text": _save_text,
+    "opening": opening,
+    "examples": examples,
+    "example": example,
+    "missions": Context.list_missions,
+    "mission": Context.open_mission,
+    "missions/notes": missions.mission_notes,
+    "missions/open": missions.open_mission_text,
+    "missions/save-text": missions.mission_text,
+    "missions/check": Context.check_mission,
+    "missions/own": Context.list_own_missions,
+    "missions/read": Context.read_own_mission,
+    "missions/write": Context.write_own_mission,
+    "missions/delete": Context.delete_own_mission,
+    "event-table": event_table,
+    "ports": Context.list_ports,
+    "projects/list": Context.list_projects,
+    "projects/read": Context.read_project,
+    "projects/write": Context.write_project,
+    "projects/history": Context.list_versions,
+    "projects/delete": Context.delete_project,
+    "projects/place": Context.find_place,
+    "projects/export": Context.export_projects,
+    "projects/import": Context.import_projects,
 }
+REQUESTS = {name: _request(function) for name, function in _FUNCTIONS.items()}
 
 
 def respond(name: str, data: bytes, context: Context) -> bytes:
@@ -193,5 +206,7 @@ def respond(name: str, data: bytes, context: Context) -> bytes:
     if name not in REQUESTS:
         raise MotorcadeError("not-found")
     request = REQUESTS[name]
-    message = Nothing() if request.message is Nothing and not data else decode(data, request.message)
-    return msgspec.json.encode(request.function(message, context))
+    message = decode(data or b"{}", request.message)
+    arguments = {request.whole: message} if request.whole else structs.asdict(message)
+    given = (context,) if request.needs_context else ()
+    return msgspec.json.encode(request.function(*given, **arguments))

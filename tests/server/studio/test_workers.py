@@ -53,7 +53,7 @@ def test_a_process_stores_by_the_server_and_its_errors_are_the_servers(context):
     async def ask(name, message):
         return json.loads(await Workers().answer(name, json.dumps(message).encode(), context, DEADLINE_S))
 
-    project = json.loads(asyncio.run(Workers().answer("example", b'{"id": "parade"}', context, DEADLINE_S)))
+    project = json.loads(asyncio.run(Workers().answer("example", b'{"name": "parade"}', context, DEADLINE_S)))
     sent = {"name": "Robot", "project": project}
     assert asyncio.run(ask("projects/write", sent))["version"] == 1
     assert [each.name for each in context.storage.list("")] == ["Robot"]

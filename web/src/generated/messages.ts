@@ -191,11 +191,6 @@ export interface Word {
   fields_of?: Record<string, string>;
 }
 
-/** An image's bytes, as base64. */
-export interface Image {
-  image: string;
-}
-
 /** The page's project. */
 export interface Project {
   leader: WorkspaceState;
@@ -275,11 +270,6 @@ export interface Example {
   title: Sentence;
   about: Sentence;
   difficulty: 1 | 2 | 3;
-}
-
-/** The name of an example program. */
-export interface ExampleName {
-  id: string;
 }
 
 /** A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned. */
@@ -400,26 +390,10 @@ export interface LibraryEntry {
   versions: number;
 }
 
-/** The name of a project in the library. */
-export interface ProjectName {
-  name: string;
-}
-
-/** A mission of the user's own, and its name in the library. */
-export interface MissionToSave {
-  name: string;
-  document: Record<string, unknown>;
-}
-
 /** The number of the version that holds what was saved, and whether it stays when the page is closed. */
 export interface SavedVersion {
   version: number;
   stays: boolean;
-}
-
-/** Events of a run, 20 bytes each, as a picture has them. */
-export interface EventRows {
-  rows: string;
 }
 
 /** A port to upload through; ``kind`` is serial or virtual. */
@@ -427,12 +401,6 @@ export interface Port {
   port: string;
   description: string;
   kind: "serial" | "virtual";
-}
-
-/** A version of a project; None for the newest. */
-export interface ProjectVersion {
-  name: string;
-  version?: number | null;
 }
 
 /** A project, its name in the library, and the version that it is. */
@@ -446,13 +414,6 @@ export interface StoredProject {
   level: "python" | "start" | "words" | null;
   name: string;
   version: number;
-}
-
-/** A project, and its name in the library. */
-export interface ProjectToSave {
-  name: string;
-  project: Project;
-  base?: number | null;
 }
 
 /** A version of a project, and when it was saved (ISO 8601, UTC). */
@@ -477,10 +438,16 @@ export interface ErrorAnswer {
   diagnostics?: Diagnostic[];
 }
 
-/** The text of the file, and the versions that couldn't be read and aren't in it. */
+/** The text of the file, and the versions that aren't in it. */
 export interface Exported {
   text: string;
-  left_out: ProjectVersion[];
+  left_out: LeftOut[];
+}
+
+/** A version of a project that couldn't be read. */
+export interface LeftOut {
+  name: string;
+  version: number;
 }
 
 /** What an import did. */
@@ -869,33 +836,33 @@ export interface Requests {
   "capabilities": { message: Nothing; answer: Capabilities };
   "profiles": { message: Nothing; answer: ProfileFigures[] };
   "compile": { message: Blocks; answer: Compiled };
-  "decompile": { message: Image; answer: Project };
+  "decompile": { message: { image: string }; answer: Project };
   "blocks-to-python": { message: BlocksAndText; answer: PythonText };
   "python-to-blocks": { message: BlocksAndText; answer: PythonBlocks };
   "remedy": { message: RemedyOrder; answer: RemedyChanges };
-  "open": { message: Text; answer: Project };
+  "open": { message: { text: string }; answer: Project };
   "save-text": { message: Project; answer: Text };
   "opening": { message: Nothing; answer: Project };
   "examples": { message: Nothing; answer: Example[] };
-  "example": { message: ExampleName; answer: Project };
+  "example": { message: { name: string }; answer: Project };
   "missions": { message: Nothing; answer: MissionEntry[] };
   "mission": { message: MissionChoice; answer: Mission };
   "missions/notes": { message: MissionChoice; answer: MissionNotes };
-  "missions/open": { message: Text; answer: Mission };
+  "missions/open": { message: { text: string }; answer: Mission };
   "missions/save-text": { message: MissionChoice; answer: Text };
   "missions/check": { message: MissionAttempt; answer: MissionResult };
   "missions/own": { message: Nothing; answer: LibraryEntry[] };
-  "missions/read": { message: ProjectName; answer: Mission };
-  "missions/write": { message: MissionToSave; answer: SavedVersion };
-  "missions/delete": { message: ProjectName; answer: Nothing };
-  "event-table": { message: EventRows; answer: Text };
+  "missions/read": { message: { name: string }; answer: Mission };
+  "missions/write": { message: { name: string; document: Record<string, unknown> }; answer: SavedVersion };
+  "missions/delete": { message: { name: string }; answer: Nothing };
+  "event-table": { message: { rows: string }; answer: Text };
   "ports": { message: Nothing; answer: Port[] };
   "projects/list": { message: Nothing; answer: LibraryEntry[] };
-  "projects/read": { message: ProjectVersion; answer: StoredProject };
-  "projects/write": { message: ProjectToSave; answer: SavedVersion };
-  "projects/history": { message: ProjectName; answer: Version[] };
-  "projects/delete": { message: ProjectName; answer: Nothing };
+  "projects/read": { message: { name: string; version?: number | null }; answer: StoredProject };
+  "projects/write": { message: { name: string; project: Project; base?: number | null }; answer: SavedVersion };
+  "projects/history": { message: { name: string }; answer: Version[] };
+  "projects/delete": { message: { name: string }; answer: Nothing };
   "projects/place": { message: Nothing; answer: StorageState };
   "projects/export": { message: Nothing; answer: Exported };
-  "projects/import": { message: Text; answer: Imported };
+  "projects/import": { message: { text: string }; answer: Imported };
 }

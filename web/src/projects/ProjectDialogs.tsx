@@ -169,7 +169,7 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
   useEffect(() => void attempt(async () => setClips(await loadClips())), []);
   const openExample = (example: Example) =>
     attempt(async () => {
-      const project = await request("example", { id: example.id });
+      const project = await request("example", { name: example.id });
       onClose();
       await replaceBy({ ...project, name: inLanguage(example.title) });
     });
