@@ -232,7 +232,7 @@ class Project(Blocks):
     level: Level | None = None
 
 
-# What would change what a car does; `motorcade.service.why` tells what each means.
+# What would change what a car does; `motorcade.service.world_messages.Why` tells what each means.
 Remedy = Literal[
     "range_mm",
     "leader",

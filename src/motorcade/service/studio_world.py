@@ -8,23 +8,22 @@ from typing import Any, Protocol, TypeVar
 
 from msgspec import structs
 
-from motorcade.car.brain import HOLDS, RUNNING, SLOT, STARTED_MS, WORD
+from motorcade.car.brain import HOLDS, RUNNING, STARTED_MS, WORD
 from motorcade.config.profile import Profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
-from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment, view_column
+from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment
 from motorcade.engine.pictures import Pictures
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
-from motorcade.mats.geometry import Obstacle
 from motorcade.missions.model import Mission
-from motorcade.service.messages import MatDocument, MissionChoice, sentences
+from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.programs import profile_named
-from motorcade.service.why import Facts, in_the_way, why
-from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld, Why
+from motorcade.service.why import why
+from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import word_of
@@ -73,7 +72,6 @@ class StudioWorld:
         self.radius_m = world.profile.body.diameter_mm / 2000
         self.simulation = world
         self._steering = steering
-        self._followers_words = parse_image_bytes(world.images[0]).followers
         self.pictures = Pictures(world)
 
     @property
@@ -117,10 +115,26 @@ class StudioWorld:
 
     def details(self, car: int) -> CarDetails:
         """Return the details of a car."""
-        counted = self._counted(car)
-        phrase, remedy, value = why(self._facts(car, counted))
-        reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), remedy, value)
-        return CarDetails(car=car, **self._word_of(car), **counted, why=reason)
+        world = self.simulation
+        word, runs, held, started_ms = world.memory_of(car, (WORD, RUNNING, HOLDS, STARTED_MS))
+        leads = bool(world.mat.starts.leads[car])
+        holds = bool(runs if leads else held)
+        counted = self.pictures.counted(car)
+        last = _received(counted.last_word, counted.last_sender, counted.last_ms) if counted.heard else None
+        driven = car in self.driven()
+        return CarDetails(
+            car=car,
+            leads=leads,
+            **_shown_word(word if holds else None),
+            index=self.pictures.index_of(car),
+            runs=bool(runs),
+            since_ms=elapsed_ms(self.now_ms, started_ms) if holds else None,
+            frames=counted.frames,
+            heard=counted.heard,
+            lost=counted.lost,
+            last_frame=last,
+            why=why(world, self.pictures, car, driven=driven, lost=counted.lost, last_frame=last),
+        )
 
     def details_then(self, car: int, t_ms: int, moment: bytes, events: Sequence[Event]) -> CarDetails:
         """Return the details of a car at a stored moment; ``why`` is of the present.
@@ -149,73 +163,6 @@ class StudioWorld:
             lost={why: now.lost[why] - after[LOST, k] for k, why in enumerate(LOSS_REASONS) if why},
             last_frame=_received(heard.word, heard.other, heard.t_ms) if heard else None,
         )
-
-    def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
-        """What `why` needs to know of a car."""
-        senders, listeners = self.pictures.nearest(car)
-        word, holds = self.simulation.memory_of(car, (WORD, HOLDS))
-        sent, flips = self._sent_now(), self.simulation.mat.physics.bit_error_rate > 0
-        return Facts(
-            leads=car in self.leads(),
-            driven=car in self.driven(),
-            followers_words=len(self._followers_words),
-            leaders=self.leads(),
-            t_ms=self.now_ms,
-            range_mm=self.simulation.profile.infrared.range_mm,
-            senders=senders,
-            listeners=listeners,
-            lost=counted["lost"],
-            last_frame=counted["last_frame"],
-            obstacle=self._obstacle_of(car),
-            ignores=bool(holds and not CONTROL.decode(word).accept_ir),
-            flips=flips,
-            # Where leaders have several images, the word may be of another one.
-            is_garbled=bool(holds and flips and len(self.simulation.images) == 1 and word not in self._followers_words),
-            is_behind=bool(sent is not None and holds and sent != word),
-        )
-
-    def _sent_now(self) -> int | None:
-        """The word for followers that the only leader sends now; None where there is none, or several lead."""
-        leads = self.leads()
-        if len(leads) != 1 or not self._followers_words:
-            return None
-        (slot,) = self.simulation.memory_of(leads[0], (SLOT,))
-        return self._followers_words[slot] if slot < len(self._followers_words) else None
-
-    def _obstacle_of(self, car: int) -> Obstacle | None:
-        """What a car that drives straight on drives against."""
-        shown, memory = self.simulation.read_moment(), self.simulation.backend
-        (wheels,) = memory.read(shown.wheels[car : car + 1])
-        if not wheels & 3 or wheels >> 2:
-            return None
-        x_m, y_m, heading = (view_column(name, memory.read(getattr(shown, name))) for name in ("x_m", "y_m", "heading"))
-        return in_the_way(
-            self.simulation.mat, car, x_m, y_m, heading[car], self.simulation.profile.body.diameter_mm / 2000
-        )
-
-    def _word_of(self, car: int) -> dict[str, Any]:
-        """The word that a car executes or holds: by fields, its index, and since when."""
-        word, runs, held, started_ms = self.simulation.memory_of(car, (WORD, RUNNING, HOLDS, STARTED_MS))
-        is_leader = bool(self.simulation.mat.starts.leads[car])
-        holds = bool(runs if is_leader else held)
-        return {
-            "leads": is_leader,
-            **_shown_word(word if holds else None),
-            "index": self.pictures.index_of(car),
-            "runs": bool(runs),
-            "since_ms": elapsed_ms(self.now_ms, started_ms) if holds else None,
-        }
-
-    def _counted(self, car: int) -> dict[str, Any]:
-        """The frames that a car sent, received and lost, and the last one that it received."""
-        counted = self.pictures.counted(car)
-        last = _received(counted.last_word, counted.last_sender, counted.last_ms)
-        return {
-            "frames": counted.frames,
-            "heard": counted.heard,
-            "lost": counted.lost,
-            "last_frame": last if counted.heard else None,
-        }
 
     def driven(self) -> list[int]:
         """Return the cars that don't run their own program because somebody drives or drove them."""

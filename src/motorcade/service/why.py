@@ -2,25 +2,29 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
-from motorcade.engine.pictures import Near
+from motorcade.car.brain import HOLDS, SLOT, WORD
+from motorcade.engine.moment import view_column
+from motorcade.engine.pictures import Near, Pictures
+from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
-from motorcade.mats import Mat, Starts
-from motorcade.mats.document import mat_of
+from motorcade.mats import Mat
+from motorcade.mats.document import cars_of, mat_of
 from motorcade.mats.geometry import Obstacle, Surface, obstructed, surfaces
 from motorcade.program.blocks import INFRARED
-from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState
+from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
 from motorcade.service.programs import profile_named
-from motorcade.service.world_messages import ReceivedFrame
+from motorcade.service.world_messages import ReceivedFrame, Why
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import parse_image_bytes
 
 # The losses that no flipped bits cause, and what a car is told that has heard nothing.
 _NOT_DAMAGED = {"deaf": "why-lost-deaf", "sending": "why-lost-sending", "collision": "why-lost-collision"}
 # What keeps a car from hearing the newest message, where it has heard older ones.
 _BEHIND = {"sending": "why-behind-sending", "collision": "why-behind-collision"}
-_AGAINST = {"wall": "why-against-wall", "disc": "why-against-disc", "polygon": "why-against-polygon"}
 _REMOVALS: dict[str, Remedy] = {"wall": "remove-wall", "disc": "remove-disc", "polygon": "remove-polygon"}
 # The longest range that the page lets infrared have.
 _LONGEST_RANGE_MM = 5000
@@ -46,124 +50,119 @@ _FIELDS = {"forward": "FORWARD", "listen": "ACCEPT_IR"}
 Point = tuple[float, float]
 
 
-class Facts(NamedTuple):
-    """What is known of a car at a moment of a run.
+def why(
+    world: Simulation,
+    pictures: Pictures,
+    car: int,
+    *,
+    driven: bool,
+    lost: dict[str, int],
+    last_frame: ReceivedFrame | None,
+) -> Why:
+    """Return why a car does what it does; the first cause without whose removal no other matters.
 
-    Attributes:
-        leads, driven: whether it runs its own program, or somebody drives it.
-        followers_words: how many words the image has for followers.
-        leaders: the cars that lead.
-        t_ms: the time since the run began; in the first round nobody has to have heard anything.
-        senders: the nearest cars that have sent frames.
-        listeners: the nearest cars that heard some and do not pass them on.
-        lost: how many frames reached the car and were lost, by reason.
+    Args:
+        world, pictures: the car's world.
+        driven: whether somebody drives it.
+        lost: how many frames reached it and were lost, by reason.
         last_frame: the last one that it received.
-        obstacle: what it drives against now.
-        ignores: its word does not accept infrared while it is executed.
-        flips: bits can flip on the way, so a car that passes words on is not sure to have any.
-        is_garbled: bits of its word flipped on the way, and no check has found that.
-        is_behind: it has another word than the one that the only leader sends now.
     """
-
-    leads: bool
-    driven: bool
-    followers_words: int
-    leaders: list[int]
-    t_ms: int
-    range_mm: int
-    senders: Sequence[Near]
-    listeners: Sequence[Near]
-    lost: dict[str, int]
-    last_frame: ReceivedFrame | None
-    obstacle: Obstacle | None = None
-    ignores: bool = False
-    flips: bool = False
-    is_garbled: bool = False
-    is_behind: bool = False
-
-
-class Cause(NamedTuple):
-    """The answer.
-
-    Attributes:
-        phrase: its sentence.
-        remedy: what would change it: a range in mm, ``followers`` (they need blocks), ``leader`` (one is needed),
-            ``forward`` (the cars between pass words on), ``listen`` (to infrared, while words are executed), ``move``
-            (this car in front of the one that sends), ``loss`` (no bits flip on the way), ``remove-wall`` and so on
-            (what it drives against); "" where nothing is wrong, or no single change is sure to help.
-        value: of the remedy: a range, the number of a car, or the index of a wall, a round obstacle or a box.
-    """
-
-    phrase: Phrase
-    remedy: Remedy | Literal["", "followers"] = ""
-    value: int = 0
+    leaders = world.mat.starts.leaders
+    if driven:
+        return _why(Phrase("why-driven"))
+    if obstacle := _obstacle_of(world, car):
+        return _against(obstacle, leaders)
+    if car in leaders:
+        return _why(Phrase("why-leads"))
+    words = parse_image_bytes(world.images[0]).followers
+    if last_frame is not None:
+        return _heard(world, car, words, lost, last_frame)
+    if not leaders:
+        return _why(Phrase("why-no-leader"), "leader")
+    if not words:
+        return _why(Phrase("why-no-words"), "followers")
+    senders, listeners = pictures.nearest(car)
+    if not senders:
+        return _why(Phrase("why-nothing-sent"))
+    if any(lost.values()):
+        reason = max(lost, key=lambda name: lost[name])
+        phrase = Phrase(_NOT_DAMAGED.get(reason, "why-lost"), count=sum(lost.values()))
+        return _why(phrase, "" if reason in _NOT_DAMAGED else "loss")
+    return _out_of_reach(world, senders, listeners)
 
 
-def why(facts: Facts) -> Cause:
-    """Return why a car does what it does; the first cause without whose removal no other matters."""
-    if facts.driven:
-        return Cause(Phrase("why-driven"))
-    if facts.obstacle:
-        return _against(facts.obstacle, facts.leaders)
-    if facts.leads:
-        return Cause(Phrase("why-leads"))
-    if facts.last_frame is not None:
-        return _heard(facts, facts.last_frame)
-    if not facts.leaders:
-        return Cause(Phrase("why-no-leader"), "leader")
-    if facts.followers_words == 0:
-        return Cause(Phrase("why-no-words"), "followers")
-    if not facts.senders:
-        return Cause(Phrase("why-nothing-sent"))
-    if any(facts.lost.values()):
-        reason = max(facts.lost, key=lambda name: facts.lost[name])
-        phrase = Phrase(_NOT_DAMAGED.get(reason, "why-lost"), count=sum(facts.lost.values()))
-        return Cause(phrase, "" if reason in _NOT_DAMAGED else "loss")
-    return _out_of_reach(facts)
+def _why(phrase: Phrase, remedy: Remedy | Literal["", "followers"] = "", value: int = 0) -> Why:
+    return Why(phrase.key, sentences(phrase), phrase.details.get("car"), remedy, value)
 
 
-def _against(obstacle: Obstacle, leaders: list[int]) -> Cause:
+def _obstacle_of(world: Simulation, car: int) -> Obstacle | None:
+    """Return what a car that drives straight on drives against."""
+    shown, memory = world.read_moment(), world.backend
+    (wheels,) = memory.read(shown.wheels[car : car + 1])
+    if not wheels & 3 or wheels >> 2:
+        return None
+    x_m, y_m, heading = (view_column(name, memory.read(getattr(shown, name))) for name in ("x_m", "y_m", "heading"))
+    return in_the_way(world.mat, car, x_m, y_m, heading[car], world.profile.body.diameter_mm / 2000)
+
+
+def _against(obstacle: Obstacle, leaders: list[int]) -> Why:
     """Return the answer of a car that drives against something."""
     kind, number = obstacle
     if kind == "edge":
-        return Cause(Phrase("why-against-edge"))
+        return _why(Phrase("why-against-edge"))
     if kind != "car":
-        return Cause(Phrase(_AGAINST[kind]), _REMOVALS[kind], number)
+        return _why(Phrase(f"why-against-{kind}"), _REMOVALS[kind], number)
     if number in leaders:
-        return Cause(Phrase("why-against-leader", car=number))
-    return Cause(Phrase("why-against-car", car=number), "remove-car", number)
+        return _why(Phrase("why-against-leader", car=number))
+    return _why(Phrase("why-against-car", car=number), "remove-car", number)
 
 
-def _heard(facts: Facts, heard: ReceivedFrame) -> Cause:
-    """Return the answer of a car that has received a frame: it may have lost what followed."""
-    details = {"car": heard.car, "seconds": f"{(facts.t_ms - heard.t_ms) / 1000:.1f}"}
-    if facts.is_garbled:
-        return Cause(Phrase("why-garbled", **details), "loss")
-    if facts.ignores and facts.lost.get("deaf"):
-        return Cause(Phrase("why-does-not-listen", **details, count=facts.lost["deaf"]), "listen")
-    reason = max(_BEHIND, key=lambda name: facts.lost.get(name, 0))
-    if facts.is_behind and facts.lost.get(reason):
-        return Cause(Phrase(_BEHIND[reason], **details))
-    return Cause(Phrase("why-heard", **details))
+def _heard(world: Simulation, car: int, words: Sequence[int], lost: dict[str, int], heard: ReceivedFrame) -> Why:
+    """Return the answer of a car that has received a frame: it may have lost what followed.
+
+    Args:
+        words: those that the image has for followers.
+    """
+    details = {"car": heard.car, "seconds": f"{(world.now_ms - heard.t_ms) / 1000:.1f}"}
+    word, holds = world.memory_of(car, (WORD, HOLDS))
+    # Where leaders have several images, the word may be of another one.
+    if holds and world.mat.physics.bit_error_rate > 0 and len(world.images) == 1 and word not in words:
+        return _why(Phrase("why-garbled", **details), "loss")
+    if holds and not CONTROL.decode(word).accept_ir and lost["deaf"]:
+        return _why(Phrase("why-does-not-listen", **details, count=lost["deaf"]), "listen")
+    reason = max(_BEHIND, key=lambda name: lost[name])
+    if holds and lost[reason] and _sent_now(world, words) not in (None, word):
+        return _why(Phrase(_BEHIND[reason], **details))
+    return _why(Phrase("why-heard", **details))
 
 
-def _out_of_reach(facts: Facts) -> Cause:
-    """Return why no frame reaches the car."""
-    between = next((each for each in facts.listeners if each.reach == "reaches"), None)
-    if between and not facts.flips:
-        return Cause(Phrase("why-not-passed-on", car=between.car), "forward")
-    nearest = min(facts.senders, key=lambda each: each.distance_mm)
+def _sent_now(world: Simulation, words: Sequence[int]) -> int | None:
+    """The word for followers that the only leader sends now; None where there is none, or several lead."""
+    leaders = world.mat.starts.leaders
+    if len(leaders) != 1:
+        return None
+    (slot,) = world.memory_of(leaders[0], (SLOT,))
+    return words[slot] if slot < len(words) else None
+
+
+def _out_of_reach(world: Simulation, senders: Sequence[Near], listeners: Sequence[Near]) -> Why:
+    """Return why no frame of those who have sent some reaches the car; ``listeners`` pass none on."""
+    between = next((each for each in listeners if each.reach == "reaches"), None)
+    # Where bits can flip on the way, a car that passes words on is not sure to have any.
+    if between and world.mat.physics.bit_error_rate == 0:
+        return _why(Phrase("why-not-passed-on", car=between.car), "forward")
+    nearest = min(senders, key=lambda each: each.distance_mm)
     details = {"car": nearest.car, "metres": f"{nearest.distance_mm / 1000:.2f}"}
     if nearest.reach == "too-far":
         value = nearest.distance_mm + 1
-        phrase = Phrase("why-too-far", **details, range=f"{facts.range_mm / 1000:g}")
+        phrase = Phrase("why-too-far", **details, range=f"{world.profile.infrared.range_mm / 1000:g}")
         # Where infrared can't reach so far, the car comes nearer.
-        return Cause(phrase, "range_mm", value) if value <= _LONGEST_RANGE_MM else Cause(phrase, "move", nearest.car)
+        return _why(phrase, "range_mm", value) if value <= _LONGEST_RANGE_MM else _why(phrase, "move", nearest.car)
     if nearest.reach == "hidden":
-        return Cause(Phrase("why-hidden", **details), "move", nearest.car)
+        return _why(Phrase("why-hidden", **details), "move", nearest.car)
     if nearest.reach == "outside-beam":
-        return Cause(Phrase("why-outside-beam", **details), "move", nearest.car)
-    return Cause(Phrase("why-not-yet", **details))
+        return _why(Phrase("why-outside-beam", **details), "move", nearest.car)
+    return _why(Phrase("why-not-yet", **details))
 
 
 def touched(
@@ -346,15 +345,8 @@ def _is_in_sight(mat: Mat, at: Point, point: Point, others: list[Point], radius_
 
 def _cars(document: MatDocument, mat: Mat) -> list[dict[str, Any]]:
     """Each car of the mat on its own, those of crowds too, in the order of their numbers."""
-    listed, starts = document.get("car", []), mat.starts
-    return [*listed, *(_car(starts, k) for k in range(len(listed), len(starts)))]
-
-
-def _car(starts: Starts, k: int) -> dict[str, Any]:
-    car: dict[str, Any] = {"at_m": [round(starts.x_m[k], 3), round(starts.y_m[k], 3)]}
-    if heading_deg := round(math.degrees(starts.heading[k])):
-        car["heading_deg"] = heading_deg
-    return {**car, "role": "leader"} if starts.leads[k] else car
+    listed = document.get("car", [])
+    return [*listed, *cars_of(mat.starts)[len(listed) :]]
 
 
 def _with_cars(document: MatDocument, cars: list[dict[str, Any]]) -> MatDocument:

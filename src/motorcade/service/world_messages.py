@@ -179,12 +179,16 @@ class ReceivedFrame(Struct):
 
 
 class Why(Struct):
-    """Why a car does what it does, and what would change it; see `motorcade.service.why`.
+    """Why a car does what it does, and what would change it.
 
     Attributes:
         code: the key of the sentence.
         car: the other car that it speaks of.
-        remedy, value: as in `motorcade.service.why.Cause`.
+        remedy: what would change it: a range in mm, ``followers`` (they need blocks), ``leader`` (one is needed),
+            ``forward`` (the cars between pass words on), ``listen`` (to infrared, while words are executed), ``move``
+            (this car in front of the one that sends), ``loss`` (no bits flip on the way), ``remove-wall`` and so on
+            (what it drives against); "" where nothing is wrong, or no single change is sure to help.
+        value: of the remedy: a range, the number of a car, or the index of a wall, a round obstacle or a box.
     """
 
     code: str

@@ -632,7 +632,7 @@ export interface ReceivedFrame {
   t_ms: number;
 }
 
-/** Why a car does what it does, and what would change it; see `motorcade.service.why`. */
+/** Why a car does what it does, and what would change it. */
 export interface Why {
   code: string;
   sentence: Sentence;
