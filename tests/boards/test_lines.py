@@ -224,11 +224,11 @@ def test_a_mute_client_gives_way_to_one_that_uploads():
 
         wait_until(lambda: is_answered(b"ERR busy"))
         now_s[0] = 5.0
+        assert line.read() == b""
         other.sendall(NEW)
         wait_until(lambda: reads(NEW))
         line.write(OK_NEW)
         wait_until(lambda: is_answered(OK_NEW))
-        assert mute.recv(1) == b""
 
 
 def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):

@@ -10,15 +10,15 @@ import selectors
 import socket
 import sys
 import time
-from collections import deque
 from collections.abc import Callable
+from functools import partial
 from ssl import SSLWantReadError, SSLWantWriteError
 from typing import TYPE_CHECKING
 
+from motorcade.boards.on_chip.wifi_line import Client, NetworkLine
 from motorcade.errors import MotorcadeError
 from motorcade.sockets import listen
-from motorcade.words.request import split_requests
-from motorcade.words.upload import error_line
+from motorcade.words.ticks import TICKS_MASK
 
 if TYPE_CHECKING:
     import ssl
@@ -26,12 +26,7 @@ if TYPE_CHECKING:
     import serial
 
 _CHUNK_BYTES = 4096
-# How many clients wait for their turn to upload or send requests, and how many requests for their answers.
-_MAX_CLIENTS = 16
-_MAX_REQUESTS = 64
 _RETRY_S = 1.0
-# Longer than any pause of an uploader, which waits two seconds for an answer.
-_IDLE_S = 5.0
 
 
 class LineError(MotorcadeError):
@@ -166,7 +161,7 @@ class PseudoTerminal(Line):
         os.close(self._client_end)
 
 
-class TcpPort(Line):
+class TcpPort(NetworkLine, Line):
     """A TCP port. Everybody may send requests; of those who upload one is served, and others are told to wait.
 
     Args:
@@ -181,6 +176,8 @@ class TcpPort(Line):
         sender: counts uploaders.
     """
 
+    most_clients, most_bytes = 16, 4096
+
     def __init__(
         self,
         host: str,
@@ -191,142 +188,55 @@ class TcpPort(Line):
         selector: selectors.BaseSelector | None = None,
     ) -> None:
         try:
-            self._listener = listen(host, port)
+            listener = listen(host, port)
         except (OSError, UnicodeError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise LineError("cannot-listen", host=host, port=port, reason=reason) from None
-        self._listener.setblocking(False)
-        self._clock_s = clock_s
         self._tls = tls
         self._refuses = refuses
-        self._selector = selector or selectors.DefaultSelector()
-        self._selector.register(self._listener, selectors.EVENT_READ, self._accept)
-        self._clients: list[_Client] = []
-        self._uploader: _Client | None = None
-        self._requests: deque[tuple[_Client, bytes]] = deque()
-        self.sender = 0
-        bound_host, bound_port = self._listener.getsockname()[:2]
+        super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)
+        bound_host, bound_port = listener.getsockname()[:2]
         self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
 
     @property
     def has_come(self) -> bool:
-        """Whether requests or bytes of an upload wait for the car."""
-        return bool(self._requests) or (self._uploader is not None and bool(self._uploader.upload))
+        """Whether requests or bytes of an upload wait for the car, or its uploader has left."""
+        uploader = self._uploader
+        has_upload = uploader is not None and (bool(uploader.upload) or uploader.is_gone)
+        return has_upload or any(client.requests for client in self._clients)
 
     def wait(self, seconds: float) -> None:
-        for key, _ in self._selector.select(seconds):
+        for key, _ in self._poll.select(seconds):
             key.data()
 
     def read(self) -> bytes:
-        client = self._uploader
-        if client is None:
-            return b""
-        if self._tls:
-            # TLS may hold bytes that no selector sees.
-            self._serve(client)
-        data, client.upload = client.upload, b""
-        if client not in self._clients:
-            self._uploader = next((each for each in self._clients if each.upload), None)
-            self.sender += 1
-        return data
-
-    def write(self, data: bytes) -> None:
-        if self._uploader is not None:
-            self._send(self._uploader, data)
+        for client in list(self._clients) if self._tls else ():
+            # TLS holds bytes that no selector sees.
+            if client.connection.pending():
+                self._receive(client)
+        return super().read()
 
     def answer_requests(self, answer: Callable[[bytes], bytes]) -> bool:
-        had_some = bool(self._requests)
-        while self._requests:
-            client, request = self._requests.popleft()
-            self._send(client, answer(request))
+        had_some = False
+        while super().answer_requests(answer):
+            had_some = True
         return had_some
 
-    def close(self) -> None:
-        for client in list(self._clients):
-            self._drop(client)
-        self._selector.unregister(self._listener)
-        self._listener.close()
+    def _watch(self, socket: socket.socket, client: Client | None) -> None:
+        turn = partial(self._receive, client) if client else self._accept
+        self._poll.register(socket, selectors.EVENT_READ, turn)
 
-    def _accept(self) -> None:
-        with contextlib.suppress(OSError):
-            connection, _ = self._listener.accept()
-            connection.setblocking(False)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            if self._tls:
-                connection = self._tls.wrap_socket(connection, server_side=True, do_handshake_on_connect=False)
-            client = _Client(connection, self._clock_s())
-            self._clients.append(client)
-            self._selector.register(connection, selectors.EVENT_READ, lambda: self._serve(client))
-            others = [each for each in self._clients if each is not self._uploader]
-            if len(others) > _MAX_CLIENTS:
-                self._drop(min(others, key=lambda each: each.last_byte_s))
+    def _opened(self, connection: socket.socket) -> Client:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if self._tls:
+            connection = self._tls.wrap_socket(connection, server_side=True, do_handshake_on_connect=False)
+        return super()._opened(connection)
 
-    def _serve(self, client: "_Client") -> None:
-        """Take what came from a client: requests, and bytes of an upload if no other uploads."""
-        while len(client.upload) < _CHUNK_BYTES and (data := _receive(client.connection)) is not None:
-            if not data or (self._tls and self._refuses(client.connection)):  # type: ignore[arg-type]
-                self._drop(client)
-                return
-            client.last_byte_s = self._clock_s()
-            upload, requests, client.rest = split_requests(client.rest + data)
-            client.upload += upload
-            self._requests.extend((client, request) for request in requests)
-            if len(self._requests) > _MAX_REQUESTS:
-                self._drop(client)
-                return
-            if len(data) < _CHUNK_BYTES and not self._tls:
-                break
-        if client is self._uploader or not client.upload:
-            return
-        other = self._uploader
-        if other is not None and other not in self._clients:
-            # What the other sent before it left is read first; then it is this client's turn.
-            return
-        if other is None or self._clock_s() - other.last_byte_s >= _IDLE_S:
-            if other is not None:
-                self._drop(other)
-            self._uploader = client
-            self.sender += 1
-        else:
-            client.upload = b""
-            self._send(client, error_line("busy with another uploader"))
-
-    def _send(self, client: "_Client", data: bytes) -> None:
-        if client not in self._clients:
-            return
+    def _received(self, client: Client) -> bytes | None:
         try:
-            client.connection.sendall(data)
+            data: bytes = client.connection.recv(self.most_bytes)
+        except (BlockingIOError, SSLWantReadError, SSLWantWriteError):
+            return None
         except OSError:
-            # It is gone, or it reads no answers.
-            self._drop(client)
-
-    def _drop(self, client: "_Client") -> None:
-        if client not in self._clients:
-            return
-        self._clients.remove(client)
-        self._selector.unregister(client.connection)
-        client.connection.close()
-        if client is self._uploader:
-            # What it sent is read nevertheless, such as a program from somebody who waits for no answer.
-            self._uploader = client if client.upload else None
-
-
-class _Client:
-    """A client of a TcpPort: its connection, the bytes of its upload that weren't read yet, when it sent the last."""
-
-    def __init__(self, connection: socket.socket, now_s: float) -> None:
-        self.connection = connection
-        self.last_byte_s = now_s
-        self.upload = b""
-        # The beginning of a request whose rest hasn't come.
-        self.rest = b""
-
-
-def _receive(client: socket.socket) -> bytes | None:
-    """Return what came from ``client``: None for nothing yet, ``b""`` where it has left."""
-    try:
-        return client.recv(_CHUNK_BYTES)
-    except (BlockingIOError, SSLWantReadError, SSLWantWriteError):
-        return None
-    except OSError:
-        return b""
+            return b""
+        return b"" if data and self._tls and self._refuses(client.connection) else data

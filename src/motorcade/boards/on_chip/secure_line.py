@@ -54,7 +54,7 @@ class SecureLine(WifiLine):
 
     def needs_rest(self) -> bool:
         """Return whether a handshake can go on, which takes some tenths of a second."""
-        if self._refused_ms is not None and elapsed_ms(self._clock.ticks_ms(), self._refused_ms) < _AFTER_REFUSAL_MS:
+        if self._refused_ms is not None and elapsed_ms(self._now_ms(), self._refused_ms) < _AFTER_REFUSAL_MS:
             return False
         self._refused_ms = None
         return any(client.connection.waits for client in self._clients)
@@ -66,11 +66,11 @@ class SecureLine(WifiLine):
                 client.connection.go_on()
                 super()._receive(client)
                 if client.is_gone:
-                    self._refused_ms = self._clock.ticks_ms()
+                    self._refused_ms = self._now_ms()
                 return
 
-    def _secured(self, connection: "Any") -> "Any":
-        return _Connection(connection, self._keys)
+    def _opened(self, connection: "Any") -> Client:
+        return Client(connection, _Connection(connection, self._keys))
 
     def _receive(self, client: Client) -> None:
         if client.connection.is_proven:

@@ -1,6 +1,7 @@
-"""An ESP32's Wi-Fi beside its cable: requests of several clients and an upload of one, by TCP.
+"""A line in a network, by TCP: requests of several clients and an upload of one. An ESP32 has it beside its cable.
 
-Portable. MicroPython's modules are arguments. The chip connects by itself, also after the network was away.
+Portable. `motorcade.boards.lines` has that of a computer. MicroPython's modules are arguments. The chip connects by
+itself, also after the network was away.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -16,9 +17,7 @@ from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import error_line
 
 PORT = 7001
-# Bytes a call, as of the other lines: so no tick takes long. TCP keeps the sender waiting.
-_MAX_BYTES = 160
-# An uploader that has sent nothing for so long gives way to another.
+# An uploader that has sent nothing for so long gives way to another: an uploader waits two seconds for an answer.
 _IDLE_MS = 5000
 # How often the car announces itself, and for how many seconds others may remember it.
 _ANNOUNCE_MS = 1000
@@ -30,92 +29,78 @@ _ADDRESS, _POINTER, _TEXT, _SERVER = 1, 12, 16, 33
 _INTERNET, _REPLACES = 1, 0x8000
 
 
-class WifiLine:
-    """A line whose bytes come by the cable or by TCP, from everybody in the network.
+class NetworkLine:
+    """A line for requests of all clients, and for the upload of one; others that upload meanwhile are told to wait.
 
     Args:
-        cable: the line at the cable; while somebody uploads by TCP its bytes wait.
-        sockets, select: MicroPython's modules socket and select.
-        clock: its module time.
-        announcer: announces the port.
-        port: where the car listens.
+        listener: a socket that listens; closed with the line.
+        poll: where sockets are registered; a subclass calls ``_accept`` or ``_receive`` where one has bytes.
+        now_ms: returns the time in ms that wraps at 2^30.
 
     Attributes:
         sender: see `motorcade.car.board.Board`.
     """
 
-    # How many clients there may be, and how long one that is silent keeps its place.
-    most_clients, keeps_ms = 4, 0
+    # How many clients there may be, how long one that is silent keeps its place, and bytes a call.
+    most_clients, keeps_ms, most_bytes = 4, 0, 160
 
-    def __init__(
-        self, cable: "Any", sockets: "Any", select: "Any", clock: "Any", announcer: "Announcer", port: int = PORT
-    ) -> None:
+    def __init__(self, listener: "Any", poll: "Any", now_ms: "Callable[[], int]") -> None:
         self.sender = 0
-        self._announcer = announcer
-        self._cable = cable
-        self._clock = clock
-        self._poll = select.poll()
-        self._readable = select.POLLIN
-        self._listener = sockets.socket()
-        self._listener.setsockopt(sockets.SOL_SOCKET, sockets.SO_REUSEADDR, 1)
-        self._listener.bind(sockets.getaddrinfo("0.0.0.0", port)[0][-1])
-        self._listener.listen(self.most_clients)
-        self._listener.setblocking(False)
-        self._poll.register(self._listener, self._readable)
+        self._listener = listener
+        self._poll = poll
+        self._now_ms = now_ms
         self._clients: list[Client] = []
         self._uploader: Client | None = None
+        listener.setblocking(False)
+        self._watch(listener, None)
 
     def read(self) -> bytes:
         """Return bytes of an upload that are there, a bounded number."""
-        if self._announcer.turn():
-            return b""
-        for ready in self._poll.poll(0):
-            self._serve(ready[0])
         uploader = self._uploader
         if uploader is None:
-            data: bytes = self._cable.read()
-            return data
-        data, uploader.upload = uploader.upload[:_MAX_BYTES], uploader.upload[_MAX_BYTES:]
-        if not data and (uploader.is_gone or elapsed_ms(self._clock.ticks_ms(), uploader.last_byte_ms) >= _IDLE_MS):
+            return b""
+        data, uploader.upload = uploader.upload[: self.most_bytes], uploader.upload[self.most_bytes :]
+        if not data and (uploader.is_gone or elapsed_ms(self._now_ms(), uploader.last_byte_ms) >= _IDLE_MS):
             self._uploader = None
             self.sender += 1
         return data
 
     def write(self, data: bytes) -> None:
-        """Send ``data`` to the uploader, or by the cable."""
-        if self._uploader is None:
-            self._cable.write(data)
-        else:
+        """Send ``data`` to the uploader."""
+        if self._uploader is not None:
             self._send(self._uploader, data)
 
     def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
-        """Answer one request that came by TCP, so no tick takes long; return whether there was one."""
+        """Answer one request, so no tick takes long; return whether there was one."""
         for client in self._clients:
             if client.requests:
                 self._send(client, answer(client.requests.pop(0)))
                 return True
         return False
 
-    def needs_rest(self) -> bool:
-        """Nothing takes long."""
-        return False
-
     def close(self) -> None:
-        """Close all connections, and the cable's line."""
+        """Close all connections."""
         for client in list(self._clients):
             self._drop(client)
+        self._poll.unregister(self._listener)
         self._listener.close()
-        self._announcer.close()
-        self._cable.close()
 
-    def _serve(self, ready: "Any") -> None:
-        # CPython's poll gives a number, MicroPython's the socket.
-        if ready is self._listener or ready == self._listener.fileno():
-            self._accept()
-            return
-        for client in list(self._clients):
-            if ready is client.socket or ready == client.socket.fileno():
-                self._receive(client)
+    def _watch(self, socket: "Any", client: "Client | None") -> None:
+        """Register a socket with ``self._poll``: that of a client, or the listener's."""
+        raise NotImplementedError
+
+    def _opened(self, connection: "Any") -> "Client":
+        """Return a client for a new connection. Raises OSError where there is no room for it."""
+        return Client(connection, connection)
+
+    def _received(self, client: "Client") -> "bytes | None":
+        """Return what came from a client: none where it has left, None where there is nothing now."""
+        try:
+            data: bytes | None = client.connection.recv(self.most_bytes)
+        except (OSError, ValueError):
+            # TLS raises ValueError for a certificate of another authority.
+            data = b""
+        return data
 
     def _accept(self) -> None:
         try:
@@ -123,7 +108,7 @@ class WifiLine:
         except OSError:
             return
         connection.setblocking(False)
-        now_ms = self._clock.ticks_ms()
+        now_ms = self._now_ms()
         if len(self._clients) >= self.most_clients:
             # The one that has been silent for the longest time gives way.
             others = [each for each in self._clients if each is not self._uploader]
@@ -133,37 +118,37 @@ class WifiLine:
                 return
             self._drop(silent)
         try:
-            self._clients.append(Client(connection, self._secured(connection), now_ms))
+            client = self._opened(connection)
         except OSError:
-            # There is no memory for it.
             connection.close()
             return
-        self._poll.register(connection, self._readable)
-
-    def _secured(self, connection: "Any") -> "Any":
-        """Return what bytes are received from and sent to."""
-        return connection
+        client.last_byte_ms = now_ms
+        self._clients.append(client)
+        self._watch(client.socket, client)
 
     def _receive(self, client: "Client") -> None:
-        # TCP keeps the rest: what it sent before is used first.
-        if client.requests or len(client.upload) >= _MAX_BYTES:
+        """Take what came from a client: requests, and bytes of an upload if no other uploads."""
+        uploader = self._uploader
+        # TCP keeps the rest: what this client or an uploader that has left sent before is used first.
+        if (
+            client.is_gone
+            or client.requests
+            or len(client.upload) >= self.most_bytes
+            or (uploader and uploader.is_gone)
+        ):
             return
-        try:
-            data = client.connection.recv(_MAX_BYTES)
-        except (OSError, ValueError):
-            # TLS raises ValueError for a certificate of another authority.
-            data = b""
+        data = self._received(client)
         if data is None:
             return
         if not data:
             self._drop(client)
             return
-        client.last_byte_ms = self._clock.ticks_ms()
+        client.last_byte_ms = self._now_ms()
         upload, requests, client.rest = split_requests(client.rest + data)
         client.requests += requests
-        if not upload or client is self._uploader:
+        if not upload or client is uploader:
             client.upload += upload
-        elif self._uploader is None:
+        elif uploader is None:
             client.upload = upload
             self._uploader = client
             self.sender += 1
@@ -191,14 +176,79 @@ class WifiLine:
 class Client:
     """A client: its TCP connection, what secures that, or itself, and what it sent that isn't used yet."""
 
-    def __init__(self, socket: "Any", connection: "Any", now_ms: int) -> None:
+    def __init__(self, socket: "Any", connection: "Any") -> None:
         self.socket = socket
         self.connection = connection
-        self.last_byte_ms = now_ms
+        self.last_byte_ms = 0
         self.upload = b""
+        # The beginning of a request whose rest hasn't come.
         self.rest = b""
         self.requests: list[bytes] = []
         self.is_gone = False
+
+
+class WifiLine(NetworkLine):
+    """A line whose bytes come by the cable or by TCP, from everybody in the network.
+
+    Args:
+        cable: the line at the cable; while somebody uploads by TCP its bytes wait.
+        sockets, select: MicroPython's modules socket and select.
+        clock: its module time.
+        announcer: announces the port.
+        port: where the car listens.
+    """
+
+    def __init__(
+        self, cable: "Any", sockets: "Any", select: "Any", clock: "Any", announcer: "Announcer", port: int = PORT
+    ) -> None:
+        self._announcer = announcer
+        self._cable = cable
+        self._readable = select.POLLIN
+        listener = sockets.socket()
+        listener.setsockopt(sockets.SOL_SOCKET, sockets.SO_REUSEADDR, 1)
+        listener.bind(sockets.getaddrinfo("0.0.0.0", port)[0][-1])
+        listener.listen(self.most_clients)
+        super().__init__(listener, select.poll(), clock.ticks_ms)
+
+    def read(self) -> bytes:
+        """Return bytes of an upload that are there, a bounded number."""
+        if self._announcer.turn():
+            return b""
+        for ready in self._poll.poll(0):
+            self._serve(ready[0])
+        if self._uploader is None:
+            data: bytes = self._cable.read()
+            return data
+        return super().read()
+
+    def write(self, data: bytes) -> None:
+        """Send ``data`` to the uploader, or by the cable."""
+        if self._uploader is None:
+            self._cable.write(data)
+        else:
+            super().write(data)
+
+    def needs_rest(self) -> bool:
+        """Nothing takes long."""
+        return False
+
+    def close(self) -> None:
+        """Close all connections, and the cable's line."""
+        super().close()
+        self._announcer.close()
+        self._cable.close()
+
+    def _watch(self, socket: "Any", client: "Client | None") -> None:
+        self._poll.register(socket, self._readable)
+
+    def _serve(self, ready: "Any") -> None:
+        # CPython's poll gives a number, MicroPython's the socket.
+        if ready is self._listener or ready == self._listener.fileno():
+            self._accept()
+            return
+        for client in list(self._clients):
+            if ready is client.socket or ready == client.socket.fileno():
+                self._receive(client)
 
 
 class Announcer:
