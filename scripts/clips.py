@@ -4,14 +4,14 @@ import json
 import math
 from typing import Any
 
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.world import World
 from motorcade.mats.document import mat_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import FORMAT, program_from_dict
 from motorcade.service.documents import EXAMPLES, example
 from motorcade.service.messages import Blocks
-from motorcade.service.programs import compile_blocks, profile_named
+from motorcade.service.programs import compile_blocks
 
 EVERY_MS = 200
 EXAMPLE_MS = 20_000
@@ -83,7 +83,7 @@ def _example(name: str) -> dict[str, Any]:
     image = compile_blocks(Blocks(project.leader, project.followers, profile=project.profile)).image
     assert project.mat, name
     assert image, name
-    return _clip(project.mat, image, profile_named(project.profile), EXAMPLE_MS)
+    return _clip(project.mat, image, built_in_profile(project.profile), EXAMPLE_MS)
 
 
 def _block(kind: str) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def _block(kind: str) -> dict[str, Any]:
     if kind == "infrared":
         document["followers"] = _FOLLOWERS
     mat = {"format": "motorcade-mat/1", "name": kind, "size_m": _SIZE_M, "edge": "open", "car": [_LEADER], **things}
-    profile = profile_named("classroom")
+    profile = built_in_profile("classroom")
     return _clip(mat, compile_program(program_from_dict(document), profile).image, profile, BLOCK_MS)
 
 

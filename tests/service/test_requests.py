@@ -160,7 +160,7 @@ def test_a_row_of_blocks_that_is_too_long_has_its_own_error(ask, count):
         ("compile", b'{"leader": {}, "followers": []}', "bad-message"),
         ("compile", b'{"leader": {"\\ud800": 1}}', "bad-message"),
         ("compile", b'{"leader": ' + b'{"a":' * 5000 + b"1" + b"}" * 5001, "message-too-deep"),
-        ("compile", b'{"leader": {}, "profile": "../x.toml"}', "unknown-profile"),
+        ("compile", b'{"leader": {}, "profile": "../x.toml"}', "no-such-profile"),
         ("open", b'{"text": 3}', "bad-message"),
         ("open", b'{"text": "{\\"format\\": \\"motorcade-program/1\\"}"}', "missing-field"),
         ("decompile", b'{"image": "!"}', "bad-message"),
@@ -183,7 +183,7 @@ def test_an_invalid_message_is_refused_in_every_language(refused, name, body, co
         ("../compile", {}, "not-found"),
         ("example", {"name": "x"}, "no-example"),
         ("example", {"name": "../square"}, "no-example"),
-        ("compile", {"leader": {}, "profile": "lorry"}, "unknown-profile"),
+        ("compile", {"leader": {}, "profile": "lorry"}, "no-such-profile"),
     ],
 )
 def test_an_unknown_name_is_refused(refused, name, message, code):

@@ -8,7 +8,7 @@ sent. Where all words agree, they part where a car stands elsewhere.
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from msgspec import Meta, Struct
 
@@ -35,7 +35,6 @@ _TOLD_EVERY_MS = 5_000
 # About so many cars times simulated ms are done in one call.
 _WORK_MS = 1_000_000
 _ROW_NUMBERS = EVENT_BYTES // 4
-Pair = tuple[StudioWorld, StudioWorld]
 
 
 class TrialMessageBase(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
@@ -75,26 +74,24 @@ class Difference(TrialAnswerBase):
             comes to stand elsewhere; ``none``: neither; the runs may still differ in what nobody sees.
         t_ms: when.
         car: which car.
+        exact_ms, exact_car: the first tick in which anything differs, and in which car; None: nothing does.
         missed: of ``word``, the run, 0 or 1, in which the car does not begin the word; None: it begins another one.
         late_ms: how much later it begins the word in the run ``missed``; None: not at all, as far as is known.
         words: of ``word``, the word that it begins in each run.
         cause: why, where the engine's events say it.
-        exact_ms, exact_car: the first tick in which anything differs, and in which car; None: nothing does.
-        begun: the words that this car begins in each run, around that time.
-        until_ms: both runs are simulated until then.
+        begun: of ``word``, the words that this car begins in each run, around that time.
     """
 
     kind: Literal["word", "place", "none"]
     t_ms: int
     car: int
-    missed: int | None
-    late_ms: int | None
-    words: list[str | None]
-    cause: Sentence | None
     exact_ms: int | None
     exact_car: int | None
-    begun: list[list[BegunWord]]
-    until_ms: int
+    missed: int | None = None
+    late_ms: int | None = None
+    words: list[str | None] = []
+    cause: Sentence | None = None
+    begun: list[list[BegunWord]] = []
 
 
 class Compared(TrialAnswerBase):
@@ -110,6 +107,48 @@ class _Parting(NamedTuple):
     number: int
 
 
+class _Run:
+    """One of two runs, and what happened in it.
+
+    Attributes:
+        history: its past.
+        begun: of each car the words that it began: when, and which.
+    """
+
+    def __init__(self, world: StudioWorld) -> None:
+        self.world = world
+        self.history = History()
+        self.begun: list[list[tuple[int, int]]] = [[] for _ in range(world.cars)]
+        image = parse_image_bytes(world.simulation.images[0])
+        dwell_ms = world.simulation.profile.dwell_ms[image.dwell_level]
+        # A word that comes so much later than in the other run is not begun.
+        self.late_ms = int(dwell_ms * _LATE_PART) if image.followers else _LATE_MS
+        self.store()
+
+    def advance(self) -> tuple[bytes, bytes]:
+        """Simulate until the next moment; return the rows of events until then, and the moment."""
+        events = self.world.run(EVERY_MS)
+        self.history.add_events(events)
+        numbers = memoryview(events).cast("I")
+        for at, kind in enumerate(numbers[2::_ROW_NUMBERS].tolist()):
+            if kind & 0xFF in (STATE, START):
+                t_ms, car, _, word, _ = numbers[at * _ROW_NUMBERS : (at + 1) * _ROW_NUMBERS].tolist()
+                self.begun[car].append((t_ms, word))
+        return events, self.store()
+
+    def store(self) -> bytes:
+        """Store the moment, and return it."""
+        moment = self.world.pictures.moment(is_stored=True)
+        self.history.add_moment(self.world.now_ms, moment)
+        return moment
+
+    def picture(self, number: int, t_ms: int) -> bytes:
+        """Return the picture of a stored moment."""
+        at_ms, moment = self.history.moment_at(t_ms)
+        events = self.history.events_between(at_ms - EVERY_MS, at_ms)
+        return pack_picture(number, 0, at_ms, self.world.cars, 0, moment, events)
+
+
 class Comparison:
     """Two runs, simulated a little in each call of `advance`.
 
@@ -121,92 +160,81 @@ class Comparison:
     """
 
     def __init__(self, message: Compare, make_world: Callable[[SetWorld], StudioWorld]) -> None:
-        self._worlds: Pair = make_world(message.one), make_world(message.other)
-        one, other = self._worlds
-        if one.cars != other.cars or one.tick_ms != other.tick_ms:
+        worlds = make_world(message.one), make_world(message.other)
+        if worlds[0].cars != worlds[1].cars or worlds[0].tick_ms != worlds[1].tick_ms:
             raise MotorcadeError("runs-differ-in-cars")
+        self._runs = _Run(worlds[0]), _Run(worlds[1])
         self._make_world, self._messages = make_world, (message.one, message.other)
         self._until_ms = message.until_ms
-        self._late_ms = max(map(_late_ms, self._worlds))
-        self._histories = History(), History()
-        # For each run and car the words that it began: when, and which.
-        self._begun: tuple[list[list[tuple[int, int]]], ...] = tuple([[] for _ in range(one.cars)] for _ in "01")
+        self._late_ms = max(run.late_ms for run in self._runs)
+        self._cars = worlds[0].cars
         # Of each car, how many words are known to be the same in both runs.
-        self._same = [0] * one.cars
+        self._same = [0] * self._cars
+        # Where cars stand elsewhere, and the first tick that differs at all: time and car.
         self._place: tuple[int, int] | None = None
-        # The first moment that differs at all, in tick and car.
         self._exact: tuple[int, int] | None = None
-        self._found: Difference | None = None
-        self._store()
+        self._is_found = False
 
     @property
     def is_busy(self) -> bool:
-        return self._worlds[0].now_ms < self._until_ms
+        return self._now_ms < self._until_ms
+
+    @property
+    def _now_ms(self) -> int:
+        return self._runs[0].world.now_ms
 
     def advance(self) -> list[Difference | Compared]:
         """Simulate a part of both runs; return where they part as soon as that is known, and how far they are."""
-        one = self._worlds[0]
         answers: list[Difference | Compared] = []
-        for _ in range(max(1, _WORK_MS // (EVERY_MS * one.cars))):
+        for _ in range(max(1, _WORK_MS // (EVERY_MS * self._cars))):
             if not self.is_busy:
                 break
-            rows = [world.run(EVERY_MS) for world in self._worlds]
-            for history, begun, events in zip(self._histories, self._begun, rows, strict=True):
-                history.add_events(events)
-                _note_words(begun, events)
-            moments = self._store()
-            now_ms = one.now_ms
-            if self._exact is None and (rows[0] != rows[1] or moments[0] != moments[1]):
+            (rows, moment), (other_rows, other_moment) = [run.advance() for run in self._runs]
+            now_ms = self._now_ms
+            if self._exact is None and (rows, moment) != (other_rows, other_moment):
                 self._exact = self._tick_of(now_ms - EVERY_MS)
-            if self._place is None and moments[0] != moments[1]:
-                self._place = _first_apart(now_ms, *moments, one.cars)
+            if self._place is None and moment != other_moment:
+                self._place = _first_apart(now_ms, moment, other_moment, self._cars)
             # Runs that are the same so far, to the bit, have not parted.
-            if self._exact and self._found is None and (parting := self._parting(now_ms)):
-                self._found = self._told(parting)
-                answers.append(self._found)
+            if self._exact and not self._is_found and (parting := self._parting(now_ms)):
+                answers.append(self._told(parting))
             elif now_ms % _TOLD_EVERY_MS == 0:
                 answers.append(Compared(now_ms))
         if not self.is_busy:
-            if self._found is None:
-                self._found = self._place_told()
-                answers.append(self._found)
-            answers.append(Compared(one.now_ms))
+            if not self._is_found:
+                t_ms, car = self._place or (0, 0)
+                answers.append(self._difference("place" if self._place else "none", t_ms, car))
+            answers.append(Compared(self._now_ms))
         return answers
 
     def pictures(self, t_ms: int) -> list[bytes]:
         """Return a picture of each run at a time; the picture's number is that of the run, 0 or 1."""
-        return [
-            pack_picture(run, 0, *_shown(history, t_ms, world))
-            for run, (history, world) in enumerate(zip(self._histories, self._worlds, strict=True))
-        ]
+        return [run.picture(number, t_ms) for number, run in enumerate(self._runs)]
 
-    def _store(self) -> tuple[bytes, bytes]:
-        one, other = self._worlds
-        moments = one.pictures.moment(is_stored=True), other.pictures.moment(is_stored=True)
-        for history, world, moment in zip(self._histories, self._worlds, moments, strict=True):
-            history.add_moment(world.now_ms, moment)
-        return moments
+    def _difference(self, kind: Literal["word", "place", "none"], t_ms: int, car: int, **more: Any) -> Difference:
+        self._is_found = True
+        return Difference(kind, t_ms, car, *(self._exact or (None, None)), **more)
 
     def _tick_of(self, after_ms: int) -> tuple[int, int]:
         """Run both again, tick by tick from ``after_ms`` on; return the time and the car of the first difference."""
-        one, other = map(self._make_world, self._messages)
-        for world in (one, other):
+        worlds = [self._make_world(message) for message in self._messages]
+        for world in worlds:
             if after_ms:
                 world.run(after_ms)
             world.pictures.moment(is_stored=True)
         while True:
-            rows = one.run(one.tick_ms), other.run(other.tick_ms)
-            moments = one.pictures.moment(is_stored=True), other.pictures.moment(is_stored=True)
+            rows = [world.run(world.tick_ms) for world in worlds]
+            moments = [world.pictures.moment(is_stored=True) for world in worlds]
             if rows[0] != rows[1]:
                 first = set(unpack_events(rows[0])) ^ set(unpack_events(rows[1]))
-                return one.now_ms, min(first).car if first else 0
+                return worlds[0].now_ms, min(first).car if first else 0
             if moments[0] != moments[1]:
-                return one.now_ms, _first_differing(*moments, one.cars)
+                return worlds[0].now_ms, _first_differing(moments[0], moments[1], self._cars)
 
     def _parting(self, now_ms: int) -> _Parting | None:
         """The earliest word that a car begins in one run alone; None while that can't be said yet."""
         best: _Parting | None = None
-        for car, (ones, others) in enumerate(zip(*self._begun, strict=True)):
+        for car, (ones, others) in enumerate(zip(*(run.begun for run in self._runs), strict=True)):
             at = self._same[car]
             while at < min(len(ones), len(others)) and self._agree(ones[at], others[at]):
                 at += 1
@@ -223,37 +251,33 @@ class Comparison:
 
     def _told(self, parting: _Parting) -> Difference:
         t_ms, car, number = parting
-        words: list[int | None] = []
-        for begun in self._begun:
-            is_there = number < len(begun[car]) and begun[car][number][0] - t_ms < self._late_ms
-            words.append(begun[car][number][1] if is_there else None)
-        missed = words.index(None) if None in words else self._skipped(car, number)
+        begun = [run.begun[car] for run in self._runs]
+        words = [
+            each[number][1] if number < len(each) and each[number][0] - t_ms < self._late_ms else None for each in begun
+        ]
+        missed = words.index(None) if None in words else self._skipped(begun, number)
+        late_ms, cause = None, self._cause_of_another(car) if missed is None else None
         if missed is not None:
-            words[missed], t_ms = None, self._begun[1 - missed][car][number][0]
-        late_ms = None
-        if missed is not None:
-            there, here = self._begun[1 - missed][car], self._begun[missed][car]
+            here, there = begun[missed], begun[1 - missed]
+            words[missed], t_ms = None, there[number][0]
             if number < len(here) and here[number][1] == there[number][1]:
-                late_ms = here[number][0] - there[number][0]
-        cause = self._cause(car, missed, t_ms) if missed is not None else self._cause_of_another(car)
-        return Difference(
-            kind="word",
-            t_ms=t_ms,
-            car=car,
+                late_ms = here[number][0] - t_ms
+            cause = self._cause(car, missed, t_ms)
+        return self._difference(
+            "word",
+            t_ms,
+            car,
             missed=missed,
             late_ms=late_ms,
             words=[None if word is None else f"{word:08x}" for word in words],
             cause=sentences(cause) if cause else None,
-            exact_ms=self._exact[0] if self._exact else None,
-            exact_car=self._exact[1] if self._exact else None,
-            begun=[_around(begun[car], t_ms) for begun in self._begun],
-            until_ms=self._until_ms,
+            begun=[_around(each, t_ms) for each in begun],
         )
 
-    def _skipped(self, car: int, number: int) -> int | None:
+    def _skipped(self, begun: list[list[tuple[int, int]]], number: int) -> int | None:
         """The run in which a car begins at once the word that comes next in the other run; None where it is neither."""
         for run in range(2):
-            here, there = self._begun[run][car], self._begun[1 - run][car]
+            here, there = begun[run], begun[1 - run]
             if number + 1 < len(there) and self._agree(here[number], there[number + 1]):
                 return run
         return None
@@ -280,17 +304,15 @@ class Comparison:
 
     def _cause_of_another(self, car: int) -> Phrase | None:
         """Why a car begins another word in one run than in the other."""
-        images = [world.simulation.images for world in self._worlds]
-        if images[0] == images[1]:
+        one, other = (run.world for run in self._runs)
+        if one.simulation.images == other.simulation.images:
             return None
-        leads = car in self._worlds[0].leads()
-        return Phrase("parted-program" if leads else "parted-words")
+        return Phrase("parted-program" if car in one.leads() else "parted-words")
 
     def _collided(self, run: int, lost: Event, near: list[Event]) -> int | None:
         """The nearest car that sent at the same time as the one whose frame was lost."""
-        world = self._worlds[run]
-        frame_ms = air_us(lost.word, world.simulation.profile.infrared.unit_us) / 1000
-        columns = unpack_moment(self._histories[run].moment_at(lost.t_ms)[1], world.cars)
+        frame_ms = air_us(lost.word, self._runs[run].world.simulation.profile.infrared.unit_us) / 1000
+        columns = unpack_moment(self._runs[run].history.moment_at(lost.t_ms)[1], self._cars)
         x_m, y_m = columns["x_m"], columns["y_m"]
         sent = [each.car for each in near if each.kind == FRAME and 0 <= lost.t_ms - each.t_ms <= 2 * frame_ms]
         others = (car for car in sent if car not in (lost.other, lost.car))
@@ -299,41 +321,7 @@ class Comparison:
 
     def _around(self, run: int, t_ms: int) -> Iterator[Event]:
         """The events of a run shortly before and after a time."""
-        between = self._histories[run].events_between(t_ms - self._late_ms, t_ms + EVERY_MS)
-        return unpack_events(between)
-
-    def _place_told(self) -> Difference:
-        exact_ms, exact_car = self._exact or (None, None)
-        t_ms, car = self._place or (0, 0)
-        begun: list[list[BegunWord]] = [[], []]
-        kind = "place" if self._place else "none"
-        return Difference(
-            kind,  # type: ignore[arg-type]
-            t_ms,
-            car,
-            None,
-            None,
-            [None, None],
-            None,
-            exact_ms,
-            exact_car,
-            begun,
-            self._until_ms,
-        )
-
-
-def _late_ms(world: StudioWorld) -> int:
-    image = parse_image_bytes(world.simulation.images[0])
-    return int(world.simulation.profile.dwell_ms[image.dwell_level] * _LATE_PART) if image.followers else _LATE_MS
-
-
-def _note_words(begun: list[list[tuple[int, int]]], events: bytes) -> None:
-    """Add the words that cars began to those of each car."""
-    numbers = memoryview(events).cast("I")
-    for at, kind in enumerate(numbers[2::_ROW_NUMBERS].tolist()):
-        if kind & 0xFF in (STATE, START):
-            t_ms, car, _, word, _ = numbers[at * _ROW_NUMBERS : (at + 1) * _ROW_NUMBERS].tolist()
-            begun[car].append((t_ms, word))
+        return unpack_events(self._runs[run].history.events_between(t_ms - self._late_ms, t_ms + EVERY_MS))
 
 
 def _around(begun: list[tuple[int, int]], t_ms: int) -> list[BegunWord]:
@@ -357,9 +345,3 @@ def _first_differing(one: bytes, other: bytes, cars: int) -> int:
     """The first car that shows anything else."""
     rows = [zip(*unpack_moment(moment, cars).values(), strict=True) for moment in (one, other)]
     return next((car for car, (row, another) in enumerate(zip(*rows, strict=True)) if row != another), 0)
-
-
-def _shown(history: History, t_ms: int, world: StudioWorld) -> tuple[int, int, int, bytes, bytes]:
-    """The arguments of `pack_picture` from its time on."""
-    at_ms, moment = history.moment_at(t_ms)
-    return at_ms, world.cars, 0, moment, history.events_between(at_ms - EVERY_MS, at_ms)

@@ -138,14 +138,14 @@ class History:
 
     def newest_events(self, most: int) -> bytes:
         """The last ``most`` rows."""
-        batches: deque[bytes] = deque()
-        size = 0
+        batches: list[bytes] = []
+        missing = most * EVENT_BYTES
         for batch in reversed(self._events):
-            batches.appendleft(batch)
-            size += len(batch)
-            if size >= most * EVENT_BYTES:
+            if missing <= 0:
                 break
-        return b"".join(batches)[-most * EVENT_BYTES :]
+            batches.append(batch)
+            missing -= len(batch)
+        return b"".join(reversed(batches))[max(-missing, 0) :]
 
     def events_of(self, car: int) -> list[Event]:
         """The events of a car, by time."""

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from math import gcd
 from typing import Any, Literal
 
-from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
+from motorcade.config.profile import built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
@@ -19,7 +19,7 @@ from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
 from motorcade.program.model import Program, with_ids_of
 from motorcade.program.parts import MOST_PIECES, word_fields
-from motorcade.program.python_reader import PythonProgram, read_python
+from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
@@ -32,31 +32,14 @@ _MOST_SHOWN = 3
 _MOST_ROUNDS = 12
 # Errors of the whole program: without the block that they name, it would be another one.
 _TOO_MANY = ("too-many-states", "too-many-words")
-# What a button says that sets a field; of others, the value alone.
-_FIXES = {
-    "accept_ir": "fix-accept_ir",
-    "behind": "fix-behind",
-    "delete": "fix-delete",
-    "dwell_seconds": "fix-dwell_seconds",
-    "seconds": "fix-seconds",
-    "tagged": "fix-tagged",
-    "text": "fix-text",
-    "times": "fix-times",
-}
+# The fields for which a button has words of its own; of others it says the value alone.
+_FIXES = ("accept_ir", "behind", "delete", "dwell_seconds", "seconds", "tagged", "text", "times")
 # What a block around the wrong one, or the followers' hat, decides.
 _SETTINGS = ("accept_ir", "dwell_seconds", "tagged")
 # The fields of steps, by whose names the sentences of a file's errors tell where they are.
 _FIELD_NAMES = {each.name for kind in (*SIMPLE_KINDS, RepeatStep) for each in own_fields(kind)}
 # The fields of the control word that a step of each kind fills.
 _FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
-
-
-def profile_named(name: str) -> Profile:
-    """Return the built-in profile called ``name``. Raises MotorcadeError."""
-    try:
-        return built_in_profile(name)
-    except MotorcadeError:
-        raise MotorcadeError("unknown-profile", name=name[:40], known=", ".join(built_in_profiles())) from None
 
 
 def profile_figures() -> list[messages.ProfileFigures]:
@@ -82,7 +65,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
 
     Raises MotorcadeError where there is no such profile.
     """
-    profile = profile_named(blocks.profile)
+    profile = built_in_profile(blocks.profile)
     first: messages.Compiled | None = None
     diagnostics: list[program_diagnostics.Diagnostic] = []
     left_out: set[str] = set()
@@ -205,16 +188,16 @@ def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> mes
         holder = holder_of(followers, block, fix.field)
     name, value = field_value(fix.field, fix.value, holder is not None and "TAGGED" in holder.get("fields", {}))
     shown = f"{value:g}" if isinstance(value, float) else str(value)
-    key = _FIXES.get(fix.field, "fix-value")
+    what = fix.field if fix.field in _FIXES else "value"
     if fix.field == program_diagnostics.TEXT:
         shown = shown.strip(" ,\n") or shown
         if not shown:
-            key = "fix-delete"
+            what = "delete"
         elif fix.span and fix.span[:2] == fix.span[2:]:
-            key = "fix-add"
+            what = "add"
     elif fix.value is True:
-        key = "fix-listen"
-    sentence = messages.sentences(Phrase(key, value=shown))
+        what = "listen"
+    sentence = messages.sentences(Phrase(f"fix-{what}", value=shown))
     place = messages.TextPlace(*fix.span) if fix.span else None
     return messages.Fix(name, value, sentence, holder.get("id") if holder else None, place)
 
@@ -224,23 +207,31 @@ def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
         return []
     header, *control = compiled.words
     words = [messages.Word(f"{header:08x}", "header", None)]
-    fields_of = dict(_fields_of_togethers(program.leader, "leader"))
-    if program.followers:
-        fields_of |= _fields_of_togethers(program.followers.steps, "followers.steps")
+    fields_of = {
+        path: {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
+        for path, step in _steps_of(program)
+        if isinstance(step, TogetherStep)
+    }
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
         part: Literal["leader", "followers"] = "leader" if number < compiled.leader_states else "followers"
         words.append(messages.Word(f"{word:08x}", part, block, fields_of.get(path, {})))
     return words
 
 
-def _fields_of_togethers(steps: Sequence[Step], path: str) -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield for each together among ``steps`` its path, and the blocks that fill the fields of its words."""
+def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:
+    """Yield the path of each step and the step, those in other steps too."""
+    yield from _walk(program.leader, "leader")
+    yield from _walk(program.followers.steps if program.followers else (), "followers.steps")
+
+
+def _walk(steps: Sequence[Step], path: str) -> Iterator[tuple[str, Step]]:
     for number, step in enumerate(steps):
-        place = f"{path}[{number}]"
+        here = f"{path}[{number}]"
+        yield here, step
         if isinstance(step, RepeatStep):
-            yield from _fields_of_togethers(step.steps, f"{place}.repeat.steps")
+            yield from _walk(step.steps, f"{here}.{step.kind}.steps")
         elif isinstance(step, TogetherStep):
-            yield place, {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
+            yield from _walk(step.steps, f"{here}.{step.kind}")
 
 
 def _costliest(
@@ -270,7 +261,10 @@ def blocks_to_python(sent: messages.BlocksAndText) -> messages.PythonText:
     except ProgramError as problem:
         return messages.PythonText(sent.text, [], diagnostics_in_all_languages(problem.diagnostics))
     read = read_python(text)
-    return messages.PythonText(text, _places(read, program), diagnostics_in_all_languages(read.diagnostics))
+    places = [
+        messages.BlockPlace(*read.spans[path], step.id) for path, step in _steps_of(program) if step.id is not None
+    ]
+    return messages.PythonText(text, places, diagnostics_in_all_languages(read.diagnostics))
 
 
 def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
@@ -278,7 +272,7 @@ def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
     try:
         read = read_python(sent.text)
         try:
-            profile_named(read.program.profile)
+            built_in_profile(read.program.profile)
         except MotorcadeError as problem:
             found = error("bad-profile", "profile", reason=problem)
             names = get_close_matches(read.program.profile, built_in_profiles(), 1)
@@ -292,20 +286,3 @@ def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
     return messages.PythonBlocks(
         leader, followers, read.program.profile, diagnostics_in_all_languages(read.diagnostics)
     )
-
-
-def _places(read: PythonProgram, program: Program) -> list[messages.BlockPlace]:
-    """Return where the blocks of ``program``, which the text makes, stand in it."""
-    steps = program.followers.steps if program.followers else ()
-    return [*_places_of(program.leader, "leader", read), *_places_of(steps, "followers.steps", read)]
-
-
-def _places_of(steps: Sequence[Step], path: str, read: PythonProgram) -> Iterator[messages.BlockPlace]:
-    for number, step in enumerate(steps):
-        here = f"{path}[{number}]"
-        if step.id is not None:
-            yield messages.BlockPlace(*read.spans[here], step.id)
-        if isinstance(step, RepeatStep):
-            yield from _places_of(step.steps, f"{here}.{step.kind}.steps", read)
-        elif isinstance(step, TogetherStep):
-            yield from _places_of(step.steps, f"{here}.{step.kind}", read)

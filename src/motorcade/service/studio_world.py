@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 from msgspec import structs
 
 from motorcade.car.brain import HOLDS, RUNNING, STARTED_MS, WORD
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment
@@ -21,7 +21,6 @@ from motorcade.mats.document import mat_of
 from motorcade.missions.model import Mission
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
-from motorcade.service.programs import profile_named
 from motorcade.service.why import why
 from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
 from motorcade.words.formats import CONTROL, FRAME
@@ -205,7 +204,7 @@ def open_world(
     mat = mat_from(message.mat, most_cars)
     if message.mission:
         check_mission_size(message.mission, most_cars)
-    profile = profile_named(message.profile)
+    profile = built_in_profile(message.profile)
     image = _NO_PROGRAM if message.image is None else message.image
     parse_image_bytes(image)
 

@@ -1,10 +1,9 @@
 """An upload or a readback through a port that the page opened: bytes and time in, bytes and answers out."""
 
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, sentences
-from motorcade.service.programs import profile_named
 from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
 from motorcade.upload.transfer import (
     ReadbackTransfer,
@@ -104,7 +103,7 @@ def check_order(order: UploadOrder) -> Profile:
         raise MotorcadeError("bad-message", reason="give either an image or readback")
     if order.image is not None:
         parse_image_bytes(order.image)
-    return profile_named(order.profile)
+    return built_in_profile(order.profile)
 
 
 def retry_notice(retry: Retry, size: int) -> world_messages.Progress:

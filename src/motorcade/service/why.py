@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from motorcade.car.brain import HOLDS, SLOT, WORD
+from motorcade.config.profile import built_in_profile
 from motorcade.engine.moment import view_column
 from motorcade.engine.pictures import Near, Pictures
 from motorcade.engine.simulation import Simulation
@@ -16,7 +17,6 @@ from motorcade.mats.document import cars_of, mat_of
 from motorcade.mats.geometry import Obstacle, Surface, obstructed, surfaces
 from motorcade.program.blocks import INFRARED
 from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
-from motorcade.service.programs import profile_named
 from motorcade.service.world_messages import ReceivedFrame, Why
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import parse_image_bytes
@@ -279,7 +279,7 @@ def carry_out(order: RemedyOrder) -> RemedyChanges:
 
 def _placed(order: RemedyOrder, mat: Mat) -> MatDocument | None:
     """The mat with a leader more, or with the car in front of the one that it should hear; None without room."""
-    cars, starts, profile = _cars(order.mat, mat), mat.starts, profile_named(order.profile)
+    cars, starts, profile = _cars(order.mat, mat), mat.starts, built_in_profile(order.profile)
     is_new = order.remedy == "leader"
     near = order.car if is_new else order.value
     if max(order.car, near) >= len(cars):

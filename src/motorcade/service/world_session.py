@@ -4,7 +4,6 @@ It lets the world's time pass, stores its past, and makes pictures of it. Real t
 """
 
 import math
-from collections import deque
 from collections.abc import Callable
 
 from motorcade.engine.moment import EVENT_BYTES
@@ -245,11 +244,8 @@ class WorldSession:
         # The time of the stored moment that is shown; None for the present.
         self._shown_ms = None
         self._history = History(self._past_bytes)
-        # The events since the last picture.
-        self._new: deque[bytes] = deque()
-        self._new_bytes = 0
-        # The events since the last stored moment, for the referee.
-        self._unseen: list[bytes] = []
+        # How many rows of events came since the last stored moment; the referee has not seen them.
+        self._unseen = 0
         if self.world.referee:
             self.world.referee.restart()
         self._next_moment_ms = 0
@@ -260,8 +256,8 @@ class WorldSession:
     def _show_all(self) -> None:
         """Make the next picture complete, for a page that has none yet: with as many events as fit."""
         self._next_is_first = self.has_news = True
-        self._new = deque([self._history.newest_events(MOST_EVENTS)])
-        self._new_bytes = len(self._new[0])
+        # So many of the newest rows of events the next picture has.
+        self._unshown = MOST_EVENTS
 
     def simulate(self, now_s: float) -> None:
         """Simulate what is due at a real time (seconds since any moment); call it for each picture, then `adapt_to`.
@@ -306,7 +302,10 @@ class WorldSession:
             if self._breakpoints.conditions:
                 count = min(count, max(LOOK_MS // world.tick_ms, 1))
             events = world.run(count * world.tick_ms)
-            self._add_events(events)
+            self._history.add_events(events)
+            rows = len(events) // EVENT_BYTES
+            self._unseen += rows
+            self._unshown = min(self._unshown + rows, MOST_EVENTS)
             if world.now_ms >= self._next_moment_ms:
                 self._store_moment()
             ticks -= count
@@ -315,24 +314,13 @@ class WorldSession:
                 self.pause()
                 return
 
-    def _add_events(self, events: bytes) -> None:
-        if not events:
-            return
-        self._history.add_events(events)
-        if self.world.referee:
-            self._unseen.append(events)
-        self._new.append(events)
-        self._new_bytes += len(events)
-        while self._new_bytes - len(self._new[0]) >= MOST_EVENTS * EVENT_BYTES:
-            self._new_bytes -= len(self._new.popleft())
-
     def _store_moment(self) -> None:
         now_ms, counts = self.world.now_ms, self.world.simulation.totals()
         moment = self.world.pictures.moment(is_stored=True)
         self._history.add_moment(now_ms, moment, _lost(counts))
         if self.world.referee:
-            self.world.referee.see(now_ms, moment, b"".join(self._unseen), counts["touching_ms"])
-            self._unseen.clear()
+            self.world.referee.see(now_ms, moment, self._history.newest_events(self._unseen), counts["touching_ms"])
+        self._unseen = 0
         while self._next_moment_ms <= now_ms:
             self._next_moment_ms += EVERY_MS
 
@@ -349,9 +337,7 @@ class WorldSession:
             lost = history.lost_before(t_ms) - history.lost_before(t_ms - LATELY_MS)
             return pack_picture(number, flags | PAST, t_ms, cars, lost, moment, events)
         moment = self.world.pictures.moment(is_stored=False)
-        events = b"".join(self._new)
-        self._new.clear()
-        self._new_bytes = 0
+        events, self._unshown = history.newest_events(self._unshown), 0
         lost = _lost(self.world.simulation.totals()) - history.lost_before(self.world.now_ms - LATELY_MS)
         return pack_picture(number, flags, self.world.now_ms, cars, lost, moment, events)
 

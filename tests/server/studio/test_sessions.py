@@ -137,7 +137,7 @@ def test_sessions_are_separate(client) -> None:
         (json.dumps(SET | {"mat": MAT | {"crowd": [{"cars": 1998}]}}), "too-many-cars", "2,000"),
         # Refused before a place for any car is searched for.
         (json.dumps(SET | {"mat": MAT | {"crowd": [{"cars": 1e300}]}}), "too-many-cars", "2,000"),
-        (json.dumps(SET | {"profile": "lorry"}), "unknown-profile", "lorry"),
+        (json.dumps(SET | {"profile": "lorry"}), "no-such-profile", "lorry"),
         (
             json.dumps(SET | {"mat": MAT | {"disc": [{"centre_m": [9, 9], "radius_m": 1}] * 401}}),
             "too-much-furniture",

@@ -200,7 +200,7 @@ def test_only_listed_ports_are_opened(client, port) -> None:
         ({"port": "virtual"}, "bad-message"),
         ({"port": "virtual", "image": IMAGE, "readback": True}, "bad-message"),
         ({"port": "virtual", "image": b"x"}, "image-cut-off"),
-        ({"port": "virtual", "image": IMAGE, "profile": "lorry"}, "unknown-profile"),
+        ({"port": "virtual", "image": IMAGE, "profile": "lorry"}, "no-such-profile"),
         ({"port": "virtual", "imag": ""}, "bad-message"),
     ],
 )

@@ -168,7 +168,6 @@ it("a difference is told with its car, time and cause", () => {
     exact_ms: 60,
     exact_car: 2,
     begun: [[], []],
-    until_ms: 60_000,
     ...changes,
   });
   const text = (changes: Partial<Difference>) => differenceText(difference(changes), ["This run", "Luck 5"]);

@@ -795,14 +795,13 @@ export interface Difference {
   kind: "none" | "place" | "word";
   t_ms: number;
   car: number;
+  exact_ms: number | null;
+  exact_car: number | null;
   missed: number | null;
   late_ms: number | null;
   words: (string | null)[];
   cause: Sentence | null;
-  exact_ms: number | null;
-  exact_car: number | null;
   begun: BegunWord[][];
-  until_ms: number;
 }
 
 /** A word that a car began, as eight hexadecimal digits. */
