@@ -47,11 +47,12 @@ def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -
     the leader is programmed. Raises ProgramError where the blocks make no program.
     """
     document: dict[str, Any] = {"format": FORMAT, "profile": profile, "followers": None}
-    document["leader"] = _Reader("leader", leads=True).steps(_below(_hat(leader, LEADER_HAT, "leader"), "leader"))
+    hat = _hat(leader, LEADER_HAT, "leader")
+    document["leader"] = _Reader(leads=True).steps(_below(hat, "leader"), "leader")
     if followers is not None:
         hat = _hat(followers, FOLLOWERS_HAT, "followers")
-        reader = _Reader("followers.steps", leads=False)
-        document["followers"] = {**_of_hat(hat), "steps": reader.steps(_below(hat, "followers"))}
+        steps = _Reader(leads=False).steps(_below(hat, "followers"), "followers.steps")
+        document["followers"] = {**_of_hat(hat), "steps": steps}
     return program_from_dict(document)
 
 
@@ -68,17 +69,19 @@ def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
 
 
 class _Reader:
-    """Read the steps of one editor; ``path`` is the place of these steps in the program."""
+    """Read the steps of the leader's editor, or of the followers'."""
 
-    def __init__(self, path: str, leads: bool):
-        self._path = path
+    def __init__(self, leads: bool):
         self._leads = leads
 
-    def steps(self, first: Block | None) -> list[dict[str, Any]]:
-        """Return the steps, for JSON, of ``first`` and all blocks below it."""
-        return self._steps(first, self._path, 0)
+    def steps(self, first: Block | None, path: str, depth: int = 0, inside: bool = False) -> list[dict[str, Any]]:
+        """Return the steps, for JSON, of ``first`` and all blocks below it.
 
-    def _steps(self, first: Block | None, path: str, depth: int, inside: bool = False) -> list[dict[str, Any]]:
+        Args:
+            path: the place of these steps in the program.
+            depth: how many blocks are around them.
+            inside: whether they are parts of a together.
+        """
         return [
             self._step(block, flags, f"{path}[{number}]", deep, inside)
             for number, (block, flags, deep) in enumerate(self._row(first, {}, path, depth, inside))
@@ -100,13 +103,11 @@ class _Reader:
                 continue
             own = _own_flags(block, path)
             if self._leads and own != {"accept_ir": False}:
-                wrong = {"accept_ir"} - ({"accept_ir"} if own.get("accept_ir") is False else set()) | own.keys() & {
-                    "forward"
-                }
+                fixes = [Fix("forward", "same")] if "forward" in own else []
+                if own.get("accept_ir") is not False:
+                    fixes.append(Fix("accept_ir", "no"))
                 # Where two values are wrong, one isn't enough.
-                values = {"accept_ir": "no", "forward": "same"}
-                fixes = [Fix(name, values[name]) for name in wrong] if len(wrong) == 1 else []
-                raise _refused("leader-accepts-ir", path, block, fixes)
+                raise _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
             yield from self._row(_inside(block, path), flags | own, path, depth + 1, inside)
 
     def _step(self, block: Block, flags: Flags, path: str, depth: int, inside: bool) -> dict[str, Any]:
@@ -117,13 +118,13 @@ class _Reader:
         if "id" in block:
             document["id"] = block["id"]
         if kind == TogetherStep.kind:
-            document[kind] = self._steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
+            document[kind] = self.steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
             return document
         # Such a step in a together has no fields: it lasts as long as the together.
         no_fields = inside and KINDS[kind].accompanies
         document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
         if kind == RepeatStep.kind:
-            document[kind]["steps"] = self._steps(_inside(block, path), f"{path}.{kind}.steps", depth + 1)
+            document[kind]["steps"] = self.steps(_inside(block, path), f"{path}.{kind}.steps", depth + 1)
         return document
 
 
@@ -290,11 +291,7 @@ def _block(step: Step, path: str, depth: int) -> Block:
         for capitals, name, is_menu in _fields_of(kind)
         if (value := getattr(step, name)) is not None
     }
-    return (
-        _with_inside(block, _blocks(step.steps, path, depth + 1))
-        if isinstance(step, TogetherStep | RepeatStep)
-        else block
-    )
+    return _with_inside(block, _blocks(step.inside, path, depth + 1))
 
 
 def _infrared(flags: tuple[bool | None, bool | None], first: Block | None) -> Block:

@@ -1,6 +1,5 @@
 """Compile a program to its image: the words, the step that each comes from, and errors and warnings."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -32,7 +31,7 @@ from motorcade.program.parts import (
     to_ms,
     with_durations,
 )
-from motorcade.program.steps import LONGEST_S, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import LONGEST_S, RepeatStep, Step, TogetherStep, walk
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
@@ -313,10 +312,7 @@ def _not_expressible_together(item: Item, steps: Sequence[Step], levels_ms: tupl
 
 def _longest_block(steps: Sequence[Step], item: Item) -> tuple[str, str | None] | None:
     """The path and id of the one block of ``item`` that lasts longest; None where there is no such block."""
-    first, *inner = map(int, re.findall(r"\[(\d+)\]", item.path))
-    step = steps[first]
-    for position in inner:
-        step = step.steps[position]  # type: ignore[attr-defined]
+    step = dict(walk(steps, item.path.partition("[")[0]))[item.path]
     if not isinstance(step, TogetherStep):
         return None if getattr(step, "seconds", None) is None else (item.path, item.id)
     times_s = [getattr(part, "seconds", None) or 0 for part in step.steps]

@@ -91,9 +91,19 @@ def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., in
 
 def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
     """Return how many of the first words are the countdown of one step; 1 where they are no countdown."""
-    length_ms = max(durations_in(words[0], profile.durations_ms))
-    dwells = length_ms // dwell_ms
-    return dwells if length_ms % dwell_ms == 0 and _counts_down(words[:dwells], dwell_ms, profile) else 1
+    dwells, rest_ms = divmod(max(durations_in(words[0], profile.durations_ms)), dwell_ms)
+    if rest_ms or not 1 < dwells <= len(words):
+        return 1
+    whole = parts_of(step_in(words[0], profile.durations_ms))
+    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    first = CONTROL.decode(words[0])
+    for number, word in enumerate(words[:dwells]):
+        left = slice_of(whole, number * dwell_ms, dwell_ms * dwells)
+        if any(duration not in levels for duration in durations_of(left)):
+            return 1
+        if word != control_word(left, levels, first.accept_ir, first.forward):
+            return 1
+    return dwells
 
 
 def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
@@ -110,22 +120,6 @@ def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> in
             break
         dwells += 1
     return dwells
-
-
-def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
-    """Whether each of the words, sent for one dwell, does what is left of the first; False for no words."""
-    if not words or len(words) * dwell_ms != max(durations_in(words[0], profile.durations_ms)):
-        return False
-    whole = parts_of(step_in(words[0], profile.durations_ms))
-    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
-    first = CONTROL.decode(words[0])
-    for number, word in enumerate(words):
-        left = slice_of(whole, number * dwell_ms, dwell_ms * len(words))
-        if any(duration not in levels for duration in durations_of(left)):
-            return False
-        if word != control_word(left, levels, first.accept_ir, first.forward):
-            return False
-    return True
 
 
 def _lasting(step: Step, duration_ms: int) -> Step:

@@ -30,6 +30,7 @@ from motorcade.program.steps import (
     check_value,
     first_value,
     own_fields,
+    walk,
 )
 
 FORMAT = "motorcade-program/1"
@@ -176,13 +177,16 @@ class Program:
         Path(path).write_text(self.as_json(), encoding="utf-8")
 
 
+def placed_steps(program: Program) -> Iterator[tuple[str, Step]]:
+    """Yield every step of a program, those inside of others included, with its place."""
+    yield from walk(program.leader, "leader")
+    if program.followers:
+        yield from walk(program.followers.steps, "followers.steps")
+
+
 def count_blocks(program: Program) -> int:
     """How many blocks a program has on the page, those inside of others included."""
-    return sum(map(_blocks_in, (*program.leader, *(program.followers.steps if program.followers else ()))))
-
-
-def _blocks_in(step: Step) -> int:
-    return 1 + sum(map(_blocks_in, step.steps if isinstance(step, RepeatStep | TogetherStep) else ()))
+    return sum(1 for _ in placed_steps(program))
 
 
 def read_program(data: bytes | str) -> Program:
@@ -335,14 +339,13 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
 @cache
 def without_ids(step: Step) -> Step:
     """Return a step, and the steps inside it, without the blocks that they came from."""
-    if isinstance(step, TogetherStep | RepeatStep):
-        return replace(step, id=None, steps=tuple(without_ids(each) for each in step.steps))
-    return replace(step, id=None) if step.id is not None else step
+    changes: dict[str, Any] = {"steps": tuple(map(without_ids, step.inside))} if step.inside else {}
+    return replace(step, id=None, **changes) if changes or step.id is not None else step
 
 
 def with_ids_of(program: Program, before: Program) -> Program:
     """Return ``program`` with the ids that its steps have in ``before``; steps with an id of their own keep it."""
-    taken = set(_ids(program.leader)) | set(_ids(program.followers.steps if program.followers else ()))
+    taken = {step.id for _, step in placed_steps(program) if step.id is not None}
     leader = _steps_with_ids(program.leader, before.leader, taken)
     followers = program.followers
     if followers and before.followers:
@@ -357,16 +360,7 @@ def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[st
         changes: dict[str, Any] = {}
         if old and old.id is not None and step.id is None and old.id not in taken:
             changes["id"] = old.id
-        if isinstance(step, TogetherStep | RepeatStep):
-            inside = old.steps if isinstance(old, TogetherStep | RepeatStep) else ()
-            changes["steps"] = tuple(_steps_with_ids(step.steps, inside, taken))
+        if step.inside:
+            changes["steps"] = tuple(_steps_with_ids(step.inside, old.inside if old else (), taken))
         made.append(replace(step, **changes) if changes else step)
     return made
-
-
-def _ids(steps: Sequence[Step]) -> Iterator[str]:
-    for step in steps:
-        if step.id is not None:
-            yield step.id
-        if isinstance(step, TogetherStep | RepeatStep):
-            yield from _ids(step.steps)

@@ -12,7 +12,7 @@ from motorcade.program.blocks import plain
 from motorcade.program.model import Followers, Program, align, without_ids
 from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
 from motorcade.program.python_syntax import Comment, PythonSource
-from motorcade.program.steps import COMMON, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import COMMON, Step
 
 _INDENT = "    "
 _LONGEST_LINE = 100
@@ -201,9 +201,7 @@ class _Writer:
             place = f"{path}[{number}]"
             own = self._comments.pop(place, None) or _Comments()
             item = _Item(own.before, own.behind, own.end, step)
-            if isinstance(step, TogetherStep | RepeatStep):
-                inner = f"{place}.{step.kind}" + (".steps" if isinstance(step, RepeatStep) else "")
-                item.inside = self._items(step.steps, inner)
+            item.inside = self._items(step.inside, f"{place}.{step.inside_at}")
             node = self._nodes[place]
             text = self._old.source.text[node.start : node.end] if self._old else ""
             item.text = "" if "\n" in text else text
@@ -247,16 +245,14 @@ def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[st
     items = []
     for step, place in zip(row, places, strict=True):
         if place is None:
-            inside = _merged([], step.steps)[0] if isinstance(step, TogetherStep | RepeatStep) else []
-            items.append(_Item(step=step, inside=inside))
+            items.append(_Item(step=step, inside=_merged([], step.inside)[0]))
             continue
         before = old[place]
         orphaned = [comment for each in gone if each < place for comment in old[each].all_comments()]
         gone = [each for each in gone if each > place]
         item = _Item([*orphaned, *before.before], before.behind, list(before.end), step)
-        if isinstance(step, TogetherStep | RepeatStep):
-            item.inside, left = _merged(before.inside, step.steps)
-            item.end = left + item.end
+        item.inside, left = _merged(before.inside, step.inside)
+        item.end = left + item.end
         if before.step and without_ids(step) == without_ids(before.step):
             item.text = before.text
         items.append(item)

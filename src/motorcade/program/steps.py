@@ -7,7 +7,7 @@ the bits of a word and the step that a word holds (`program.parts`), the blocks 
 docs/programs.md (`scripts/step_files.py`).
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar
 
@@ -53,6 +53,7 @@ class Step:
         hue: the colour of these bits in the page's table of words, in degrees.
         sets: fields of the control word that are the same in every step of the kind.
         in_start: whether the page's first level, with few kinds of blocks, has its block.
+        inside_at: where the steps inside it stand, below its own place in the program; empty where it holds none.
         accompanies: the step has a bit of the word but no duration of its own. In a together it lasts as long as the
             steps beside it. Alone it has ``seconds``, for which the car stands still.
     """
@@ -65,6 +66,7 @@ class Step:
     hue: ClassVar[int] = 0
     sets: ClassVar[dict[str, int]] = {}
     in_start: ClassVar[bool] = False
+    inside_at: ClassVar[str] = ""
     accompanies: ClassVar[bool] = False
     id: str | None = None
     accept_ir: bool | None = None
@@ -87,9 +89,16 @@ class Step:
     def of_checked(cls, values: dict[str, Any]) -> "Step":
         """Return a step of values that have been checked already; the constructor would check them again."""
         step = object.__new__(cls)
-        for name, default in _defaults_of(cls):
-            object.__setattr__(step, name, values.get(name, default))
+        for each in fields(cls):
+            default = None if each.default is MISSING else each.default
+            object.__setattr__(step, each.name, values.get(each.name, default))
         return step
+
+    @property
+    def inside(self) -> tuple["Step", ...]:
+        """The steps inside it; none in a step that holds none."""
+        steps: tuple[Step, ...] = getattr(self, "steps", ())
+        return steps
 
     def __post_init__(self) -> None:
         for name, schema in COMMON.items():
@@ -117,7 +126,6 @@ class AccompanyingStep(Step):
 
 # By kind; mypy takes no class of dataclasses for an argument of functools.cache.
 _own_fields: dict[type[Step], tuple[Any, ...]] = {}
-_defaults: dict[type[Step], tuple[tuple[str, Any], ...]] = {}
 
 
 def own_fields(kind: type[Step]) -> tuple[Any, ...]:
@@ -133,14 +141,6 @@ def first_value(kind: type[Step], name: str) -> Any:
         if each.name == name:
             return each.metadata.get("first", each.metadata["schema"].get("enum", (1,))[0])
     return []
-
-
-def _defaults_of(kind: type[Step]) -> tuple[tuple[str, Any], ...]:
-    """Return the name and the default of each field; None where a field has no default."""
-    if kind not in _defaults:
-        made = ((each.name, None if each.default is MISSING else each.default) for each in fields(kind))
-        _defaults[kind] = tuple(made)
-    return _defaults[kind]
 
 
 # Written by scripts/generate.py from motorcade.devices; don't edit.
@@ -301,6 +301,7 @@ class TogetherStep(Step):
     kind: ClassVar[str] = "together"
     in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"together": {}}
+    inside_at: ClassVar[str] = "together"
     category: ClassVar[str] = "order"
     icon: ClassVar[str] = "M4 6h16M4 12h16M4 18h16M8 3v18"
     steps: tuple[Step, ...]
@@ -310,7 +311,7 @@ class TogetherStep(Step):
         for part in as_steps(self.steps):
             if part.accept_ir is not None or part.forward is not None:
                 raise ValueError("together: accept_ir and forward belong to the whole of it, not to a part")
-            if isinstance(part, TogetherStep | RepeatStep):
+            if part.inside_at:
                 raise ValueError(f"together: {part.kind} can't be part of it")
             if isinstance(part, AccompanyingStep) and part.seconds is not None:
                 raise ValueError(f"together: {part.kind} lasts as long as the others, so it takes no seconds here")
@@ -323,6 +324,7 @@ class RepeatStep(Step):
     kind: ClassVar[str] = "repeat"
     in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"repeat": {}}
+    inside_at: ClassVar[str] = "repeat.steps"
     category: ClassVar[str] = "order"
     icon: ClassVar[str] = "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"
     times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
@@ -356,3 +358,11 @@ def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
         if not isinstance(step, Step):
             raise TypeError(f"step {position + 1} is {step!r}; write forward(3), led(0, 1), together(...) and so on")
     return made
+
+
+def walk(steps: Iterable[Step], path: str) -> Iterator[tuple[str, Step]]:
+    """Yield each step, and then the steps inside it, with its place in the program; ``path`` is that of ``steps``."""
+    for position, step in enumerate(steps):
+        here = f"{path}[{position}]"
+        yield here, step
+        yield from walk(step.inside, f"{here}.{step.inside_at}")

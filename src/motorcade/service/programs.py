@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from difflib import get_close_matches
 from math import gcd
@@ -17,7 +17,7 @@ from motorcade.program.compiler import Compiled as CompiledProgram
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
-from motorcade.program.model import Program, with_ids_of
+from motorcade.program.model import Program, placed_steps, with_ids_of
 from motorcade.program.parts import MOST_PIECES, word_fields
 from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
@@ -209,29 +209,13 @@ def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
     words = [messages.Word(f"{header:08x}", "header", None)]
     fields_of = {
         path: {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
-        for path, step in _steps_of(program)
+        for path, step in placed_steps(program)
         if isinstance(step, TogetherStep)
     }
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
         part: Literal["leader", "followers"] = "leader" if number < compiled.leader_states else "followers"
         words.append(messages.Word(f"{word:08x}", part, block, fields_of.get(path, {})))
     return words
-
-
-def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:
-    """Yield the path of each step and the step, those in other steps too."""
-    yield from _walk(program.leader, "leader")
-    yield from _walk(program.followers.steps if program.followers else (), "followers.steps")
-
-
-def _walk(steps: Sequence[Step], path: str) -> Iterator[tuple[str, Step]]:
-    for number, step in enumerate(steps):
-        here = f"{path}[{number}]"
-        yield here, step
-        if isinstance(step, RepeatStep):
-            yield from _walk(step.steps, f"{here}.{step.kind}.steps")
-        elif isinstance(step, TogetherStep):
-            yield from _walk(step.steps, f"{here}.{step.kind}")
 
 
 def _costliest(
@@ -262,7 +246,7 @@ def blocks_to_python(sent: messages.BlocksAndText) -> messages.PythonText:
         return messages.PythonText(sent.text, [], diagnostics_in_all_languages(problem.diagnostics))
     read = read_python(text)
     places = [
-        messages.BlockPlace(*read.spans[path], step.id) for path, step in _steps_of(program) if step.id is not None
+        messages.BlockPlace(*read.spans[path], step.id) for path, step in placed_steps(program) if step.id is not None
     ]
     return messages.PythonText(text, places, diagnostics_in_all_languages(read.diagnostics))
 
