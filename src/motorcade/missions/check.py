@@ -13,11 +13,10 @@ from motorcade.missions.goals import MOST_UNMET, GoalState, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.schema import WORKS
-from motorcade.missions.watch import EVERY_MS, MissionWatch
+from motorcade.missions.watch import MissionWatch, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
-from motorcade.program.model import Program
-from motorcade.program.steps import RepeatStep, Step, TogetherStep
+from motorcade.program.model import Program, placed_steps
 from motorcade.words.image import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.
@@ -185,8 +184,7 @@ def steps_result(mission: Mission, program: Program | None) -> GoalResult | None
     allowed = mission.document.get("steps")
     if allowed is None or program is None:
         return None
-    used = [*_kinds_in(program.leader), *_kinds_in(program.followers.steps if program.followers else ())]
-    others = sorted(set(used) - set(allowed))
+    others = sorted({step.kind for _, step in placed_steps(program)} - set(allowed))
     if others:
         why = Phrase("goal-steps-not-allowed", used=_listed(others), allowed=_listed(allowed))
     else:
@@ -198,13 +196,6 @@ def _listed(kinds: Iterable[str]) -> Phrase:
     """The names of kinds of steps, one after another."""
     names = (Phrase(f"step-{kind}") for kind in kinds)
     return reduce(lambda first, second: Phrase("listed", first=first, second=second), names)
-
-
-def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
-    for step in steps:
-        yield step.kind
-        if isinstance(step, RepeatStep | TogetherStep):
-            yield from _kinds_in(step.steps)
 
 
 def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
@@ -220,8 +211,7 @@ def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
             yield Sight(seed, world.snapshot(number).in_single_precision(), rows[number])
         if world.now_ms >= end_ms:
             return
-        next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms)
-        world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
+        run_to_next(world, end_ms)
         rows = [_rows(world.backend.read(world.take_rows(number))) for number in range(world.worlds)]
 
 

@@ -22,7 +22,7 @@ from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
 from motorcade.missions.model import Goal, Mission, Notes, Sentence, Wording, Zone
-from motorcade.missions.schema import GOALS, PATHS, WORKS, goal_schema, mission_schema, place_in_words
+from motorcade.missions.schema import GOALS, PATHS, WORKS, goal_schema, mission_schema
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
 
@@ -34,6 +34,8 @@ _MOST_JUDGED_CAR_SECONDS = 300_000
 OWN = "own"
 # Where the missions are that pupils play, and those that experiments with swarms have published.
 GALLERY, LITERATURE = "gallery", "literature"
+# The page's editor calls them so.
+_ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.
 Reader = Callable[[str], bytes]
@@ -141,7 +143,7 @@ class _Reading:
     def _error(self, fault: Fault) -> MotorcadeError:
         """The error of a fault; of a draft, in the words of the page's editor."""
         problem = fault.error(self._file, self._text)
-        words = place_in_words(fault.place) if self._is_draft else None
+        words = _place_in_words(fault.place) if self._is_draft else None
         if words is None:
             return problem
         match fault.place:
@@ -151,7 +153,7 @@ class _Reading:
 
     def _place_of(self, place: tuple[str | int, ...], *more: str) -> Text:
         whole = (*place, *more)
-        return (place_in_words(whole) if self._is_draft else None) or place_text(whole)
+        return (_place_in_words(whole) if self._is_draft else None) or place_text(whole)
 
     def _wording(self, texts: str | Sentence, place: tuple[str | int, ...]) -> Wording:
         if isinstance(texts, str):
@@ -256,6 +258,27 @@ class _Reading:
         except MotorcadeError as problem:
             reason = problem
         raise MotorcadeError("mission-program", file=self._file, place=key, reason=reason)
+
+
+def _place_in_words(place: tuple[str | int, ...]) -> Phrase | None:
+    """Return where ``place`` is, for who writes a mission in the page; None where the editor has no such field."""
+    match place:
+        case ("zone" | "goal" as part, int(number)):
+            return Phrase(f"mission-{part}", number=number + 1)
+        case ("zone", int(number), str(key), *_) if key in _ZONE_LABELS:
+            return Phrase("mission-zone-field", number=number + 1, label=_label(_ZONE_LABELS[key]))
+        case ("goal", int(number), str(key), *_) if key in ("kind", "star"):
+            return Phrase("mission-goal-field", number=number + 1, label=_label(key))
+        case ("goal", int(number), str(key), *_) if _label("fields", key).sentence():
+            return Phrase("mission-goal-field", number=number + 1, label=_label("fields", key))
+        case ("name" | "story" | "seconds" as key, *_):
+            return Phrase("mission-field", label=_label(key))
+    return None
+
+
+def _label(*path: str) -> Wording:
+    """The name of a field of the editor, as the page shows it."""
+    return Wording.of_page("missions", *path)
 
 
 def _is_reached(kind: str) -> bool:

@@ -4,6 +4,7 @@ A slot is the time in which the leader sends one word.
 """
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 
 from motorcade.car.brain import STILL
@@ -14,6 +15,7 @@ from motorcade.errors import Phrase
 from motorcade.mats.geometry import surfaces
 from motorcade.mats.model import Mat
 from motorcade.missions.goals import (
+    FixedWatch,
     GoalState,
     GoalWatch,
     Progress,
@@ -84,33 +86,34 @@ class SlotWatch(GoalWatch):
                 slot = self._slots.of(event)
                 if slot >= self._judged:
                     self._begun.setdefault(slot, {}).setdefault(event.car, event.t_ms)
-        while self._judged < self._slots.count and (self._judged + 2) * self._slots.dwell_ms <= moment.t_ms:
-            self._judge_next()
+        self._judge_until(moment.t_ms)
 
-    def _judge_next(self) -> None:
-        self.judge(self._judged, self._begun.pop(self._judged, {}))
-        self._judged += 1
+    def _judge_until(self, t_ms: float) -> None:
+        """Judge the slots whose following slot is over by then."""
+        while self._judged < self._slots.count and (self._judged + 2) * self._slots.dwell_ms <= t_ms:
+            self.judge(self._judged, self._begun.pop(self._judged, {}))
+            self._judged += 1
 
-    def _judge_all(self) -> None:
-        """Judge the slots that are over with the run."""
-        while self._judged < self._slots.count:
-            self._judge_next()
+    def state(self, is_over: bool) -> GoalState:
+        if not (self._slots.count and self._cars):
+            why = Phrase("goal-no-words") if self._cars else Phrase("goal-no-followers")
+            # Nobody has lost anything before they first play.
+            return GoalState("lost" if self._now_ms else "open", 0 if self._now_ms else None, 0, 0, why)
+        if is_over:
+            self._judge_until(math.inf)
+        return self.judged_state(is_over)
 
+    @abstractmethod
     def judge(self, slot: int, begun: dict[int, int]) -> None:
         """Take the result of a slot: when each car that did so began its word, in ms."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def judged_state(self, is_over: bool) -> GoalState:
+        """How it stands with the slots that were judged."""
 
     def _end_ms(self, slot: int) -> int:
         """The end of a slot: who has not begun its word by then is seen to miss it."""
         return min((slot + 1) * self._slots.dwell_ms, self._now_ms)
-
-    def _nothing(self) -> GoalState | None:
-        """The state where there is nothing to hear, or nobody who hears."""
-        if self._slots.count and self._cars:
-            return None
-        why = Phrase("goal-no-words") if self._cars else Phrase("goal-no-followers")
-        # Nobody has lost anything before they first play.
-        return GoalState("lost" if self._now_ms else "open", 0 if self._now_ms else None, 0, 0, why)
 
 
 class HeardWatch(SlotWatch):
@@ -134,11 +137,7 @@ class HeardWatch(SlotWatch):
         if missed > self._pairs - self._needed and self._lost_ms is None:
             self._lost_ms = min((slot + 2) * self._slots.dwell_ms, self._now_ms)
 
-    def state(self, is_over: bool) -> GoalState:
-        if nothing := self._nothing():
-            return nothing
-        if is_over:
-            self._judge_all()
+    def judged_state(self, is_over: bool) -> GoalState:
         done = sum(self._heard.values())
         if self._lost_ms is not None:
             car = min(self._cars, key=lambda car: (self._heard[car], car))
@@ -192,11 +191,7 @@ class InStepWatch(SlotWatch):
         if self._lost_ms is None:
             self._lost_ms, self._why_lost, self._late = t_ms, why, (car,)
 
-    def state(self, is_over: bool) -> GoalState:
-        if nothing := self._nothing():
-            return nothing
-        if is_over:
-            self._judge_all()
+    def judged_state(self, is_over: bool) -> GoalState:
         if self._lost_ms is not None:
             return GoalState("lost", self._lost_ms, self._done, self._slots.count, self._why_lost, self._late)
         progress: Progress = "met" if is_over else "holds" if self._judged else "open"
@@ -209,29 +204,13 @@ def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
     if goal.kind == "seconds-at-most":
         leader_ms = sum(length_ms(word, profile) for word in image.leader)
         followers_ms = len(image.followers) * (profile.dwell_ms[image.dwell_level] if image.followers else 0)
-        seconds, most = max(leader_ms, followers_ms) / 1000, goal.values["seconds"]
-        return _StaticWatch(seconds, most, Phrase("goal-seconds-count", seconds=seconds, most=most))
-    count = len(image.followers if goal.kind == "words-at-most" else image.leader)
-    most = goal.values["count"]
-    return _StaticWatch(count, most, Phrase(f"goal-{goal.kind}-count", count=count, most=most))
-
-
-class _StaticWatch(GoalWatch):
-    sees_all = False
-
-    def __init__(self, value: float, most: float, why: Phrase) -> None:
-        super().__init__()
-        self._state = GoalState("met" if value <= most else "lost", 0, 0, 0, why)
-        self._nearness = most / max(value, most) if most else 0.0
-
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
-        """Nothing that happens changes it."""
-
-    def state(self, is_over: bool) -> GoalState:
-        return self._state
-
-    def nearness(self) -> float:
-        return self._nearness
+        value, most = max(leader_ms, followers_ms) / 1000, goal.values["seconds"]
+        why = Phrase("goal-seconds-count", seconds=value, most=most)
+    else:
+        value, most = len(image.followers if goal.kind == "words-at-most" else image.leader), goal.values["count"]
+        why = Phrase(f"goal-{goal.kind}-count", count=value, most=most)
+    state = GoalState("met" if value <= most else "lost", 0, 0, 0, why)
+    return FixedWatch(state, most / max(value, most) if most else 0.0)
 
 
 class NoTouchWatch(GoalWatch):

@@ -14,7 +14,6 @@ from motorcade.car.brain import NO_LED
 from motorcade.engine import judging
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
-from motorcade.locales import languages, page_text
 from motorcade.missions.model import Goal, Mission, Wording, Zone
 
 # A car that is so far off counts half in the grade of a goal.
@@ -91,17 +90,23 @@ class GoalWatch(ABC):
         return 1.0 if self.state(is_over).progress == "met" else min(self.nearness(), MOST_UNMET)
 
 
-class LaterWatch(GoalWatch):
-    """A goal that no single run decides: it stays open until `motorcade.missions.check` tries other seeds."""
+class FixedWatch(GoalWatch):
+    """A goal that the run doesn't decide: the program alone does, or `motorcade.missions.check`, on other seeds."""
+
+    sees_all = False
+
+    def __init__(self, state: GoalState, nearness: float = 0.0) -> None:
+        super().__init__()
+        self._state, self._nearness = state, nearness
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
         """Nothing that happens changes it."""
 
     def state(self, is_over: bool) -> GoalState:
-        return GoalState("open", None, 0, 0, Phrase("goal-works-open"))
+        return self._state
 
     def nearness(self) -> float:
-        return 0.0
+        return self._nearness
 
 
 def car_phrase(car: int) -> Phrase:
@@ -210,7 +215,7 @@ class CarsWatch(GoalWatch):
 
 def lamp_name(led: int | str) -> Wording:
     """Name a lamp as blocks do; "off" has no name."""
-    return Wording({language: page_text(("levels", "light", str(led)), language) for language in languages()})
+    return Wording.of_page("levels", "light", str(led))
 
 
 def first_off(at: str) -> float:

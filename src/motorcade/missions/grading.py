@@ -12,7 +12,7 @@ from motorcade.mats import Mat
 from motorcade.missions.check import grade_of
 from motorcade.missions.model import Mission
 from motorcade.missions.schema import GOALS, WORKS
-from motorcade.missions.watch import EVERY_MS, MissionWatch
+from motorcade.missions.watch import EVERY_MS, MissionWatch, run_to_next
 
 # Where cars were is noted so often, in squares of this side.
 _VISIT_MS, _SQUARE_M = 1000, 0.25
@@ -67,13 +67,15 @@ def grade_runs(
         if now_ms % _VISIT_MS < step_ms:
             visits.note(*positions)
         if sees_all or is_last:
-            moments = _plain_moments(world, positions, "no-touch" in kinds) if is_plain else _moments(world)
+            if is_plain:
+                moments = _plain_moments(world, positions, "no-touch" in kinds)
+            else:
+                moments = [world.snapshot(number).in_single_precision() for number in range(world.worlds)]
             for number, (watch, moment) in enumerate(zip(watches, moments, strict=True)):
                 watch.see(moment, world.take_rows(number).tolist() if with_events else ())
         if is_last:
             break
-        next_ms = min((now_ms // step_ms + 1) * step_ms, end_ms)
-        world.run(-(-(next_ms - now_ms) // world.tick_ms) * world.tick_ms)
+        run_to_next(world, end_ms, step_ms)
     frames = world.counts()["frames"] * 60_000 / (end_ms * world.cars)
     return [
         Graded(grade_of(mission, watch.grades()), coverage, words)
@@ -99,10 +101,6 @@ def _plain_moments(world: World, positions_um: _Positions, with_touches: bool) -
         Moment(t_ms=now_ms, x_m=x, y_m=y, counts={"touching_ms": ms}, **nothing)
         for x, y, ms in zip(x_m, y_m, touching, strict=True)
     ]
-
-
-def _moments(world: World) -> list[Moment]:
-    return [world.snapshot(number).in_single_precision() for number in range(world.worlds)]
 
 
 class _Visits:

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
-from motorcade.locales import FIRST
+from motorcade.locales import FIRST, languages, page_text
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
 from motorcade.missions.schema import LEVELS
@@ -22,6 +22,11 @@ class Wording:
 
     def __init__(self, texts: Sentence) -> None:
         self.texts = texts
+
+    @classmethod
+    def of_page(cls, *path: str) -> Self:
+        """A text of the page, by its keys."""
+        return cls({language: page_text(path, language) for language in languages()})
 
     def sentence(self, language: str = FIRST) -> str:
         """The text in ``language``, or in English."""

@@ -18,7 +18,7 @@ from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.schema import GOALS, WORKS
 from motorcade.missions.scores import Score
-from motorcade.missions.watch import EVERY_MS, watch_of
+from motorcade.missions.watch import EVERY_MS, run_to_next, watch_of
 from motorcade.words.image import parse_image_bytes
 
 OpenWorlds = Callable[[Mission, bytes, Sequence[int], bool], Simulation]
@@ -97,11 +97,9 @@ class Odds:
         end_ms = self._mission.duration_ms
         for _ in range(self._moments_a_call):
             self._see()
-            now_ms, tick_ms = self._world.now_ms, self._world.tick_ms
-            if now_ms >= end_ms:
+            if self._world.now_ms >= end_ms:
                 return self._end()
-            next_ms = min((now_ms // EVERY_MS + 1) * EVERY_MS, end_ms)
-            self._world.run(-(-(next_ms - now_ms) // tick_ms) * tick_ms)
+            run_to_next(self._world, end_ms)
         return []
 
     def _new_watches(self) -> dict[int, GoalWatch]:

@@ -7,9 +7,8 @@ say when it is met.
 from functools import cache
 from typing import Any, NamedTuple
 
-from motorcade.config.check import KeyPath, Schema, allowed_as, choice, line, list_of, number, table, whole
-from motorcade.errors import Phrase
-from motorcade.locales import languages, page_text
+from motorcade.config.check import Schema, allowed_as, choice, line, list_of, number, table, whole
+from motorcade.locales import languages
 from motorcade.mats.schema import FARTHEST_M, SHORTEST_M, mat_schema
 from motorcade.program.model import program_schema
 from motorcade.program.steps import KINDS
@@ -29,8 +28,6 @@ _MOST_ZONES = 50
 _MOST_GOALS = 30
 _LONGEST_TEXT = 400
 _MOST_HINTS = 5
-# The page's editor calls them so.
-_ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
 
 
 class GoalKind(NamedTuple):
@@ -265,30 +262,3 @@ def _program() -> Schema:
     return table(("format", "leader", "followers", "program"), **properties) | {
         "oneOf": [{"required": ["leader"]}, {"required": ["program"]}]
     }
-
-
-class _Label:
-    """The name of a field of the editor, as the page shows it."""
-
-    def __init__(self, *path: str) -> None:
-        self._path = ("missions", *path)
-
-    def sentence(self, language: str = "en") -> str:
-        """The name in ``language``."""
-        return page_text(self._path, language)
-
-
-def place_in_words(place: KeyPath) -> Phrase | None:
-    """Return where ``place`` is, for who writes a mission in the page; None where the editor has no such field."""
-    match place:
-        case ("zone" | "goal" as part, int(number)):
-            return Phrase(f"mission-{part}", number=number + 1)
-        case ("zone", int(number), str(key), *_) if key in _ZONE_LABELS:
-            return Phrase("mission-zone-field", number=number + 1, label=_Label(_ZONE_LABELS[key]))
-        case ("goal", int(number), str(key), *_) if key in ("kind", "star"):
-            return Phrase("mission-goal-field", number=number + 1, label=_Label(key))
-        case ("goal", int(number), str(key), *_) if page_text(("missions", "fields", key), "en"):
-            return Phrase("mission-goal-field", number=number + 1, label=_Label("fields", key))
-        case ("name" | "story" | "seconds" as key, *_):
-            return Phrase("mission-field", label=_Label(key))
-    return None
