@@ -4,7 +4,7 @@ Times are integer milliseconds. The built-in profile is ``classroom`` (`profiles
 another TOML file beside it.
 """
 
-from dataclasses import MISSING, astuple, dataclass, fields
+from dataclasses import MISSING, astuple, dataclass, fields, is_dataclass
 from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -126,15 +126,7 @@ _LISTS = {
     "avoid_radii_mm": (4, False),
 }
 # The profile's tables, by their names.
-_TABLES: dict[str, type[Any]] = {
-    "infrared": Infrared,
-    "serial": Serial,
-    "body": Body,
-    "floor": FloorSensors,
-    "servo": Servo,
-    "motor": DriveMotor,
-    "drive": DriveLimits,
-}
+_TABLES: dict[str, Any] = {each.name: each.type for each in fields(Profile) if is_dataclass(each.type)}
 
 
 @cache

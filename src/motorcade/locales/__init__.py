@@ -46,23 +46,31 @@ def catalogue(language: str) -> dict[str, Any]:
 
 def text(part: str, key: str, details: Mapping[str, Any], language: str) -> str:
     """Return a text of the catalogue with its details; in English where ``language`` doesn't have it."""
+    filled = _filled((part, key), details, language)
+    if filled is None:
+        raise KeyError(f"locales/{FIRST}.json has no {part}.{key}")
+    return filled
+
+
+def _filled(path: Sequence[str], details: Mapping[str, Any], language: str) -> str | None:
+    """Return a text by its keys, with its details, in ``language`` or else in English; None where neither has it."""
     for each in (language, FIRST):
-        if each in languages() and key in (texts := catalogue(each).get(part, {})):
-            return str(texts[key]).format(**{name: _in_language(value, each) for name, value in details.items()})
-    raise KeyError(f"locales/{FIRST}.json has no {part}.{key}")
+        found: Any = catalogue(each) if each in languages() else {}
+        for key in path:
+            found = found.get(key, {})
+        if isinstance(found, str):
+            return found.format(**{name: _in_language(value, each) for name, value in details.items()})
+    return None
 
 
 def error_sentence(code: str, details: Mapping[str, Any], language: str, audience: str = "") -> str:
     """Return the sentence of an error; see `motorcade.errors.MotorcadeError.sentence`."""
-    if audience:
-        details = {
-            name: _ForAudience(value, audience) if hasattr(value, "code") else value for name, value in details.items()
-        }
-    if audience and code in catalogue(FIRST).get(audience, {}).get("errors", {}):
-        for each in (language, FIRST):
-            if sentence := catalogue(each).get(audience, {}).get("errors", {}).get(code):
-                return str(sentence).format(**{name: _in_language(value, each) for name, value in details.items()})
-    return text("errors", code, details, language)
+    if not audience:
+        return text("errors", code, details, language)
+    details = {
+        name: _ForAudience(value, audience) if hasattr(value, "code") else value for name, value in details.items()
+    }
+    return _filled((audience, "errors", code), details, language) or text("errors", code, details, language)
 
 
 def page_text(path: Sequence[str], language: str) -> str:
