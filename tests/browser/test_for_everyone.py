@@ -219,7 +219,7 @@ def test_a_theme_reaches_page_and_blocks_and_is_remembered(open_page, theme, opt
 
 @pytest.mark.soak
 def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
-    none = {"serial_ports": False, "downloads": False, "driving": False, "real_cars": False}
+    none = {"serial_ports": False, "downloads": False, "driving": False}
     ports = [{"port": "/dev/ttyUSB0", "description": "", "kind": "serial"}]
     ports.append({"port": "virtual", "description": "", "kind": "virtual"})
     studio = open_page(project=FOLLOWED)

@@ -131,7 +131,7 @@ def test_a_damaged_record_is_named_and_all_others_are_listed(store, tab, key):
     later = MockTab(store)
     assert [entry.name for entry in later.list("")] == ["a"]
     assert later.read("", "a") == b"one"
-    (problem,) = later.place("").problems
+    (problem,) = later.place().problems
     assert problem.code == "damaged-record"
     assert "'b" in problem.sentence["en"]
     assert later.stars("") == {"square": [1], "herd": []}
@@ -141,7 +141,7 @@ def test_a_damaged_record_is_named_and_all_others_are_listed(store, tab, key):
 @pytest.mark.parametrize("problem", ["missing", "newer", "damaged"])
 def test_a_store_that_cannot_be_opened_is_told(store, tab, problem):
     store.stays, store.problem = False, problem
-    place = tab.place("")
+    place = tab.place()
     assert not place.stays
     assert [each.code for each in place.problems] == [f"browser-store-{problem}"]
     assert save(tab, "a", "one") == 1

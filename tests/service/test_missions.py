@@ -30,7 +30,7 @@ def storage(tmp_path):
 
 @pytest.fixture
 def ask(storage):
-    context = Context(Capabilities(False, False, False, False, 100), storage, list)
+    context = Context(Capabilities(False, False, False, 100), storage, list)
     return lambda name, message=None: json.loads(respond(name, json.dumps(message or {}).encode(), context))
 
 

@@ -127,15 +127,6 @@ def test_owners_do_not_see_each_other(storage):
     assert [len(storage.list(owner)) for owner in ("", "ann", "bob")] == [1, 0, 1]
 
 
-def test_the_place_counts_all_versions_of_an_owner(storage):
-    for text in (b"one", b"three"):
-        storage.write_version("ann", "a", text)
-    storage.write_version("bob", "a", b"x")
-    assert storage.place("ann").used_bytes == 8
-    assert storage.place("ann").stays
-    assert storage.place("ann").problems == []
-
-
 def test_stars_are_united(storage):
     assert storage.add_stars("", "square", [2]) == [2]
     assert storage.add_stars("", "square", [1, 2]) == [1, 2]

@@ -38,7 +38,6 @@ CAPABILITIES = Capabilities(
     serial_ports=False,
     downloads=False,
     driving=False,
-    real_cars=False,
     most_cars=2_000,
 )
 Sent = list[str | bytes]

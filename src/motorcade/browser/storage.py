@@ -236,9 +236,8 @@ class BrowserStorage(Storage):
         self._remove(self._existing(owner, name))
         del self._projects[owner, checked_name(name)]
 
-    def place(self, owner: str) -> StorageState:
-        index = self._index
-        return StorageState(self._used_bytes(owner), index.most_bytes, index.stays, self._problems)
+    def place(self) -> StorageState:
+        return StorageState(self._index.stays, self._problems)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         return stars_in(self._values().get(_STARS + owner))

@@ -151,8 +151,9 @@ class Storage(Protocol):
     def delete(self, owner: str, name: str) -> None:
         """Remove a project with all its versions from the list. Raises MotorcadeError where there is none."""
 
-    def place(self, owner: str) -> messages.StorageState:
-        """How many bytes an owner uses and may use, how long they stay, and what is wrong."""
+    def place(self) -> messages.StorageState:
+        """Whether projects stay, and what is wrong with them; in most storages nothing is."""
+        return messages.StorageState()
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """The stars that an owner has earned: of each mission's id a sorted list."""

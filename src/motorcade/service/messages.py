@@ -49,7 +49,6 @@ class Capabilities(Struct):
         serial_ports: the shell has serial ports of its own, lists them, and uploads through them.
         downloads: the events of a run can be downloaded from an address; else the page makes the file.
         driving: the cars of a world can be driven on the page /drive.
-        real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
         cars: where the page gets the list of cars (/api/cars); "" where the shell finds none.
         classroom: the page is a pupil's or the teacher's in a class; "" where there is none.
@@ -58,7 +57,6 @@ class Capabilities(Struct):
     serial_ports: bool
     downloads: bool
     driving: bool
-    real_cars: bool
     most_cars: int
     classroom: Literal["", "pupil", "teacher"] = ""
     cars: str = ""
@@ -262,17 +260,8 @@ class SavedVersion(Struct):
 
 
 class StorageState(Struct):
-    """Where projects are stored.
+    """Where projects are stored: whether they stay when the page is closed, and what is wrong with them."""
 
-    Attributes:
-        used_bytes: how many bytes they use.
-        most_bytes: how many they may use; None where that isn't known.
-        stays: whether they stay when the page is closed.
-        problems: what is wrong with what is stored there.
-    """
-
-    used_bytes: int
-    most_bytes: int | None = None
     stays: bool = True
     problems: list[ErrorAnswer] = []
 

@@ -80,7 +80,7 @@ class Context:
         return Nothing()
 
     def find_place(self) -> messages.StorageState:
-        return self.storage.place(self.owner)
+        return self.storage.place()
 
     def export_projects(self) -> library.Exported:
         return library.export_all(self.storage, self.owner)
@@ -119,7 +119,7 @@ class Context:
 
     def _write(self, owner: str, name: str, text: str, base: int | None = None) -> messages.SavedVersion:
         version = self.storage.write_version(owner, name, text.encode(), base)
-        return messages.SavedVersion(version, self.storage.place(self.owner).stays)
+        return messages.SavedVersion(version, self.storage.place().stays)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from msgspec import structs
 
-from motorcade.car.brain import HOLDS, RUNNING, STARTED_MS, WORD
+from motorcade.car.brain import HOLDS, RUNNING, WORD
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
@@ -26,7 +26,6 @@ from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, S
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import word_of
-from motorcade.words.ticks import elapsed_ms
 
 # With more a moment takes so long to compute that one world delays the others.
 MOST_FURNITURE = 400
@@ -115,7 +114,7 @@ class StudioWorld:
     def details(self, car: int) -> CarDetails:
         """Return the details of a car."""
         world = self.simulation
-        word, runs, held, started_ms = world.memory_of(car, (WORD, RUNNING, HOLDS, STARTED_MS))
+        word, runs, held = world.memory_of(car, (WORD, RUNNING, HOLDS))
         leads = bool(world.mat.starts.leads[car])
         holds = bool(runs if leads else held)
         counted = self.pictures.counted(car)
@@ -127,7 +126,6 @@ class StudioWorld:
             **_shown_word(word if holds else None),
             index=self.pictures.index_of(car),
             runs=bool(runs),
-            since_ms=elapsed_ms(self.now_ms, started_ms) if holds else None,
             frames=counted.frames,
             heard=counted.heard,
             lost=counted.lost,
@@ -156,7 +154,6 @@ class StudioWorld:
             **_shown_word(word if runs or not now.leads else None),
             index=index,
             runs=runs,
-            since_ms=elapsed_ms(t_ms, begun.t_ms) if begun else None,
             frames=now.frames - after[SENT, 0],
             heard=now.heard - after[HEARD, 0],
             lost={why: now.lost[why] - after[LOST, k] for k, why in enumerate(LOSS_REASONS) if why},

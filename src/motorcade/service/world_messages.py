@@ -210,7 +210,6 @@ class CarDetails(_WorldAnswer, tag="car"):
     values: dict[str, int] | None
     index: int
     runs: bool
-    since_ms: int | None
     frames: int
     heard: int
     lost: dict[str, int]

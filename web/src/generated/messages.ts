@@ -27,7 +27,6 @@ export interface Capabilities {
   serial_ports: boolean;
   downloads: boolean;
   driving: boolean;
-  real_cars: boolean;
   most_cars: number;
   classroom: "" | "pupil" | "teacher";
   cars: string;
@@ -422,10 +421,8 @@ export interface Version {
   saved_at: string;
 }
 
-/** Where projects are stored. */
+/** Where projects are stored: whether they stay when the page is closed, and what is wrong with them. */
 export interface StorageState {
-  used_bytes: number;
-  most_bytes: number | null;
   stays: boolean;
   problems: ErrorAnswer[];
 }
@@ -615,7 +612,6 @@ export interface CarDetails {
   values: Record<string, number> | null;
   index: number;
   runs: boolean;
-  since_ms: number | null;
   frames: number;
   heard: number;
   lost: Record<string, number>;

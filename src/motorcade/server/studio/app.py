@@ -114,7 +114,6 @@ def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] 
         serial_ports=True,
         downloads=True,
         driving=True,
-        real_cars=bool(settings.cars),
         most_cars=settings.sessions.most_cars,
         classroom=classroom,
         cars={"": CARS, "teacher": TEACHERS_CARS, "pupil": ""}[classroom],

@@ -28,7 +28,7 @@ from motorcade.service.library import (
     stars_in,
     united_stars,
 )
-from motorcade.service.messages import LibraryEntry, StorageState, Version
+from motorcade.service.messages import LibraryEntry, Version
 
 DELETED = "deleted"
 OWNERS = "owners"
@@ -122,11 +122,6 @@ class FolderStorage(Storage):
             folder.rename(deleted / f"{folder.name}.{number}")
         except OSError as problem:
             raise _disk_error("cant-delete", problem) from None
-
-    def place(self, owner: str) -> StorageState:
-        projects = [folder for folder in _children(self._owner_folder(owner)) if name_of(folder.name) is not None]
-        sizes = [_file(folder, each.version).stat().st_size for folder in projects for each in _versions(folder)]
-        return StorageState(sum(sizes), self._limits.size_bytes)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Of a file that is damaged, or that another program wrote, what is valid counts."""
