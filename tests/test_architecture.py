@@ -29,7 +29,7 @@ ARROWS = {
     "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),
     "car": ("words",),
-    "classroom": ("config", "drive", "engine", "missions", "server", "service", "sockets", "words"),
+    "classroom": ("config", "drive", "engine", "missions", "server", "service", "sockets", "timing", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),
@@ -121,7 +121,7 @@ def test_real_cars_import_no_engine():
 
 def test_the_core_of_a_class_knows_no_server():
     core = [f"classroom.{name}" for name in CLASS_CORE]
-    allowed = tuple(f"{each}." for each in (*core, "service", *COMMON))
+    allowed = tuple(f"{each}." for each in (*core, "service", "timing", *COMMON))
     assert [(name, each) for name in core for each in imported_by(name) if not f"{each}.".startswith(allowed)] == []
 
 

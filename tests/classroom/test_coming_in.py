@@ -4,11 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.classroom.names import CODE_CHARACTERS, LEAST_OF_A_PASSWORD, Attempts, likeness, typed_code
+from motorcade.classroom.names import CODE_CHARACTERS, LEAST_OF_A_PASSWORD, likeness, typed_code
 from motorcade.classroom.room import MOST_OF_AN_ADDRESS, MOST_PUPILS
 from motorcade.errors import MotorcadeError
 from motorcade.locales import catalogue, languages
 from motorcade.service.library import MOST_OF_A_NAME, checked_user_name
+from motorcade.timing import Attempts
 from support.classrooms import BUS, a_class, refused, with_pupils
 
 

@@ -14,7 +14,7 @@ from starlette.responses import Response
 
 from motorcade.classroom import messages
 from motorcade.classroom.messages import Id, Secret, Self, Text40, Window, request
-from motorcade.classroom.names import Attempts, check_password, digest, is_password, to_stored
+from motorcade.classroom.names import check_password, digest, is_password, to_stored
 from motorcade.classroom.network import join_url, qr_svg
 from motorcade.classroom.pairs import WINDOWS
 from motorcade.classroom.record import Pair, Pupil
@@ -26,6 +26,7 @@ from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.documents import open_text, project_text
 from motorcade.service.messages import MissionChoice, Project, StoredProject, sentences
 from motorcade.service.missions import Mission, chosen_mission, list_missions, open_mission
+from motorcade.timing import Attempts
 from motorcade.words.request import GO, STOP
 
 _SALT_BYTES, _SECRET_BYTES = 16, 24

@@ -1,12 +1,10 @@
-"""What pupils and the teacher type: nicknames, codes, numbers and passwords, and how often one may try.
+"""What pupils and the teacher type: nicknames, codes, numbers and passwords.
 
 Secrets are stored as digests.
 """
 
 import hashlib
-import math
 import unicodedata
-from collections import OrderedDict, deque
 from collections.abc import Callable, Iterable
 from functools import cache
 from hmac import compare_digest
@@ -23,7 +21,6 @@ LEAST_OF_A_PASSWORD, MOST_OF_A_PASSWORD = 8, 200
 # 16 MiB and some 50 ms for each attempt (RFC 7914, section 2).
 _COST, _BLOCK, _PARALLEL = 1 << 14, 8, 1
 _KIND = "scrypt"
-_MOST_KEYS = 4096
 # Cyrillic and Greek letters that look like Latin ones, as small or as capital letters (Unicode's confusables.txt).
 _PAIRS = "аa вb еe іi јj кk мm нh оo рp сc тt уy хx ѕs һh ԁd ԛq ԝw αa βb εe ζz ηh ιi κk μm νn οo ρp τt υy χx"
 _LOOK_LIKE = str.maketrans({pair[0]: pair[1] for pair in _PAIRS.split()})
@@ -108,36 +105,3 @@ def _key(password: str, salt: bytes, cost: int) -> bytes:
 def digest(secret: str) -> str:
     """Return what is stored of a device's secret: it has 192 random bits, so nobody finds it by trying."""
     return hashlib.sha256(secret.encode()).hexdigest()
-
-
-class Attempts:
-    """Count attempts of each key, an address or a name; who has made too many has to wait, also with a right one.
-
-    Args:
-        most: how many a key may have in a window.
-        window_s: the length of the window.
-        code: of the error where there are too many.
-    """
-
-    def __init__(self, most: int, window_s: float, code: str = "too-many-attempts") -> None:
-        self._most, self._window_s, self._code = most, window_s, code
-        self._times_s: OrderedDict[str, deque[float]] = OrderedDict()
-
-    def check(self, key: str, now_s: float) -> None:
-        """Raise MotorcadeError, with the seconds to wait, and how many a second are allowed, if there were too many."""
-        times_s = self._times_s.get(key, deque())
-        if len(times_s) == self._most and now_s - times_s[0] < self._window_s:
-            seconds = max(math.ceil(self._window_s - (now_s - times_s[0])), 1)
-            raise MotorcadeError(self._code, seconds=seconds, most=math.ceil(self._most / self._window_s))
-
-    def add(self, key: str, now_s: float) -> None:
-        """Count an attempt."""
-        self._times_s.setdefault(key, deque(maxlen=self._most)).append(now_s)
-        self._times_s.move_to_end(key)
-        if len(self._times_s) > _MOST_KEYS:
-            self._times_s.popitem(last=False)
-
-    def count(self, key: str, now_s: float) -> None:
-        """Count an attempt. Raises MotorcadeError where there were too many."""
-        self.check(key, now_s)
-        self.add(key, now_s)

@@ -179,15 +179,9 @@ def qr_svg(text: str) -> str:
 
 def qr_for_terminal(text: str) -> str:
     """Return a QR code of half blocks, for a terminal; light on dark and dark on light both can be scanned."""
-    rows = [[bool(module) for module in row] for row in segno.make(text, error="l").matrix_iter(border=2)]
-    if len(rows) % 2:
-        rows.append([False] * len(rows[0]))
-    # A dark module is a space, as most terminals are dark.
-    signs = {(False, False): "█", (False, True): "▀", (True, False): "▄", (True, True): " "}
-    return "\n".join(
-        "".join(signs[pair] for pair in zip(upper, lower, strict=True))
-        for upper, lower in zip(rows[::2], rows[1::2], strict=True)
-    )
+    drawn = io.StringIO()
+    segno.make(text, error="l").terminal(drawn, border=2, compact=True)
+    return drawn.getvalue().rstrip("\n")
 
 
 class ClassKeys(NamedTuple):

@@ -12,7 +12,6 @@ from msgspec import Meta
 
 from motorcade.classroom.messages import AVATARS, Classmate, Id, News, Self, Shared, Text40, request
 from motorcade.classroom.names import (
-    Attempts,
     RandomBelow,
     check_free,
     likeness,
@@ -25,6 +24,7 @@ from motorcade.classroom.record import ClassRecord, Presence, Pupil, SignIn
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import checked_user_name
 from motorcade.service.messages import MissionChoice
+from motorcade.timing import Attempts
 
 MOST_PUPILS = 120
 # In ten minutes, of an address: who joins, and wrong codes, numbers and passwords. Twice a class behind one router.

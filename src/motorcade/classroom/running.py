@@ -15,7 +15,7 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from motorcade.classroom.folder import RECORD, ClassFolder
-from motorcade.classroom.names import Attempts, digest
+from motorcade.classroom.names import digest
 from motorcade.classroom.network import Network
 from motorcade.classroom.pairs import WINDOWS, Pairs
 from motorcade.classroom.record import Presence, Pupil, from_bytes, to_bytes
@@ -31,6 +31,7 @@ from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
 from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
+from motorcade.timing import Attempts
 
 # The owner of the teacher's own projects; pupils' ids are numbers.
 TEACHER = "teacher"

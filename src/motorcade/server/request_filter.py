@@ -7,7 +7,6 @@ foreign site can point its own name at this computer, 'DNS rebinding'), and come
 import ipaddress
 import re
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
@@ -24,14 +23,13 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.http import error_response, refusal_page
 from motorcade.service.library import MOST_BYTES
 from motorcade.sockets import network_of
-from motorcade.timing import RateLimit, to_ticks
+from motorcade.timing import Attempts, RateLimit
 
 # Where the server puts a request's connection into its state.
 STATE_KEY = "connection"
 # WebSockets of one pupil: three tabs have fewer. The oldest gives way.
 MOST_SOCKETS = 8
-_MOST_ADDRESSES = 4096
-_RATE_WINDOW_MS = 2000
+_RATE_WINDOW_S = 2
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
 _TOKEN_CODES = ("token-needed", "wrong-token")
@@ -83,7 +81,7 @@ class ServerSettings:
 
     def message_rate(self) -> RateLimit:
         """The rate at which one WebSocket may send messages."""
-        return RateLimit(2 * self.messages_a_second, _RATE_WINDOW_MS)
+        return RateLimit(_RATE_WINDOW_S * self.messages_a_second, 1000 * _RATE_WINDOW_S)
 
 
 class RequestFilter:
@@ -108,7 +106,7 @@ class RequestFilter:
         self._admit = admit
         self._holder = holder
         self._sockets: dict[str, list[Connected]] = {}
-        self._rates: OrderedDict[str, RateLimit] = OrderedDict()
+        self._rates = Attempts(_RATE_WINDOW_S * settings.requests_a_second, _RATE_WINDOW_S, "requests-too-fast")
         # Cookies are shared between ports: two servers on one computer need different names.
         self._cookie = f"motorcade_{settings.port}"
 
@@ -156,7 +154,8 @@ class RequestFilter:
 
     def _check(self, scope: Scope, holder: str) -> None:
         headers = Headers(scope=scope)
-        self._check_rate(scope, holder)
+        address = network_of(scope["client"][0] if scope.get("client") else "")
+        self._rates.count(holder or address, self._settings.clock())
         self._check_host(headers)
         self._check_origin(headers, scope["path"])
         if scope["path"].startswith(_GUARDED):
@@ -168,16 +167,6 @@ class RequestFilter:
 
     def _most_body(self, scope: Scope) -> int:
         return max(self._settings.most_body, _LARGE_BODIES.get(scope["path"], 0))
-
-    def _check_rate(self, scope: Scope, holder: str) -> None:
-        address = holder or network_of(scope["client"][0] if scope.get("client") else "")
-        a_second = self._settings.requests_a_second
-        rate = self._rates.setdefault(address, RateLimit(2 * a_second, _RATE_WINDOW_MS))
-        self._rates.move_to_end(address)
-        if len(self._rates) > _MOST_ADDRESSES:
-            self._rates.popitem(last=False)
-        if not rate.allows(to_ticks(self._settings.clock())):
-            raise MotorcadeError("requests-too-fast", most=a_second)
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")
