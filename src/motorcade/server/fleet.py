@@ -189,47 +189,38 @@ class RemoteControl(PageControl):
     """A page's connection to a real car, by a client of its own, so that the car distinguishes drivers and watchers.
 
     Args:
+        cars: begin and end its client. Raises DriveError where the car has too many.
+        car: to which it connects.
         page: its name.
-        begin: makes and begins a client for this page alone. Raises DriveError where there are too many.
-        end: ends it.
-        left: called when the page leaves.
-        pages: the names of this server's pages with a user, by their names at the car.
+
+    Attributes:
+        client: of this page alone; None while another page has its place.
     """
 
-    def __init__(
-        self,
-        page: str,
-        begin: Callable[[], DriveClient],
-        end: Callable[[DriveClient], None],
-        left: Callable[[], None],
-        pages: Callable[[], dict[str, str]],
-    ) -> None:
+    def __init__(self, cars: "RemoteCars", car: RemoteCar, page: str) -> None:
         self.page = page
-        self._pages = pages
-        self._begin = begin
-        self._end = end
-        self._left = left
-        self._client: DriveClient | None = begin()
+        self._cars, self._car = cars, car
+        self.client: DriveClient | None = cars.begin(car)
         self._used_s = _now_s()
         self._stop_pending = False
 
     @property
     def idle_s(self) -> float:
         """Time since the page last used the car; 0 while it drives, waits for the wheel, or has no client."""
-        you = self._client.you if self._client else {"drives": True}
+        you = self.client.you if self.client else {"drives": True}
         is_used = you.get("drives") or you.get("waits") or self._stop_pending
         return 0.0 if is_used else _now_s() - self._used_s
 
     @property
     def name_at_car(self) -> str:
         """What the car calls this page's client; empty where it hasn't said."""
-        return str(self._client.you.get("name") or "") if self._client else ""
+        return str(self.client.you.get("name") or "") if self.client else ""
 
     def give_up_client(self) -> None:
         """End the client; the page gets a new one when it uses the car again."""
-        if self._client:
-            self._end(self._client)
-        self._client = None
+        if self.client:
+            self._cars.end(self.client)
+        self.client = None
 
     def steer(self, throttle: float, steering: float, **switches: int) -> None:
         """Set the stick's position; do nothing while an emergency stop is pending. Raises MotorcadeError."""
@@ -250,9 +241,9 @@ class RemoteControl(PageControl):
 
     def _used(self) -> DriveClient:
         self._used_s = _now_s()
-        if self._client is None:
-            self._client = self._begin()
-        return self._client
+        if self.client is None:
+            self.client = self._cars.begin(self._car)
+        return self.client
 
     async def _stop(self) -> None:
         if self._stop_pending:
@@ -270,7 +261,7 @@ class RemoteControl(PageControl):
 
     def telemetry(self) -> dict[str, Any]:
         """The last telemetry, and what concerns this page."""
-        client = self._client
+        client = self.client
         if client is None:
             return {"why": sentences(MotorcadeError("place-given-up"))}
         telemetry = client.telemetry
@@ -281,7 +272,7 @@ class RemoteControl(PageControl):
             "you": {"drives": False, "waits": False} | client.you,
         }
         # A car knows whose keys a client has; only this server knows whose page it is.
-        names = self._pages()
+        names = self._cars.page_names(self._car)
         for role in ("driver", "wanted_by"):
             shown[role] = names.get(shown[role], shown[role])
         if client.waits_for_release and telemetry.state in ("ready", "standing"):
@@ -291,10 +282,10 @@ class RemoteControl(PageControl):
 
     def leave(self) -> None:
         self._stop_pending = False
-        if self._client:
-            self._client.steer(0, 0)
+        if self.client:
+            self.client.steer(0, 0)
         self.give_up_client()
-        self._left()
+        self._cars.leave(self._car, self)
 
 
 def _now_s() -> float:
@@ -327,7 +318,6 @@ class RemoteCars(Fleet):
         self._keys = keys
         self._trust = trust
         self._controls: dict[str, list[RemoteControl]] = {car: [] for car in self._cars}
-        self._clients: dict[str, list[DriveClient]] = {car: [] for car in self._cars}
         # A task that nothing refers to may be collected before it ends.
         self._ending: set[asyncio.Task[None]] = set()
         self._cameras: dict[str, Camera] = {}
@@ -341,29 +331,32 @@ class RemoteCars(Fleet):
         Where nine pages are connected, the one that has not used the car for longest gives up its client, if that is
         longer than IDLE_S.
         """
-        found = self._car(car)
-        controls = self._controls[car]
-        control = RemoteControl(
-            page,
-            lambda: self._begin(found),
-            lambda client: self._end(car, client),
-            lambda: controls.remove(control),
-            lambda: {each.name_at_car: each.page for each in controls if _BEFORE_ADDRESS in each.page},
-        )
-        controls.append(control)
+        control = RemoteControl(self, self._car(car), page)
+        self._controls[car].append(control)
         return control
+
+    def leave(self, car: RemoteCar, control: RemoteControl) -> None:
+        """Forget a connection that has ended."""
+        self._controls[car.name].remove(control)
+
+    def page_names(self, car: RemoteCar) -> dict[str, str]:
+        """The names of this server's pages with a user, by their names at a car."""
+        return {each.name_at_car: each.page for each in self._controls[car.name] if _BEFORE_ADDRESS in each.page}
 
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car; where nine are, by one of their clients."""
         self._car(car)
-        if reached := [client for client in self._clients[car] if client.connected]:
+        if reached := [client for client in self._clients(car) if client.connected]:
             await reached[0].stop()
         else:
             await super().stop(car, page)
 
-    def _begin(self, found: RemoteCar) -> DriveClient:
-        clients = self._clients[found.name]
-        if len(clients) >= MOST_SESSIONS:
+    def _clients(self, car: str) -> list[DriveClient]:
+        return [control.client for control in self._controls[car] if control.client]
+
+    def begin(self, found: RemoteCar) -> DriveClient:
+        """Begin a client of a car. Raises DriveError where it has too many, and all of them are used."""
+        if len(self._clients(found.name)) >= MOST_SESSIONS:
             idlest = max(self._controls[found.name], key=lambda control: control.idle_s)
             if idlest.idle_s <= IDLE_S:
                 raise DriveError("full", sessions=MOST_SESSIONS)
@@ -377,7 +370,6 @@ class RemoteCars(Fleet):
             rearm=False,
         )
         client.begin()
-        clients.append(client)
         return client
 
     async def camera(self, car: str) -> Camera | None:
@@ -387,8 +379,8 @@ class RemoteCars(Fleet):
             self._cameras[car] = Camera(WebCamera(url, self._trust))
         return self._cameras.get(car)
 
-    def _end(self, car: str, client: DriveClient) -> None:
-        self._clients[car].remove(client)
+    def end(self, client: DriveClient) -> None:
+        """End a client, in a task of its own."""
         ending = asyncio.create_task(client.end())
         self._ending.add(ending)
         ending.add_done_callback(self._ending.discard)
