@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from html import escape
 from itertools import chain, count
@@ -170,11 +170,9 @@ class ClassFolder(FolderStorage):
         ending = f" ({note})" if note else ""
         with self._copying:
             taken = {entry.name for entry in self.list(to)}
-            free, count = name[: LONGEST_NAME - len(ending)] + ending, 1
-            while free in taken:
-                count += 1
-                more = f"{ending} {count}"
-                free = name[: LONGEST_NAME - len(more)] + more
+            endings = chain([ending], (f"{ending} {number}" for number in count(2)))
+            wishes = (name[: LONGEST_NAME - len(each)] + each for each in endings)
+            free = next(each for each in wishes if each not in taken)
             self.write_version(to, free, data)
         return free
 
@@ -233,7 +231,7 @@ def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], tit
     A file that can't be read is left out; the page says so.
     """
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        works = [_add(archive, folder, pupil) for pupil in pupils]
+        works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
         archive.writestr(_OVERVIEW, overview(works, title, language))
 
 
@@ -244,16 +242,20 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
     """
     with tempfile.TemporaryDirectory(prefix="motorcade-") as name:
         work, page = Path(name) / "work", Path(name) / "report.html"
-        with tempfile.TemporaryFile(dir=name) as file:
-            write_work(file, folder, [each for each in works if isinstance(each, Pupil)], "", language)
-            with zipfile.ZipFile(file) as archive:
-                archive.extractall(work, [each for each in archive.namelist() if each != _OVERVIEW])
-        work.mkdir(exist_ok=True)
+        work.mkdir()
+
+        def write(path: str, data: bytes) -> None:
+            file = work / path
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes(data)
+
         taken: set[str] = set()
         for each in works:
-            if isinstance(each, WorkFile):
+            if isinstance(each, Pupil):
+                _add(write, folder, each)
+            else:
                 stem, dot, ending = each.name[-_LONGEST_FILE:].partition(".")
-                (work / f"{_file_name(stem, taken)}{dot}{_FORBIDDEN.sub('_', ending)}").write_text(each.text, "utf-8")
+                write(f"{_file_name(stem, taken)}{dot}{_FORBIDDEN.sub('_', ending)}", each.text.encode())
         asked = mission.id
         if mission.id == OWN:
             asked = str(Path(name) / f"{OWN}.json")
@@ -266,7 +268,8 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
         return page.read_bytes()
 
 
-def _add(archive: zipfile.ZipFile, folder: ClassFolder, pupil: Pupil) -> _Work:
+def _add(write: Callable[[str, bytes], None], folder: ClassFolder, pupil: Pupil) -> _Work:
+    """Write all work of a pupil, each file by its path and content."""
     place = f"{pupil.id} {_file_name(pupil.name, set())}"
     projects, taken, draft_file = [], {"draft"}, None
     for entry in folder.list(pupil.id):
@@ -274,12 +277,12 @@ def _add(archive: zipfile.ZipFile, folder: ClassFolder, pupil: Pupil) -> _Work:
         with suppress(MotorcadeError):
             data = folder.read(pupil.id, entry.name)
             name = f"{_file_name(entry.name, taken)}{_ENDING}"
-            archive.writestr(f"{place}/{name}", data)
+            write(f"{place}/{name}", data)
         projects.append((entry, name))
     with suppress(MotorcadeError):
         if (draft := folder.read_draft(pupil.id)) and draft.project:
             draft_file = f"draft{_ENDING}"
-            archive.writestr(f"{place}/{draft_file}", project_text(draft.project))
+            write(f"{place}/{draft_file}", project_text(draft.project).encode())
     return _Work(pupil, place, projects, draft_file, folder.stars(pupil.id))
 
 
