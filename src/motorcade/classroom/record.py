@@ -150,31 +150,24 @@ class Presence:
     step_s: float = 0.0
     stuck: bool = False
 
-    def open_mission(self, mission: str | None, now_s: float) -> bool:
-        """Begin a mission, or none; opening it again is no step. Return whether pages show a change."""
-        if mission == self.mission:
-            return False
-        self.mission, self.goals, self.met, self.most_met = mission, 0, 0, 0
-        self._step(now_s)
-        return True
+    def open_mission(self, mission: str | None, now_s: float) -> None:
+        """Begin a mission, or none; opening it again is no step."""
+        if mission != self.mission:
+            self.mission, self.goals, self.met, self.most_met = mission, 0, 0, 0
+            self._step(now_s)
 
-    def see_goals(self, met: int, goals: int, now_s: float) -> bool:
+    def see_goals(self, met: int, goals: int, now_s: float) -> None:
         """Note how many goals are met in the pupil's world: more than ever before is a step."""
-        if (met, goals) == (self.met, self.goals):
-            return False
         self.met, self.goals = met, goals
         if met > self.most_met:
             self.most_met = met
             self._step(now_s)
-        return True
 
-    def earn(self, stars: int, now_s: float) -> bool:
-        """Note how many stars the pupil has now."""
-        if stars == self.stars:
-            return False
-        self.stars = stars
-        self._step(now_s)
-        return True
+    def earn(self, stars: int, now_s: float) -> None:
+        """Note how many stars the pupil has now; a new one is a step."""
+        if stars != self.stars:
+            self.stars = stars
+            self._step(now_s)
 
     def advance(self, now_s: float, stuck_s: float) -> bool:
         """Let time pass; return whether the pupil is stuck now and wasn't, or the reverse."""

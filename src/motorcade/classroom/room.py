@@ -67,7 +67,6 @@ class Classroom:
         self.holders: dict[str, str | None] = dict.fromkeys((CABLE, *cars))
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
-        self._by_device = {device: pupil.id for pupil in record.pupils for device in pupil.devices}
         self.of_an_address = Attempts(MOST_OF_AN_ADDRESS, 600.0)
         self.of_a_name = Attempts(MOST_OF_A_NAME, 300.0)
 
@@ -77,7 +76,6 @@ class Classroom:
         self.record = stored
         self.presence = {each.id: self.presence.get(each.id) or Presence() for each in stored.pupils}
         self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
-        self._by_device = {device: pupil.id for pupil in stored.pupils for device in pupil.devices}
         self.save()
 
     # Coming in.
@@ -140,23 +138,18 @@ class Classroom:
         return pupil
 
     def _add_device(self, pupil: Pupil, device: str) -> None:
-        for forgotten in pupil.devices[: -_MOST_DEVICES + 1 or None]:
-            self._by_device.pop(forgotten, None)
         pupil.devices = [*pupil.devices[-_MOST_DEVICES + 1 :], device]
-        self._by_device[device] = pupil.id
         self.save()
 
     def leave(self, device: str) -> None:
         """Sign a pupil's device out."""
         if pupil := self.pupil_at(device):
             pupil.devices.remove(device)
-            del self._by_device[device]
             self.save()
 
     def pupil_at(self, device: str) -> Pupil | None:
         """Return the pupil of a device, by the digest of its secret."""
-        found = self._by_device.get(device)
-        return self.pupil(found) if found else None
+        return next((each for each in self.record.pupils if device in each.devices), None)
 
     def pupil(self, pupil_id: str) -> Pupil:
         """Return the pupil with an id. Raises MotorcadeError."""
@@ -241,7 +234,6 @@ class Classroom:
         self.record.pupils.remove(pupil)
         self.record.removed.append(pupil_id)
         del self.presence[pupil_id]
-        self._by_device = {device: owner for device, owner in self._by_device.items() if owner != pupil_id}
         self.holders = {name: None if holder == pupil_id else holder for name, holder in self.holders.items()}
         self.save()
 
@@ -333,16 +325,15 @@ class Classroom:
 
     def disconnect(self, pupil_id: str, now_s: float) -> None:
         """Count a page of a pupil that leaves; the pupil may be gone."""
-        presence = self.presence.get(pupil_id)
-        if presence:
+        if presence := self.presence.get(pupil_id):
             presence.pages -= 1
             presence.left_s = now_s
             self.changes += 1
 
-    def note(self, pupil_id: str, change: Callable[[Presence], bool]) -> None:
-        """Change what is known of a pupil's progress; ``change`` returns whether pages show it."""
-        presence = self.presence.get(pupil_id)
-        if presence and change(presence):
+    def note(self, pupil_id: str, change: Callable[[Presence], None]) -> None:
+        """Change what is known of a pupil's progress; the pupil may be gone."""
+        if presence := self.presence.get(pupil_id):
+            change(presence)
             self.changes += 1
 
     @request("class/take")
