@@ -36,7 +36,8 @@ from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
 from motorcade.runs.recorder import open_recording
 from motorcade.server.fleet import SingleCar
-from motorcade.server.remote import PageSession
+from motorcade.server.page_socket import PageSocket
+from motorcade.server.remote import NEWEST, PageSession
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import build_world
 from motorcade.service.documents import open_file, open_text, project_text
@@ -266,7 +267,7 @@ def remote_messages(texts):
     car, sent = Car(), []
     page = _Page([documents.REMOTE_MESSAGES[0], *(text.encode(errors="replace").decode() for text in texts)], sent)
     clock = ServerSettings(clock=lambda: car.now_ms / 1000)
-    asyncio.run(PageSession(page, SingleCar(car.control), clock).serve())
+    asyncio.run(PageSession(page, PageSocket(page, clock, NEWEST), SingleCar(car.control), clock).serve())
     assert all(json.loads(each)["is"] in ("hello", "telemetry", "received", "error") for each in sent)
     # Who has left moves nothing, whatever was sent.
     assert car.control.telemetry().speed == 0

@@ -40,7 +40,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
 from motorcade.missions.document import built_in_mission
 from motorcade.server.http import exception_handlers, json_response, page_file, page_routes
-from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import RequestFilter
 from motorcade.server.studio.app import TEACHERS_CARS, real_cars
 from motorcade.server.studio.app import routes as studio_routes
@@ -221,19 +221,17 @@ def _pages(running: RunningClass) -> list[BaseRoute]:
 
 async def _serve_pupil(running: RunningClass, socket: WebSocket) -> None:
     """Serve a pupil's page until it leaves, or the pupil is no longer in the class."""
-    await socket.accept()
-    room, pupil = running.room, running.pupil(socket)
-    if pupil is None:
-        await refuse_page(socket, running.settings, MotorcadeError("class-session-needed"))
-        return
-    page = PageSocket(socket, running.settings, (PupilView,))
-    room.connect(pupil.id, running.settings.clock())
-    running.show_changes()
-    try:
-        await page.serve(Nothing, _ignore, [lambda: _show_pupil(running, socket, page, pupil.id)])
-    finally:
-        room.disconnect(pupil.id, running.settings.clock())
+    async with accepted(socket, running.settings, (PupilView,)) as page:
+        pupil = running.pupil(socket)
+        if pupil is None:
+            raise MotorcadeError("class-session-needed")
+        running.room.connect(pupil.id, running.settings.clock())
         running.show_changes()
+        try:
+            await page.serve(Nothing, _ignore, [partial(_show_pupil, running, socket, page, pupil.id)])
+        finally:
+            running.room.disconnect(pupil.id, running.settings.clock())
+            running.show_changes()
 
 
 async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket, pupil_id: str) -> None:
@@ -254,9 +252,8 @@ async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket
 
 async def _serve_teacher(running: RunningClass, socket: WebSocket) -> None:
     """Serve a teacher's page until it leaves, or the teacher is signed out."""
-    await socket.accept()
-    page = PageSocket(socket, running.settings, (ClassView,))
-    await page.serve(Nothing, _ignore, [lambda: _show_teacher(running, socket, page)])
+    async with accepted(socket, running.settings, (ClassView,)) as page:
+        await page.serve(Nothing, _ignore, [partial(_show_teacher, running, socket, page)])
 
 
 async def _show_teacher(running: RunningClass, socket: WebSocket, page: PageSocket) -> None:

@@ -3,12 +3,12 @@
 import asyncio
 import secrets
 import time
-from collections.abc import Callable, Coroutine, Iterable, Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator
 from contextlib import AbstractAsyncContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from anyio import CapacityLimiter, to_thread
 from starlette.requests import HTTPConnection
@@ -102,7 +102,6 @@ class RunningClass(Visitors):
         self.rates = Attempts(2 * _REQUESTS_A_SECOND, _RATE_WINDOW_S, "requests-too-fast")
         self._cars: dict[str, VirtualCar] = {}
         self._turns: dict[tuple[str, bool], asyncio.Lock] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
         # Cookies are shared between ports: two classes on one computer need different names, one the same at any port.
         own = self.room.record.id
         self._pupil_cookie, self._teacher_cookie = (f"motorcade_{name}_{own}" for name in ("class", "teacher"))
@@ -246,11 +245,9 @@ class RunningClass(Visitors):
                 self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.settings.clock()))
                 self.show_changes()
 
-    def note_answered(self, visitor: str, request: str) -> None:
+    async def note_answered(self, visitor: str, request: str) -> None:
         if request == CHECK:
-            task = asyncio.create_task(self.count_stars([visitor]))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
+            await self.count_stars([visitor])
 
     async def count_stars(self, owners: Iterable[str]) -> None:
         """Count the stars that pupils have earned."""
@@ -292,16 +289,14 @@ class EmergencyStop:
     def __init__(self, cars: Fleet, page: str) -> None:
         self._cars = cars
         self._page = page
-        self._pending: set[asyncio.Task[None]] = set()
+        self._pending: list[asyncio.Task[bool]] = []
 
     async def stop(self) -> list[str]:
         """Stop all cars at once; return those that could not be reached yet."""
-        self._cancel()
         return await self._at_all(lambda car: self._cars.stop(car, self._page))
 
     async def release(self) -> list[str]:
         """Let all cars drive again; return those that could not be reached yet."""
-        self._cancel()
         return await self._at_all(self._clear)
 
     async def _clear(self, car: str) -> None:
@@ -309,33 +304,30 @@ class EmergencyStop:
         try:
             while True:
                 try:
-                    await control.act("clear")
+                    return await control.act("clear")
                 except CarRefusesError:
                     raise
                 except CarError:
                     # A new connection to a car takes a moment.
                     await asyncio.sleep(_AGAIN_S)
-                else:
-                    return
         finally:
             control.leave()
 
-    def _cancel(self) -> None:
-        for task in self._pending:
-            task.cancel()
+    async def _at_all(self, act: Callable[[str], Awaitable[None]]) -> list[str]:
+        """Do something at all cars, in place of what was begun before."""
 
-    async def _at_all(self, act: Callable[[str], Coroutine[Any, Any, None]]) -> list[str]:
-        tasks = {listed.car: asyncio.create_task(act(listed.car)) for listed in await self._cars.listed()}
-        if not tasks:
-            return []
-        for task in tasks.values():
-            self._pending.add(task)
-            task.add_done_callback(self._end)
-        await asyncio.wait(tasks.values(), timeout=_PATIENCE_S)
-        return [car for car, task in tasks.items() if not task.done() or task.cancelled() or task.exception()]
+        async def do(car: str) -> bool:
+            try:
+                await act(car)
+            except MotorcadeError:
+                return False
+            return True
 
-    def _end(self, task: "asyncio.Task[None]") -> None:
-        self._pending.discard(task)
-        if not task.cancelled():
-            # A car that refuses was told to the teacher.
-            task.exception()
+        cars = [each.car for each in await self._cars.listed()]
+        for before in self._pending:
+            before.cancel()
+        tasks = self._pending = [asyncio.create_task(do(car)) for car in cars]
+        if tasks:
+            await asyncio.wait(tasks, timeout=_PATIENCE_S)
+        done = [task.done() and not task.cancelled() and task.result() for task in tasks]
+        return [car for car, is_done in zip(cars, done, strict=True) if not is_done]

@@ -13,7 +13,7 @@ from motorcade.server.studio.driving import PageWorld, build_world
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission, mission_goals, mission_zones
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import SetWorld
+from motorcade.service.world_messages import Pause, Play, Reset, SetWorld, Shown, Watch
 from motorcade.words.image import parse_image_bytes, words_to_bytes
 
 _NO_PROGRAM = words_to_bytes((0,))
@@ -74,7 +74,7 @@ class SharedMat:
     """
 
     def __init__(self) -> None:
-        self.session = PageWorld(_KEY, _KEY, _MOST_CARS, CapacityLimiter(1))
+        self.session = PageWorld(_KEY, _KEY, _MOST_CARS, CapacityLimiter(1), allowed=(Shown, Play, Pause, Reset, Watch))
         self.changes = 0
         self._images: dict[str, bytes] = {}
         # Whose leaders drive, in their order, also of pupils who have left since.

@@ -5,7 +5,8 @@ Nothing is simulated or packed for it: it takes the moments that pupils' worlds 
 
 import asyncio
 import struct
-from collections.abc import Awaitable, Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 from starlette.websockets import WebSocket
@@ -14,8 +15,7 @@ from motorcade.classroom.messages import DrawnWall, Goodbye, Wall, WallWorld
 from motorcade.classroom.running import RunningClass
 from motorcade.classroom.shared_mat import described
 from motorcade.engine.moment import first_cars, moment_bytes
-from motorcade.errors import MotorcadeError
-from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.history import HEADER_BYTES, header_of
@@ -24,12 +24,8 @@ from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import (
     Goals,
     Hello,
-    Pause,
-    Play,
-    Reset,
     Shown,
     State,
-    Watch,
     WorldAnswer,
 )
 
@@ -176,43 +172,37 @@ class Walls:
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page that shows the wall."""
-        await socket.accept()
-        page = PageSocket(socket, self._running.settings, (Wall,))
         wall = WallPictures(self._now_shown)
 
         async def drawn(message: DrawnWall) -> None:
             wall.receive(message)
 
-        def show() -> Awaitable[None]:
-            return self._show(socket, page, lambda: wall.answers(self._running.settings.clock()), PICTURE_EVERY_S)
+        def now() -> list[Wall | bytes]:
+            return wall.answers(self._running.settings.clock())
 
-        # The parade goes on although nobody has opened its own page.
-        await page.serve(DrawnWall, drawn, [show, lambda: self._worlds.run_unshown(self._mat.session, UNSHOWN_EVERY_S)])
+        async with accepted(socket, self._running.settings, (Wall,)) as page:
+            show = partial(self._show, socket, page, now, PICTURE_EVERY_S)
+            # The parade goes on although nobody has opened its own page.
+            go_on = partial(self._worlds.run_unshown, self._mat.session, UNSHOWN_EVERY_S)
+            await page.serve(DrawnWall, drawn, [show, go_on])
 
     async def watch(self, socket: WebSocket) -> None:
         """Serve a page that looks on at one pupil's world; it follows the pupil from world to world."""
-        await socket.accept()
-        page = PageSocket(socket, self._running.settings, (Wall, State, Goals))
-        onlooker = _Onlooker()
-        try:
-            pupil = self._running.room.pupil(socket.query_params.get("pupil", ""))
-        except MotorcadeError as problem:
-            await refuse_page(socket, self._running.settings, problem)
-            return
+        onlooker, pupil_id = _Onlooker(), socket.query_params.get("pupil", "")
 
         async def drawn(message: Shown) -> None:
             onlooker.drawn = max(onlooker.drawn, message.frame)
 
         def now() -> list[Wall | WorldAnswer | bytes]:
-            return onlooker.answers(next((each for each in self._now_shown() if each.pupil == pupil.id), None))
+            return onlooker.answers(next((each for each in self._now_shown() if each.pupil == pupil_id), None))
 
-        await page.serve(Shown, drawn, [lambda: self._show(socket, page, now, WATCH_EVERY_S)])
+        async with accepted(socket, self._running.settings, (Wall, State, Goals)) as page:
+            self._running.room.pupil(pupil_id)
+            await page.serve(Shown, drawn, [partial(self._show, socket, page, now, WATCH_EVERY_S)])
 
     async def serve_mat(self, socket: WebSocket) -> None:
         """Serve the teacher's page that shows the shared mat."""
-        await socket.accept()
-        allowed = (Shown, Play, Pause, Reset, Watch)
-        await self._worlds.serve_shared(socket, self._mat.session, allowed, [self._mat.wall()])
+        await self._worlds.serve_shared(socket, self._mat.session, self._mat.wall())
 
     async def _show(
         self, socket: WebSocket, page: PageSocket, answers: Callable[[], Iterable[object]], every_s: float

@@ -2,8 +2,8 @@
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterable
-from contextlib import suppress
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 from typing import Any, TypeVar
 
@@ -108,12 +108,22 @@ class PageSocket:
                 await asyncio.Event().wait()
 
 
-async def refuse_page(socket: WebSocket, settings: ServerSettings, problem: MotorcadeError) -> None:
-    """Send a page the reason why it isn't served, and close the connection."""
-    page = PageSocket(socket, settings)
-    page.refuse(problem, closing=True)
-    with suppress(WebSocketDisconnect):
-        await page.send_all()
+@asynccontextmanager
+async def accepted(
+    socket: WebSocket, settings: ServerSettings, newest: tuple[type, ...] = ()
+) -> AsyncIterator[PageSocket]:
+    """Accept the connection of a page. Where the block raises MotorcadeError the page is sent that, as its last answer.
+
+    A browser gives its page no reason where a connection is refused before it is accepted.
+    """
+    await socket.accept()
+    page = PageSocket(socket, settings, newest)
+    try:
+        yield page
+    except MotorcadeError as problem:
+        page.refuse(problem, closing=True)
+        with suppress(WebSocketDisconnect):
+            await page.send_all()
 
 
 async def next_message(socket: WebSocket, kind: type[_T], most_characters: int) -> _T:

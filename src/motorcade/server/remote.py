@@ -18,7 +18,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.server import remote_messages as messages
 from motorcade.server.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
 from motorcade.server.http import exception_handlers, page_routes
-from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.remote_messages import RemoteMessage
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.service.library import checked_user_name
@@ -34,15 +34,17 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Clear: "clear",
     messages.Resume: "resume_program",
 }
+# Answers of which only the newest is of use.
+NEWEST = (messages.Hello, messages.Telemetry, messages.Received)
 _BOUNDARY = "motorcade-picture"
 _MOST_HZ = 30.0
 
 
 class PageSession:
-    """Serve one page, at an accepted WebSocket."""
+    """Serve one page, at an accepted WebSocket: ``page`` sends its answers."""
 
-    def __init__(self, socket: WebSocket, fleet: Fleet, settings: ServerSettings) -> None:
-        self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Received))
+    def __init__(self, socket: WebSocket, page: PageSocket, fleet: Fleet, settings: ServerSettings) -> None:
+        self._page = page
         self._fleet = fleet
         self._settings = settings
         self._freshness = Freshness(_STALE_MS, can_ask=True)
@@ -224,14 +226,8 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
     """Return the routes of the WebSocket and the cameras; ``fleet_of`` gives the cars that a request may use."""
 
     async def drive(socket: WebSocket) -> None:
-        await socket.accept()
-        try:
-            fleet = fleet_of(socket)
-        except MotorcadeError as problem:
-            # A browser gives its page no reason where a connection is refused before it is accepted.
-            await refuse_page(socket, settings, problem)
-        else:
-            await PageSession(socket, fleet, settings).serve()
+        async with accepted(socket, settings, NEWEST) as page:
+            await PageSession(socket, page, fleet_of(socket), settings).serve()
 
     async def camera(request: Request) -> Response:
         return await stream(request, await fleet_of(request).camera(request.query_params.get("car", "")))

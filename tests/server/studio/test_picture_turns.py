@@ -5,20 +5,20 @@ from functools import partial
 
 import pytest
 
-from motorcade.server.studio.sessions import Turns
+from motorcade.server.studio.sessions import do_in_turn
 from support.mock_clock import mock_clock
 
 
 @mock_clock
 async def test_where_all_worlds_are_late_requests_come_between_and_pictures_are_equally_many():
-    turns, pictures = Turns(), [0] * 50
+    turns, pictures = asyncio.Lock(), [0] * 50
 
     def draw(world):
         pictures[world] += 1
 
     async def play(world):
         while True:
-            await turns.do(partial(draw, world))
+            await do_in_turn(turns, partial(draw, world))
 
     playing = [asyncio.create_task(play(world)) for world in range(50)]
     for _ in range(1000):
@@ -35,11 +35,11 @@ async def test_where_all_worlds_are_late_requests_come_between_and_pictures_are_
 
 
 def test_a_job_that_fails_ends_its_turn():
-    turns = Turns()
+    turns = asyncio.Lock()
 
     async def run():
         with pytest.raises(ZeroDivisionError):
-            await turns.do(lambda: 1 // 0)
-        return await turns.do(lambda: "done")
+            await do_in_turn(turns, lambda: 1 // 0)
+        return await do_in_turn(turns, lambda: "done")
 
     assert asyncio.run(run()) == "done"

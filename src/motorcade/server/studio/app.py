@@ -4,7 +4,7 @@ import asyncio
 import os
 import ssl
 import threading
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +24,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import Place
 from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
 from motorcade.server.http import PAGE, exception_handlers, page_routes
-from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.remote import routes as remote_routes
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio.cars import CarList
@@ -137,7 +137,7 @@ def _request_route(settings: Settings, visitors: Visitors) -> Route:
             async with visitors.bodies.loaded(request) as data:
                 job = partial(workers.answer, name, data, context, visitors.most_s(name))
                 answer = await unless_left(request, job)
-        visitors.note_answered(visitor, name)
+        await visitors.note_answered(visitor, name)
         return Response(answer, media_type="application/json")
 
     return Route("/api/{name:path}", endpoint, methods=["POST"])
@@ -204,22 +204,15 @@ class Trials:
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page's connection until it ends."""
-        await socket.accept()
-        try:
-            self._admit(socket)
-        except MotorcadeError as problem:
-            await refuse_page(socket, self._settings, problem)
-            return
-        self._pages += 1
-        try:
-            await self._serve(PageSocket(socket, self._settings, (Luck,)))
-        finally:
-            self._pages -= 1
-
-    def _admit(self, socket: WebSocket) -> None:
-        self._visitors.visitor(socket)
-        if self._pages >= self._limits.most:
-            raise MotorcadeError("too-many-sessions", most=self._limits.most)
+        async with accepted(socket, self._settings, (Luck,)) as page:
+            self._visitors.visitor(socket)
+            if self._pages >= self._limits.most:
+                raise MotorcadeError("too-many-sessions", most=self._limits.most)
+            self._pages += 1
+            try:
+                await self._serve(page)
+            finally:
+                self._pages -= 1
 
     async def _serve(self, page: PageSocket) -> None:
         most_cars = self._limits.most_cars
@@ -227,20 +220,19 @@ class Trials:
         session = TrialSession(make_world, most_cars)
         asked, lock, loop = asyncio.Event(), asyncio.Lock(), asyncio.get_running_loop()
 
-        async def handle(message: TrialMessage) -> None:
+        async def do(job: Callable[..., Iterable[object]], *message: TrialMessage) -> None:
             async with lock:
-                answers = await loop.run_in_executor(self._thread, session.receive, message)
-            for answer in answers:
-                page.put(answer)
+                for answer in await loop.run_in_executor(self._thread, job, *message):
+                    page.put(answer)
+
+        async def handle(message: TrialMessage) -> None:
+            await do(session.receive, message)
             asked.set()
 
         async def work() -> None:
             while True:
                 await asked.wait()
-                async with lock:
-                    answers = await loop.run_in_executor(self._thread, session.advance)
-                for answer in answers:
-                    page.put(answer)
+                await do(session.advance)
                 if not session.is_busy:
                     asked.clear()
 

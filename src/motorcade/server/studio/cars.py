@@ -5,6 +5,7 @@ import ssl
 from binascii import crc32
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 
 from starlette.websockets import WebSocket
 
@@ -13,7 +14,7 @@ from motorcade.fleet.cars import Cars
 from motorcade.fleet.contact import CarStatus, Contact, Verdict
 from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import Place, safe_name
-from motorcade.server.page_socket import PageSocket
+from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Sentence
 from motorcade.service.world_messages import CarRow, CarsOrder, CarsShown
@@ -60,10 +61,8 @@ class CarList:
 
     async def serve(self, socket: WebSocket) -> None:
         """Show the cars to a page, and do what it orders, until it leaves."""
-        await socket.accept()
-        page = PageSocket(socket, self._settings, (CarsShown,))
 
-        async def show() -> None:
+        async def show(page: PageSocket) -> None:
             shown: CarsShown | None = None
             while self._may_stay(socket):
                 now = self._shown()
@@ -72,14 +71,8 @@ class CarList:
                 shown = now
                 await asyncio.sleep(_EVERY_S)
 
-        async def obey(order: CarsOrder) -> None:
-            try:
-                await self._obey(order)
-            except MotorcadeError as problem:
-                page.refuse(problem)
-
-        async with self._looking():
-            await page.serve(CarsOrder, obey, [show])
+        async with accepted(socket, self._settings, (CarsShown,)) as page, self._looking():
+            await page.serve(CarsOrder, self._obey, [partial(show, page)])
 
     def order(self, kind: str) -> None:
         """STOP all cars, or let them GO; those that are found later get the order, too."""

@@ -132,6 +132,7 @@ class PageWorld(WorldSession):
         most_cars: the most cars in its world.
         workers: how many threads may work for all sessions.
         past_bytes: as `motorcade.service.world_session.WorldSession` takes it.
+        allowed: the messages that its page may send.
 
     Attributes:
         page: the answers to the connected page; None while no page is connected.
@@ -154,12 +155,13 @@ class PageWorld(WorldSession):
         most_cars: int,
         workers: CapacityLimiter,
         past_bytes: tuple[int, int] = PAST_BYTES,
+        allowed: tuple[type, ...] = (object,),
     ) -> None:
         self.control = ManualControl()
         self.fleet = SessionFleet(self)
         super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars), past_bytes)
         self._workers = workers
-        self.visitor = visitor
+        self.visitor, self.allowed = visitor, allowed
         self.mat: MatDocument | None = None
         self._scene: tuple[Mat, Scene] | None = None
         self.sent: dict[type, WorldAnswer | bytes] = {}

@@ -7,7 +7,7 @@ in all and for each visitor; where no place is free, a session whose page has le
 import asyncio
 import os
 import re
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractAsyncContextManager, AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import Bodies
-from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.library import FolderStorage
@@ -48,6 +48,8 @@ GRACE_S = 60.0
 IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
+# Answers of which only the newest is of use.
+_NEWEST = (State, CarDetails)
 # Messages that may take longer than making a picture.
 _LONG = (Reset, Seek, SetEnvironment, Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
@@ -119,7 +121,7 @@ class Visitors:
     def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
         """See what a visitor's world sends to its page."""
 
-    def note_answered(self, visitor: str, request: str) -> None:
+    async def note_answered(self, visitor: str, request: str) -> None:
         """A request of a visitor was answered."""
 
     def check_request(self, visitor: str, now_s: float) -> None:
@@ -141,22 +143,16 @@ class Visitors:
         return nullcontext(self._car)
 
 
-class Turns:
-    """Do jobs one at a time, in the order in which they were asked for; between two of them everything else is done.
+async def do_in_turn(turns: asyncio.Lock, job: Callable[[], _T]) -> _T:
+    """Do a job after those that were asked for before; between two of them everything else is done.
 
     So where more is to be done than can be, requests are answered at once, and all worlds get equally few pictures.
     """
-
-    def __init__(self) -> None:
-        self._lock = asyncio.Lock()
-
-    async def do(self, job: Callable[[], _T]) -> _T:
-        """Do a job when its turn has come."""
-        async with self._lock:
-            done = job()
-            # What came meanwhile is handled in the loop's next round, and only then the next job.
-            await asyncio.sleep(0)
-            return done
+    async with turns:
+        done = job()
+        # What came meanwhile is handled in the loop's next round, and only then the next job.
+        await asyncio.sleep(0)
+        return done
 
 
 class PageWorlds:
@@ -171,7 +167,7 @@ class PageWorlds:
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
         # What may take long has a thread of its own, so that no picture of another page waits for it.
         self._builder = CapacityLimiter(1)
-        self._turns = Turns()
+        self._turns = asyncio.Lock()
 
     def session(self, key: str, visitor: str) -> PageWorld:
         """Return the session of that key. Raises MotorcadeError where the visitor has none with a world."""
@@ -206,45 +202,16 @@ class PageWorlds:
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page's connection until it ends."""
-        await socket.accept()
-        page = PageSocket(socket, self._settings, (State, CarDetails))
-        try:
+        async with accepted(socket, self._settings, _NEWEST) as page:
             visitor = self._visitors.visitor(socket)
-            session = self._enter(socket.query_params.get("session", ""), visitor, page)
-        except MotorcadeError as problem:
-            await refuse_page(socket, self._settings, problem)
-            return
-        try:
-            await self._serve(session, page, partial(self._handle, session, page))
-        finally:
-            self._leave(session, page)
+            session = self._enter(socket.query_params.get("session", ""), visitor)
+            await self._serve(session, page)
 
-    async def serve_shared(
-        self, socket: WebSocket, session: PageWorld, allowed: tuple[type, ...], first: Sequence[object] = ()
-    ) -> None:
-        """Serve an accepted connection to a world that is no page's own, until it ends; the newest page has it.
-
-        Args:
-            allowed: the messages that it may send.
-            first: what it is sent before all answers.
-        """
-        page = PageSocket(socket, self._settings, (State, CarDetails))
-        if session.page:
-            session.page.refuse(MotorcadeError("taken-over"), closing=True)
-        session.page = page
-        for answer in first:
-            page.put(answer)
-
-        async def handle(message: WorldMessage) -> None:
-            if not isinstance(message, allowed):
-                raise MotorcadeError("not-in-this-world")
-            await self._handle(session, page, message)
-
-        try:
-            await self._serve(session, page, handle)
-        finally:
-            if session.page is page:
-                session.page = None
+    async def serve_shared(self, socket: WebSocket, session: PageWorld, first: object) -> None:
+        """Serve a connection to a world that is no page's own, until it ends; ``first`` is sent before all answers."""
+        async with accepted(socket, self._settings, _NEWEST) as page:
+            page.put(first)
+            await self._serve(session, page)
 
     async def run_unshown(self, session: PageWorld, every_s: float) -> None:
         """Advance a shared world while no page has it, for those who look on; until the task is cancelled."""
@@ -257,14 +224,21 @@ class PageWorlds:
                     session.sent.pop(bytes, None)
             await asyncio.sleep(every_s)
 
-    async def _serve(
-        self, session: PageWorld, page: PageSocket, handle: Callable[[WorldMessage], Awaitable[None]]
-    ) -> None:
-        async with session.lock:
-            self._put_all(session, page, session.connect())
-        await page.serve(WorldMessage, handle, [partial(self._show, session, page)])
+    async def _serve(self, session: PageWorld, page: PageSocket) -> None:
+        """Serve a page, which has the world alone until a newer one comes."""
+        if session.page:
+            session.page.refuse(MotorcadeError("taken-over"), closing=True)
+        session.page = page
+        session.used_s = self._settings.clock()
+        try:
+            async with session.lock:
+                self._put_all(session, page, session.connect())
+            handle = partial(self._handle, session, page)
+            await page.serve(WorldMessage, handle, [partial(self._show, session, page)])
+        finally:
+            self._leave(session, page)
 
-    def _enter(self, key: str, visitor: str, page: PageSocket) -> PageWorld:
+    def _enter(self, key: str, visitor: str) -> PageWorld:
         if not _KEY.fullmatch(key):
             raise MotorcadeError("bad-session")
         session = self._sessions.get(key)
@@ -278,10 +252,6 @@ class PageWorlds:
         if session.forget_timer:
             session.forget_timer.cancel()
             session.forget_timer = None
-        if session.page:
-            session.page.refuse(MotorcadeError("taken-over"), closing=True)
-        session.page = page
-        session.used_s = self._settings.clock()
         return session
 
     def _make_room(self, visitor: str) -> None:
@@ -307,7 +277,8 @@ class PageWorlds:
         if session.page is page:
             session.page = None
             session.used_s = self._settings.clock()
-            session.forget_timer = asyncio.get_running_loop().call_later(GRACE_S, self._forget, session)
+            if session.key in self._sessions:
+                session.forget_timer = asyncio.get_running_loop().call_later(GRACE_S, self._forget, session)
 
     def _forget(self, session: PageWorld, problem: MotorcadeError | None = None) -> None:
         if session.forget_timer:
@@ -320,6 +291,8 @@ class PageWorlds:
 
     async def _handle(self, session: PageWorld, page: PageSocket, message: WorldMessage) -> None:
         session.used_s = self._settings.clock()
+        if not isinstance(message, session.allowed):
+            raise MotorcadeError("not-in-this-world")
         self._visitors.check_message(session.visitor, message)
         if isinstance(message, Shown):
             # Without the lock, as the page's acknowledgement needn't wait for a picture in the making.
@@ -359,7 +332,7 @@ class PageWorlds:
                 continue
             await asyncio.sleep(wait_s)
             async with session.lock:
-                answers = await (self._turns.do(advance) if session.is_quick else session.in_thread(advance))
+                answers = await (do_in_turn(self._turns, advance) if session.is_quick else session.in_thread(advance))
             self._put(session, page, answers)
 
     def _put_all(self, session: PageWorld, page: PageSocket, answers: Sequence[WorldAnswer]) -> None:
