@@ -66,9 +66,9 @@ BREAKS = (
     Break(
         "a-mute-client-keeps-the-port",
         "uploads",
-        "boards/lines.py",
-        "if other is None or self._clock_s() - other.last_byte_s >= _IDLE_S:",
-        "if other is None:",
+        "boards/on_chip/wifi_line.py",
+        "if not data and (uploader.is_gone or elapsed_ms(self._now_ms(), uploader.last_byte_ms) >= _IDLE_MS):",
+        "if not data and uploader.is_gone:",
     ),
     # Driving.
     Break(
@@ -243,8 +243,8 @@ BREAKS = (
         "a-stop-waits-for-the-upload",
         "fleet",
         "boards/lines.py",
-        "        had_some = bool(self._requests)\n",
-        "        had_some = bool(self._requests)\n        if self._uploader is not None:\n            return False\n",
+        "        had_some = False\n",
+        "        had_some = False\n        if self._uploader is not None:\n            return False\n",
     ),
     Break(
         "unguarded-after-a-fault",
