@@ -1,8 +1,8 @@
 """Announce an image to a car by a check request (`motorcade.words.request`), and understand the answer."""
 
 from binascii import crc32
-from typing import NamedTuple
 
+from motorcade.errors import Phrase
 from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import (
@@ -15,6 +15,7 @@ from motorcade.words.upload import (
     SILENT,
     TOO_LARGE,
     Lines,
+    Outcome,
     ok_line,
     printable,
     refusal,
@@ -23,26 +24,12 @@ from motorcade.words.upload import (
 # Two tries take as long as a boot loader, which opening the port starts on some boards.
 ANSWER_WITHIN_MS = 1000
 
-# What may come of a request besides REFUSED and SILENT.
+# What may come of a request besides REFUSED and SILENT: the car will take the announced image only; or it took the
+# request as an image, so it knows no check requests.
 READY = "ready"
 TAKEN = "taken"
 
 _REASONS_OF_CARS_WITH_CHECKS = (CUT_OFF, NOT_EMPTY, CHANGED_REQUEST, OTHER_CHECKSUM, CANT_STORE, TOO_LARGE)
-
-
-class Answer(NamedTuple):
-    """The answer to a check request.
-
-    Attributes:
-        kind: READY, the car will take the announced image only; REFUSED; TAKEN, the car took the request as an image,
-            so it knows no check requests; or SILENT.
-        held: where READY, the CRC-32 of the image that the car holds.
-        text: where READY, the car's line; where REFUSED, the reason.
-    """
-
-    kind: str
-    held: int = 0
-    text: str = ""
 
 
 class CheckRequestEnd:
@@ -54,14 +41,16 @@ class CheckRequestEnd:
 
     Attributes:
         request: the bytes to send.
+        held: the CRC-32 of the image that the car holds, where the answer is READY.
     """
 
     def __init__(self, image: bytes, number: int):
         self.request = check_request(crc32(image), number)
+        self.held = 0
         self._expected = check_words(crc32(image), number)
         self._lines = Lines()
         self._sent_ms: int | None = None
-        self._answer: Answer | None = None
+        self._answer: Outcome | None = None
 
     def finish_sending(self, now_ms: int) -> None:
         """Note that the last byte of ``request`` was sent at ``now_ms`` (ticks)."""
@@ -71,22 +60,22 @@ class CheckRequestEnd:
         """Take the bytes that came by ``now_ms`` (ticks), also none, so that a missing answer is noticed."""
         for line in self._lines.split(data):
             self._answer = self._answer or self._to_answer(line)
-        if self._answer is None and self._sent_ms is not None:
-            late = elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS
-            self._answer = Answer(SILENT) if late else None
+        if self._answer is None and self._sent_ms is not None and elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
+            self._answer = Outcome(SILENT, Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS))
 
-    def answer(self) -> Answer | None:
-        """The answer; None while it may still come."""
+    def next_event(self) -> Outcome | None:
+        """The answer: READY with the car's line, REFUSED with the reason, TAKEN or SILENT; None while it may come."""
         return self._answer
 
-    def _to_answer(self, line: bytes) -> Answer | None:
+    def _to_answer(self, line: bytes) -> Outcome | None:
         held = held_checksum(line, self._expected)
         if held is not None:
-            return Answer(READY, held, printable(line[line.find(self._expected) :]))
+            self.held = held
+            return Outcome(READY, printable(line[line.find(self._expected) :]))
         if ok_line(self.request).strip().lower() in line.lower():
-            return Answer(TAKEN)
+            return Outcome(TAKEN, "")
         reason = refusal(line)
-        return None if reason is None else Answer(REFUSED, text=reason)
+        return None if reason is None else Outcome(REFUSED, reason)
 
 
 def knows_no_checks(reasons: list[str]) -> bool:

@@ -7,11 +7,11 @@ test) steps the same transfer.
 from abc import ABC, abstractmethod
 from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.upload import check_request
-from motorcade.upload.check_request import READY, TAKEN, Answer, CheckRequestEnd, knows_no_checks
+from motorcade.upload.check_request import READY, TAKEN, CheckRequestEnd, knows_no_checks
 from motorcade.words import upload
 from motorcade.words.image import WORD_BYTES, refused_image
 from motorcade.words.ticks import elapsed_ms
@@ -70,15 +70,6 @@ class Retry(NamedTuple):
         return Phrase(f"upload-{self.reason}", number=self.number, of=self.of).sentence(language)
 
 
-class _Receiving(Protocol):
-    def receive_data(self, data: bytes, now_ms: int) -> None: ...
-
-
-class _Sending(_Receiving, Protocol):
-    def finish_sending(self, now_ms: int) -> None: ...
-
-
-Found = TypeVar("Found")
 Steps = Generator[bytes, None, None]
 
 
@@ -116,12 +107,19 @@ class Transfer(ABC):
     def _run(self) -> Steps:
         """Run the transfer: yield what to send, and set the outcome at the end."""
 
+    def _tries(self, reason: str) -> Iterator[int]:
+        """Yield the number of each try; tell of each further one."""
+        for number in range(1, TRIES + 1):
+            if number > 1:
+                self._retrying(Retry(reason, number, TRIES))
+            yield number
+
     def _receive(
-        self, end: _Receiving, found: Callable[[], Found | None], within_ms: int
-    ) -> Generator[bytes, None, Found]:
-        """Give received bytes to ``end`` until ``found`` returns something, at the latest after ``within_ms``."""
+        self, end: UploaderEnd | ReadbackEnd | CheckRequestEnd, within_ms: int
+    ) -> Generator[bytes, None, Outcome]:
+        """Give received bytes to ``end`` until it has an outcome, at the latest after ``within_ms``."""
         begin_ms = self._now_ms
-        while (result := found()) is None:
+        while (result := end.next_event()) is None:
             self.rest_ms = max(1, within_ms - elapsed_ms(self._now_ms, begin_ms))
             yield b""
             end.receive_data(self._data, self._now_ms)
@@ -140,7 +138,9 @@ class Transfer(ABC):
             if self._data:
                 quiet_ms = self._now_ms
 
-    def _send(self, data: bytes, end: _Sending, sent: Callable[[int], None] = lambda count: None) -> Steps:
+    def _send(
+        self, data: bytes, end: UploaderEnd | CheckRequestEnd, sent: Callable[[int], None] = lambda count: None
+    ) -> Steps:
         """Send ``data`` as fast as the line carries it, so that the answer's deadline counts from its end.
 
         The operating system takes it all at once, and a pseudo-terminal reports at once that it has been sent.
@@ -170,14 +170,12 @@ class ReadbackTransfer(Transfer):
     """Read back the image that a car holds: the outcome's detail where its kind is IMAGE."""
 
     def _run(self) -> Steps:
-        for number in range(1, TRIES + 1):
-            if number > 1:
-                self._retrying(Retry(READS_AGAIN, number, TRIES))
+        for _ in self._tries(READS_AGAIN):
             yield from self._settle(SETTLE_MS)
             end = ReadbackEnd(self._now_ms)
             yield READBACK_REQUEST
             end.receive_data(self._data, self._now_ms)
-            outcome = yield from self._receive(end, end.next_event, upload.ANSWER_WITHIN_MS)
+            outcome = yield from self._receive(end, upload.ANSWER_WITHIN_MS)
             if outcome.kind == IMAGE or is_busy(outcome):
                 break
         self.outcome = outcome
@@ -215,7 +213,8 @@ class UploadTransfer(Transfer):
         self._verify = verify
         self._number = number
         self._sent = sent
-        self._held_first = 0
+        # The checksum of the image that the car holds, by its last answer.
+        self._held = 0
         self._last: Outcome = Outcome(SILENT, "")
 
     def _run(self) -> Steps:
@@ -226,7 +225,6 @@ class UploadTransfer(Transfer):
             return
         answer, reasons = yield from self._announce()
         if answer.kind == READY:
-            self._held_first = answer.held
             yield from self._send_checked()
         elif answer.kind == TAKEN:
             # The car took the request as an image in which nothing moves.
@@ -236,29 +234,27 @@ class UploadTransfer(Transfer):
             yield from self._send_plain()
         self.outcome = self._last
 
-    def _announce(self) -> Generator[bytes, None, tuple[Answer, list[str]]]:
+    def _announce(self) -> Generator[bytes, None, tuple[Outcome, list[str]]]:
         """Announce the image until the car is ready for it. Returns its last answer and the reasons of all refusals."""
-        answer, reasons = Answer(SILENT), []
-        for number in range(1, TRIES + 1):
-            if number > 1:
-                self._retrying(Retry(ASKS_AGAIN, number, TRIES))
+        reasons = []
+        for _ in self._tries(ASKS_AGAIN):
             yield from self._settle(SETTLE_MS)
             end = CheckRequestEnd(self._image, self._number)
             self._number = self._number + 1 & 255
             yield from self._send(end.request, end)
-            answer = yield from self._receive(end, end.answer, check_request.ANSWER_WITHIN_MS)
+            answer = yield from self._receive(end, check_request.ANSWER_WITHIN_MS)
             if answer.kind in (READY, TAKEN):
+                self._held = end.held
                 break
-            reasons.append(answer.text)
-            self._last = outcome_of(answer)
+            reasons.append(str(answer.detail) if answer.kind == REFUSED else "")
+            self._last = answer
             if is_busy(self._last):
                 break
         return answer, reasons
 
     def _send_checked(self) -> Steps:
-        for number in range(1, TRIES + 1):
-            if number > 1:
-                self._retrying(Retry(SENDS_AGAIN, number, TRIES))
+        held_first = self._held
+        for _ in self._tries(SENDS_AGAIN):
             outcome = yield from self._send_image(EITHER)
             if outcome.kind == VERIFIED:
                 self.holds, self._last = NEW, outcome
@@ -266,8 +262,11 @@ class UploadTransfer(Transfer):
             answer, _ = yield from self._announce()
             if answer.kind != READY:
                 return
-            self._last = self._outcome_after(answer, outcome)
-            if self.holds == NEW or CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
+            if self._held == crc32(self._image):
+                self.holds, self._last = NEW, Outcome(VERIFIED, answer.detail)
+                return
+            self.holds, self._last = OLD if self._held == held_first else NEITHER, outcome
+            if CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
                 return
 
     def _is_too_large(self, outcome: Outcome) -> bool:
@@ -276,19 +275,9 @@ class UploadTransfer(Transfer):
         words = len(self._image) // WORD_BYTES
         return error is not None and error.code == TOO_LARGE and error.details["words"] == words
 
-    def _outcome_after(self, answer: Answer, outcome: Outcome) -> Outcome:
-        """The outcome of a try, once the car has answered the next announcement."""
-        if answer.held == crc32(self._image):
-            self.holds = NEW
-            return Outcome(VERIFIED, answer.text)
-        self.holds = OLD if answer.held == self._held_first else NEITHER
-        return outcome
-
     def _send_plain(self) -> Steps:
         held = self.holds
-        for number in range(1, TRIES + 1):
-            if number > 1:
-                self._retrying(Retry(SENDS_AGAIN, number, TRIES))
+        for _ in self._tries(SENDS_AGAIN):
             yield from self._settle(SETTLE_MS)
             self._last = yield from self._send_image(UNKNOWN)
             if self._last.kind == VERIFIED:
@@ -309,19 +298,12 @@ class UploadTransfer(Transfer):
 
         end = UploaderEnd(self._image, self._verify)
         yield from self._send(self._image, end, sent)
-        return (yield from self._receive(end, end.next_event, upload.answer_within_ms(self._image)))
+        return (yield from self._receive(end, upload.answer_within_ms(self._image)))
 
 
 def is_busy(outcome: Outcome) -> bool:
     """Whether the car refused because of another uploader."""
     return outcome.kind == REFUSED and str(outcome.detail).startswith("busy")
-
-
-def outcome_of(answer: Answer) -> Outcome:
-    """The outcome of an upload whose check request failed."""
-    if answer.kind == SILENT:
-        return Outcome(SILENT, Phrase("no-answer-within", duration_ms=check_request.ANSWER_WITHIN_MS))
-    return Outcome(REFUSED, answer.text)
 
 
 def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | None:
