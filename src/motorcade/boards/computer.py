@@ -40,10 +40,11 @@ class StoreError(MotorcadeError):
 
 
 class ImageStore:
-    """An image in a file. A crash at any moment leaves the old image or the new one, whole."""
+    """An image in a file, and the car's name in one beside it. A crash at any moment leaves the old or the new one."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._name_path = path.with_name(f"{path.name}.name")
 
     def load(self) -> bytes | None:
         """Return the image's bytes, None where there is no file yet. Raises StoreError."""
@@ -60,27 +61,22 @@ class ImageStore:
 
     def save(self, data: bytes) -> None:
         """Replace the image. Raises OSError; the old image is kept then."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(self.path, data)
+        self._replace(self.path, data)
 
-
-class NameFile:
-    """A car's name in a file beside its image."""
-
-    def __init__(self, image: Path) -> None:
-        self._path = image.with_name(f"{image.name}.name")
-
-    def load(self) -> str:
+    def load_name(self) -> str:
         """Return the name; empty where there is none, or none that a car may have."""
         with suppress(OSError, UnicodeError):
-            name = self._path.read_bytes().decode()
+            name = self._name_path.read_bytes().decode()
             return name if is_car_name(name) else ""
         return ""
 
-    def save(self, name: str) -> None:
+    def save_name(self, name: str) -> None:
         """Replace the name. Raises OSError."""
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(self._path, name.encode())
+        self._replace(self._name_path, name.encode())
+
+    def _replace(self, path: Path, data: bytes) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, data)
 
 
 class KeyboardVoice(VoiceSource):

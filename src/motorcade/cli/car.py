@@ -244,7 +244,7 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
     """Run simulated cars at as many ports; without --store they forget their images."""
     import selectors
 
-    from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, NameFile, run_many
+    from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, run_many
     from motorcade.boards.lines import TcpPort
     from motorcade.config.profile import levels_of
     from motorcade.fleet.places import list_text
@@ -263,9 +263,8 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
             saved: dict[str, Any] = {"name": f"car-{number}"}
             if options.store:
                 store = ImageStore(options.store / f"car-{number}.image")
-                names = NameFile(store.path)
                 image = store.load()
-                saved = {"name": names.load() or f"car-{number}", "save_name": names.save, "save": store.save}
+                saved = {"name": store.load_name() or f"car-{number}", "save_name": store.save_name, "save": store.save}
             is_leader = options.role == Role.LEADER
             equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
             made.append((ComputerBoard(equipment), line))
@@ -295,7 +294,7 @@ def open_parts(
     resources: ExitStack, options: CarOptions, profile: "Profile", observe: "Observer", battery: Path | None = None
 ) -> CarParts:
     """Open a car's line, store, voice and battery; ``resources`` closes them. Raises MotorcadeError."""
-    from motorcade.boards.computer import BatteryFile, Equipment, ImageStore, NameFile, StoreError
+    from motorcade.boards.computer import BatteryFile, Equipment, ImageStore, StoreError
     from motorcade.config.profile import levels_of
 
     if options.voice not in ("", KEYBOARD) and options.voice_map is None:
@@ -308,9 +307,8 @@ def open_parts(
     except StoreError as problem:
         # A car that waits for an upload is of more use than one that doesn't start.
         print_note(translated("begins-without-program", problem=problem))
-    names = NameFile(store.path)
     is_leader, voice = options.role == Role.LEADER, _open_voice(resources, options.voice, options.voice_map)
-    named: dict[str, Any] = {"version": __version__, "name": names.load(), "save_name": names.save}
+    named: dict[str, Any] = {"version": __version__, "name": store.load_name(), "save_name": store.save_name}
     if battery:
         named["battery_mv"] = BatteryFile(battery).read_mv
     equipment = Equipment(
