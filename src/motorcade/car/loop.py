@@ -76,6 +76,7 @@ class Car:
 
     def __init__(self, board: Board) -> None:
         self.board = board
+        self.leads, self.levels = board.is_leader, board.levels
         self.memory = [0] * brain.SIZE
         self.image: Sequence[int] = (0,)
         self._serial = CarEnd(board.most_words, board.words_a_tick)
@@ -105,7 +106,6 @@ class Car:
         self._is_sending = False
         self._now_ms = 0
         self._wake_ms = 0
-        self._leads = board.is_leader
         self._frames: list[int] | tuple[int, ...] = ()
         self._voice = brain.NO_VOICE
 
@@ -122,7 +122,7 @@ class Car:
         elif self._work(now):
             self._has_worked = True
             return
-        if not self._leads:
+        if not self.leads:
             self._frames = board.received_frames()
         self._voice = board.heard_voice()
         if self._is_sending:
@@ -142,7 +142,7 @@ class Car:
         rest_ms = next_wakeup.word_rest_ms(s, now, levels)
         if rest_ms > 1:
             # When the air will be free isn't known: a car that waits for that asks in every tick.
-            if self._leads:
+            if self.leads:
                 sends_ms = next_wakeup.frames_rest_ms(s, self.image, 0, now, levels)
             else:
                 sends_ms = next_wakeup.relay_rest_ms(s, 0, now)
@@ -239,7 +239,7 @@ class Car:
         elif request.kind == GO and self._is_stopped:
             self._is_stopped = False
             self._wake_ms = now
-            if self._leads and self._words is None:
+            if self.leads and self._words is None:
                 step.begin_program(self, now)
         return answer_line(request, self._fields())
 
@@ -254,7 +254,7 @@ class Car:
             ("holds", checksum_text(self._stored)),
             ("words", str(len(self._stored) // WORD_BYTES)),
             ("number", f"{board.number:08x}"),
-            ("role", "leader" if self._leads else "follower"),
+            ("role", "leader" if self.leads else "follower"),
             ("state", "stopped" if self._is_stopped else "runs"),
             ("board", board.kind),
             ("version", board.version),
@@ -297,7 +297,7 @@ class Car:
         drives = self._wheels & 3 > 0
         stands_in_silence = not drives and elapsed_ms(now, self._free_since_ms) >= _QUIET_MS
         # A leader hears nothing.
-        is_moment = not is_busy and may_stop if self._leads else stands_in_silence
+        is_moment = not is_busy and may_stop if self.leads else stands_in_silence
         if not is_moment and elapsed_ms(now, self._came_ms) < _STORE_WITHIN_MS:
             return False
         if drives:
@@ -320,7 +320,7 @@ class Car:
 
     def _take_words(self, now: int) -> None:
         """Begin the stored image; on a slow chip, begin to take its words. A follower uses none of them."""
-        if not self._leads:
+        if not self.leads:
             return
         if self._is_slow:
             # Words in an array are no objects: collecting garbage takes less time.
@@ -344,16 +344,6 @@ class Car:
             step.begin_program(self, now)
 
     # What motorcade.car.step uses.
-
-    @property
-    def leads(self) -> bool:
-        """Whether the car leads or follows."""
-        return self._leads
-
-    @property
-    def levels(self) -> tuple[int, ...]:
-        """The profile's integers."""
-        return self.board.levels
 
     def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
         """Report to the board that a state or a word begins, or that a word is over."""

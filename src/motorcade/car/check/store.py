@@ -111,16 +111,11 @@ def _unsynced_file(action: "Callable[[], Any]") -> "str | None":
     really_open, always_synced = os.open, getattr(os, "O_SYNC", 0) | getattr(os, "O_DSYNC", 0)
     synced: dict[tuple[int, int], int] = {}
     unsynced: list[str] = []
-    is_unsure = is_syncing = False
+    is_unsure = False
 
     def syncs(real: "Callable[[Any], Any]") -> "Callable[[Any], Any]":
         def call(file: "Any") -> None:
-            nonlocal is_syncing
-            is_syncing = True
-            try:
-                real(file)
-            finally:
-                is_syncing = False
+            real(file)
             found = os.fstat(file if isinstance(file, int) else file.fileno())
             synced[found.st_dev, found.st_ino] = found.st_size
 
@@ -143,7 +138,8 @@ def _unsynced_file(action: "Callable[[], Any]") -> "str | None":
     def profile(frame: "Any", event: str, argument: "Any") -> None:
         # A function that a module imported by its name is not the one that was replaced.
         nonlocal is_unsure
-        is_unsure = is_unsure or (event == "c_call" and argument.__name__ in _SYNCS and not is_syncing)
+        if event == "c_call" and argument.__name__ in _SYNCS and frame.f_code.co_filename != __file__:
+            is_unsure = True
 
     wrapped: dict[str, Any] = {name: syncs(getattr(os, name)) for name in ("fsync", "fdatasync") if hasattr(os, name)}
     wrapped.update({name: renames(getattr(os, name)) for name in ("replace", "rename")}, open=opens)
@@ -170,16 +166,19 @@ def _cuts_of(action: "Callable[[], Any]") -> "Iterator[dict[str, Any]]":
     Yields the place of each cut outside Python's own library: ``{"line": 7, "file": "board.py"}``.
     """
     for calls in range(_MAX_CUTS if hasattr(sys, "setprofile") else 0):
-        place = _cut_place(action, calls)
+        place: dict[str, Any] = {}
+        try:
+            _profiled(action, _cut_after(calls, place))
+        except PowerCut:
+            pass
         if not place:
             return
         yield place
 
 
-def _cut_place(action: "Callable[[], Any]", calls: int) -> "dict[str, Any]":
-    """Run ``action``, and cut it off after so many calls; return the place, ``{}`` where it ended before."""
+def _cut_after(calls: int, place: "dict[str, Any]") -> "Callable[[Any, str, Any], None]":
+    """Return a function for sys.setprofile that cuts the power after so many calls, and notes the place."""
     library = sys.modules["os"].__file__.rpartition("os.")[0]  # type: ignore[union-attr]
-    place: dict[str, Any] = {}
 
     def is_of_library(frame: "Any") -> bool:
         return bool(frame.f_code.co_filename.startswith((library, "<frozen")))
@@ -194,11 +193,7 @@ def _cut_place(action: "Callable[[], Any]", calls: int) -> "dict[str, Any]":
             place.update(line=frame.f_lineno, file=frame.f_code.co_filename.replace("\\", "/").split("/")[-1])
             raise PowerCut
 
-    try:
-        _profiled(action, profile)
-    except PowerCut:
-        pass
-    return place
+    return profile
 
 
 def _is_built_in(function: "Any") -> bool:
