@@ -54,7 +54,7 @@ class Class:
         self.server: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.code = ""
-        self.is_healed = self.is_over = False
+        self.is_healed = False
         self.has_checked: set[int] = set()
         self.kill_at: tuple[int, bool] | None = None
         self.fail_at: set[int] = set()
@@ -112,7 +112,7 @@ class Class:
     def _check_disk(self) -> None:
         for content in self.disk.possible(self.folder / RECORD):
             is_whole = content is not None and content.startswith(b"{") and content.endswith(b"}\n")
-            self.world.keep("class-whole", is_whole, lambda content=content: f"{content!r} may be left")
+            self.world.keep("class-whole", is_whole, "{!r} may be left", content)
 
     def _remove_tree(self, path: DiskPath) -> None:
         if not path.exists():
@@ -262,5 +262,5 @@ def run_class(room: World) -> None:
             member.start()
         room.after(_LOOK_S, run._check_memory)
         room.at(_FAULTS_S + 0.5, run.heal)
-        room.run(90.0, lambda: run.is_over)
-        room.keep("class-goes-on", run.is_over, "the last request never ended")
+        room.run(90.0)
+        room.keep("class-goes-on", room.is_over, "the last request never ended")

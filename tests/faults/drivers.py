@@ -193,7 +193,7 @@ class Driver:
         await client.end()
         await asyncio.sleep(0.3)
         run.world.keep("leaves-standing", pins.setpoint[2] == 0 or pins.driver != self.number, "the wheels turn")
-        run.is_over = True
+        run.world.is_over = True
 
 
 class SeedDriver(Driver):

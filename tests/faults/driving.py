@@ -102,7 +102,7 @@ class Driving:
         self.car: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.started_s = 0.0
-        self.is_healed = self.is_over = False
+        self.is_healed = False
         for name in ("driver 0", "driver 1", "driver 2", "stranger 0", "stranger 1", "stranger 2", "stranger 3"):
             delay_s = random.choice((0.002, 0.01, 0.04))
             self.network.link(name, delay_s, random.choice((0.0, 0.005, 0.03)), random.choice((0, 0, 0, 0.02)))
@@ -308,6 +308,6 @@ def run_driving(room: World) -> None:
         for each in (*run.drivers, run.watcher, *run.strangers):
             each.start()
         room.at(_FAULTS_S + 0.5, run.heal)
-        room.run(60.0, lambda: run.is_over)
-        room.keep("drives-again", run.is_over, "the last drive never ended")
+        room.run(60.0)
+        room.keep("drives-again", room.is_over, "the last drive never ended")
     _pins = None

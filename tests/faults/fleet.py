@@ -65,7 +65,7 @@ class Fleet:
         self.slow_s = random.choice((0.0, 0.0, 0.1))
         self.teacher: Process | None = None
         self.fleet: Cars | None = None
-        self.is_healed = self.is_over = False
+        self.is_healed = False
 
     # The disk.
 
@@ -86,8 +86,7 @@ class Fleet:
     def _check_disk(self) -> None:
         for car in self.cars:
             for content in self.disk.possible(car.path):
-                is_known = content in car.known
-                self.world.keep("image-whole", is_known, lambda: f"{content!r} may be left")  # noqa: B023
+                self.world.keep("image-whole", content in car.known, "{!r} may be left", content)
 
     # The network.
 
@@ -238,7 +237,7 @@ class Fleet:
             holds = verdicts[f"{car.host}:{PORT}"]
             self.world.keep("verified", holds == NEW and car.holds() == image, f"{car.name} after all faults: {holds}")
             self.world.keep("stop-holds", car.speed == 0, f"{car.name} moves at the end")
-        self.is_over = True
+        self.world.is_over = True
 
     # Faults.
 
@@ -344,8 +343,8 @@ def run_fleet(room: World) -> None:
             room.checks.append(run_.check)
             run_.plan()
             run_.start_teacher()
-            room.run(300.0, lambda: run_.is_over)
-            room.keep("goes-on", run_.is_over, "the last load never ended")
+            room.run(300.0)
+            room.keep("goes-on", room.is_over, "the last load never ended")
     finally:
         for name, module in before.items():
             if module is None:

@@ -32,6 +32,7 @@ class SimulatedLoop(asyncio.BaseEventLoop):
     def __init__(self, process: Process, network: Network) -> None:
         super().__init__()
         self.process = process
+        self.world = process.world
         self.network = network
         self._selector = self  # type: ignore[attr-defined]
         self._clock_resolution = 1e-6
@@ -51,7 +52,7 @@ class SimulatedLoop(asyncio.BaseEventLoop):
             # No loop runs in this thread yet.
             asyncio.events._set_running_loop(None)
             assert self._main
-            self._main.loop = self.process.world.running_loop = self
+            self._main.loop = self.world.running_loop = self
             self.run_until_complete(main())
 
         self._main = self.process.start(begin, "loop")
@@ -76,7 +77,7 @@ class SimulatedLoop(asyncio.BaseEventLoop):
         """An error that nobody handled breaks a promise."""
         problem = context.get("exception")
         if not self.process.is_dead and problem is not None:
-            self.process.world.problem(f"{self.process.name}: {context['message']}", problem)
+            self.world.problem(f"{self.process.name}: {context['message']}", problem)
 
     def __del__(self) -> None:
         """There is nothing to close."""
@@ -84,11 +85,14 @@ class SimulatedLoop(asyncio.BaseEventLoop):
     # Time.
 
     def time(self) -> float:
-        return self.process.world.now_s + self.process.offset_s
+        return self.world.now_s + self.process.offset_s
+
+    # asyncio asks for every handle and future. This answers False, without a call of Python's.
+    get_debug = bool  # type: ignore[assignment]
 
     def select(self, timeout: float | None) -> tuple[()]:
         """Wait for sockets and timers."""
-        world = self.process.world
+        world = self.world
         if timeout is not None and timeout <= 0:
             self._rounds += 1
             if self._rounds >= _ROUNDS:
@@ -107,7 +111,7 @@ class SimulatedLoop(asyncio.BaseEventLoop):
     def _write_to_self(self) -> None:
         self._is_woken = True
         if self._main:
-            self.process.world.wake(self._main)
+            self.world.wake(self._main)
 
     def soon(self, act: Callable[[], None]) -> None:
         """Do something in the next round, whoever asks for it."""

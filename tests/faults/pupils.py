@@ -256,7 +256,7 @@ class TeacherMember(Member):
         await self.insist("teacher/freeze", frozen=False)
         while len(run.has_checked) < len(run.pupils):
             await asyncio.sleep(0.2)
-        run.is_over = True
+        run.world.is_over = True
 
     async def _rename(self) -> None:
         pupil = self.random.choice(self.run.pupils)

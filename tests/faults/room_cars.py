@@ -123,7 +123,7 @@ class RoomCar:
                 self.end()
                 room.world.wait()
                 raise
-            room.world.keep("image-whole", image in self.known, lambda: f"{self.name} begins {image!r}")
+            room.world.keep("image-whole", image in self.known, "{} begins {!r}", self.name, image)
             # It may have been switched off just when the image was stored.
             self.stored.append(image)
             line = TcpPort(self.host, PORT, Time.monotonic, selector=Selector())

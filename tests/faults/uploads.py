@@ -69,7 +69,7 @@ class Uploads:
         self.number = self.left = 0
         self.car: Process | None = None
         self.board: ComputerBoard | None = None
-        self.has_lost_power = self.has_failed_late = self.is_over = self.is_healed = self.has_port = False
+        self.has_lost_power = self.has_failed_late = self.is_healed = self.has_port = False
         self.kill_at: tuple[int, bool] | None = None
         self.fail_at: set[int] = set()
         self.slow_s = 0.0
@@ -100,7 +100,7 @@ class Uploads:
         if self.disk.lies:
             return
         for content in self.disk.possible(self.folder / "car" / "car.image"):
-            self.world.keep("image-whole", content in self.known, lambda content=content: f"{content!r} may be left")
+            self.world.keep("image-whole", content in self.known, "{!r} may be left", content)
 
     # The car.
 
@@ -144,7 +144,7 @@ class Uploads:
         if self.disk.lies:
             return
         after = self.stored[self.stored.index(self.acknowledged) :] if self.acknowledged else self.stored
-        self.world.keep("acknowledged-stays", image in after, lambda: f"{image!r}, acknowledged {self.acknowledged!r}")
+        self.world.keep("acknowledged-stays", image in after, "{!r}, acknowledged {!r}", image, self.acknowledged)
 
     def _line(self, process: Process) -> Any:
         if self.is_tcp:
@@ -186,7 +186,7 @@ class Uploads:
         self.acknowledged = self.stored[-1]
         if not self.disk.lies:
             left = set(self.disk.possible(self.folder / "car" / "car.image"))
-            self.world.keep("acknowledged-stays", left == {self.acknowledged}, lambda: f"{left} may be left")
+            self.world.keep("acknowledged-stays", left == {self.acknowledged}, "{} may be left", left)
 
     def holds(self) -> bytes:
         """What the car holds, whether it is on or off."""
@@ -229,7 +229,7 @@ class Uploads:
                 files = len(self.disk.find(self.folder / "car").entries)
                 most = 1 + self.world.counts.get("kill", 0) + self.left
                 self.world.keep("no-rubbish", files <= most, f"{files} files, though {most} would be right")
-                self.is_over = True
+                self.world.is_over = True
 
         process.start(main)
 
@@ -276,7 +276,7 @@ class Uploads:
             holds = self.holds()
             allowed = {NEW: {image}, OLD: before, EITHER: {*before, image}}.get(told)
             if allowed:
-                self.world.keep("says-what-it-holds", holds in allowed, lambda: f"{told}, and it holds {holds!r}")
+                self.world.keep("says-what-it-holds", holds in allowed, "{}, and it holds {!r}", told, holds)
         return told
 
     # Faults.
@@ -373,5 +373,5 @@ def run_uploads(room: World) -> None:
         run_.plan()
         for number in range(1 + (run_.is_tcp and run_.random.random() < 0.5)):
             run_.computer(number)
-        room.run(600.0, lambda: run_.is_over)
-        room.keep("goes-on", run_.is_over, "the last upload never ended")
+        room.run(600.0)
+        room.keep("goes-on", room.is_over, "the last upload never ended")

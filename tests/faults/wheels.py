@@ -185,24 +185,24 @@ class Pins:
     # What is promised.
 
     def check(self) -> None:
-        """Check after a step."""
-        now_s = self.world.now_s
+        """Check whenever time has passed."""
+        keep, now_s = self.world.keep, self.world.now_s
         if self.setpoint[2]:
             # Hardware that fails is told again.
             since_s = max(self.moved_s, self._failed_s)
             limit_s = KILLED_S if now_s <= self._guarded_until_s else FAILSAFE_S
             limit_s += _STEPS_S + 3 * self._lateness_s
             silent_s = now_s - since_s
-            self.world.keep("stands-in-time", silent_s <= limit_s, f"the wheels turn {silent_s:.3f} s later")
+            keep("stands-in-time", silent_s <= limit_s, "the wheels turn {:.3f} s later", silent_s)
             is_told_again = now_s - self._failed_s <= _RETRY_S + _STEPS_S + 3 * self._lateness_s
             is_standing = not self.is_halted or is_told_again
-            self.world.keep("stop-holds", is_standing, "the wheels turn after an emergency stop")
+            keep("stop-holds", is_standing, "the wheels turn after an emergency stop")
             if self._gone_s is not None and not self.is_disturbed:
                 gone_s = now_s - self._gone_s
-                self.world.keep("gone-stops", gone_s <= _AT_ONCE_S + 3 * self._lateness_s, f"{gone_s:.3f} s later")
+                keep("gone-stops", gone_s <= _AT_ONCE_S + 3 * self._lateness_s, "{:.3f} s later", gone_s)
         if self.horn and not self.is_disturbed:
             silent_s = now_s - self.horn_sent_s
-            self.world.keep("horn-ends", silent_s <= FAILSAFE_S + ANSWER_S + STALE_S + 0.1, f"{silent_s:.3f} s")
+            keep("horn-ends", silent_s <= FAILSAFE_S + ANSWER_S + STALE_S + 0.1, "{:.3f} s", silent_s)
 
 
 def fields(word: int) -> tuple[int, Setpoint]:

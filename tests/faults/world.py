@@ -7,12 +7,13 @@ killed at any of its waits; what a killed process would still do never happens.
 
 import asyncio
 import sys
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
 from hashlib import sha256
 from heapq import heappop, heappush
 from random import Random
+from typing import Any
 
 from greenlet import GreenletExit, getcurrent, greenlet
 
@@ -114,7 +115,8 @@ class World:
     Attributes:
         now_s: the time.
         random: for what isn't drawn by a process or a connection of its own.
-        checks: called after every step; they raise `BrokenPromiseError`.
+        checks: called whenever time has passed, with what was so until now; they raise `BrokenPromiseError`.
+        is_over: whether all has been done.
         tried: how often each promise was tried, by its name.
         broken: the promise that was broken first.
     """
@@ -125,13 +127,14 @@ class World:
         self.now_s = 0.0
         self.current: Thread | None = None
         self.checks: list[Callable[[], None]] = []
-        self.tried: dict[str, int] = {}
-        self.counts: dict[str, int] = {}
+        self.tried = Counter[str]()
+        self.counts = Counter[str]()
+        self.is_over = False
         self.broken: BaseException | None = None
         self.processes: list[Process] = []
         self.last: deque[str] = deque(maxlen=400)
         self._digest = sha256()
-        self._due: list[tuple[float, int, Callable[[], None]]] = []
+        self._due: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._number = 0
         self.hub = getcurrent()
         self._hooks = sys.get_asyncgen_hooks()
@@ -151,13 +154,13 @@ class World:
 
     def count(self, what: str, times: int = 1) -> None:
         """Count a fault that was made."""
-        self.counts[what] = self.counts.get(what, 0) + times
+        self.counts[what] += times
 
-    def keep(self, promise: str, holds: bool, what: object = "") -> None:
-        """Try a promise; raises `BrokenPromiseError` where it doesn't hold."""
-        self.tried[promise] = self.tried.get(promise, 0) + 1
+    def keep(self, promise: str, holds: bool, what: object = "", *values: object) -> None:
+        """Try a promise; raises `BrokenPromiseError` where it doesn't hold, with ``what``, a format of ``values``."""
+        self.tried[promise] += 1
         if not holds:
-            problem = BrokenPromiseError(promise, str(what() if callable(what) else what))
+            problem = BrokenPromiseError(promise, str(what).format(*values) if values else str(what))
             # The program in which it is noticed may catch all errors.
             self.broken = self.broken or problem
             raise problem
@@ -173,35 +176,36 @@ class World:
 
     # Time.
 
-    def at(self, when_s: float, act: Callable[[], None]) -> None:
+    def at(self, when_s: float, act: Callable[..., None], *arguments: object) -> None:
         """Do something at a time."""
         self._number += 1
-        heappush(self._due, (when_s, self._number, act))
+        heappush(self._due, (when_s, self._number, act, arguments))
 
-    def after(self, seconds: float, act: Callable[[], None]) -> None:
+    def after(self, seconds: float, act: Callable[..., None], *arguments: object) -> None:
         """Do something after a time."""
-        self.at(self.now_s + seconds, act)
+        self.at(self.now_s + seconds, act, *arguments)
 
-    def run(self, until_s: float, ended: Callable[[], bool] = lambda: False) -> None:
-        """Let time pass, until a time or until ``ended``. Raises the first promise that is broken."""
+    def run(self, until_s: float) -> None:
+        """Let time pass, until a time or until all is over. Raises the first promise that is broken."""
         global _now
-        _now, at_once = self, 0
-        while self._due and self.broken is None and not ended():
-            when_s, _, act = heappop(self._due)
-            if when_s > until_s:
-                self.at(when_s, act)
-                break
-            at_once = at_once + 1 if when_s <= self.now_s else 0
+        _now, due, at_once = self, self._due, 0
+        while due and due[0][0] <= until_s and self.broken is None and not self.is_over:
+            when_s, _, act, arguments = heappop(due)
+            if when_s > self.now_s:
+                self.now_s, at_once = when_s, 0
+                self._check()
+            at_once += 1
             if at_once > _MOST_STEPS_AT_ONCE:
                 raise BrokenPromiseError("goes-on", f"nothing passes at {self.now_s}: {self.last[-1]}")
-            self.now_s = max(self.now_s, when_s)
-            act()
-            for check in self.checks:
-                check()
+            act(*arguments)
+        if self.broken is None:
+            self._check()
         if self.broken is not None:
             raise self.broken
-        if not ended():
-            self.now_s = max(self.now_s, until_s)
+
+    def _check(self) -> None:
+        for check in self.checks:
+            check()
 
     def close(self) -> None:
         """End all that is left; nothing of it does anything any more."""
@@ -233,7 +237,7 @@ class World:
         thread.waits = True
         if timeout_s is not None:
             late_s = thread.process.random.random() * thread.process.lateness_s
-            self.after(max(0.0, timeout_s) + late_s, lambda token=thread.token: self._resume(thread, token, False))
+            self.at(self.now_s + (max(0.0, timeout_s) + late_s), self._resume, thread, thread.token, False)
         return bool(self.hub.switch())
 
     def sleep(self, seconds: float) -> None:
@@ -247,7 +251,7 @@ class World:
         if thread.waits and not thread.is_over and not thread.process.is_dead:
             thread.waits = False
             thread.token += 1
-            self.at(self.now_s, lambda token=thread.token: self._resume(thread, token, True))
+            self.at(self.now_s, self._resume, thread, thread.token, True)
 
     def _resume(self, thread: Thread, token: int, woken: bool) -> None:
         process = thread.process
@@ -256,7 +260,7 @@ class World:
         if process.frozen_until_s > self.now_s:
             # It may be thawed before.
             again_s = min(process.frozen_until_s, self.now_s + _LOOK_S)
-            self.at(again_s, lambda: self._resume(thread, token, woken))
+            self.at(again_s, self._resume, thread, token, woken)
             return
         thread.waits = False
         thread.token += 1
