@@ -1,44 +1,77 @@
 """Break the code by machine: ``python -m tests.mutants`` changes one place after the other, and each time runs tests.
 
-mutmut does it, as `[tool.mutmut]` in pyproject.toml says. What survives is printed, except what ``equal_mutants.txt``
-lists. Returns 1 where more than 3 % survive.
+mutmut changes the code and finds out which tests reach which function, as `[tool.mutmut]` in pyproject.toml says. What
+survives is printed, except what ``equal_mutants.txt`` lists. Returns 1 where more than 3 % survive.
 """
 
 import json
+import os
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
-from tests.support.mutated_code import ON_IMPORT
-
 _ROOT = Path(__file__).parents[1]
-_STATS, _EQUAL = _ROOT / "mutants" / "mutmut-stats.json", _ROOT / "tests" / "equal_mutants.txt"
+_COPY = _ROOT / "mutants"
+_STATS, _EQUAL = _COPY / "mutmut-stats.json", _ROOT / "tests" / "equal_mutants.txt"
 _MUTMUT = Path(sys.executable).with_name("mutmut")
 _MOST_SURVIVORS = 0.03
 # Such a function may run once, for all tests.
 _FEW = 3
 _SURVIVED = (0, 33)
-
-
-def choose_tests() -> None:
-    """Let mutmut find out which tests reach which function, and let all tests judge what runs on import."""
-    subprocess.run([_MUTMUT, "run", "motorcade.words.ticks.*"], cwd=_ROOT, check=True)
-    stats = json.loads(_STATS.read_text(encoding="utf-8"))
-    every = sorted(stats["duration_by_test"], key=stats["duration_by_test"].get)
-    chosen = stats["tests_by_mangled_function_name"]
-    for function, tests in chosen.items():
-        if len(tests) <= _FEW or ON_IMPORT.match(function):
-            chosen[function] = every
-    _STATS.write_text(json.dumps(stats), encoding="utf-8")
+# In the copy of the project: try those that have no result yet.
+_TRY = "--try"
+# Names of no changed copy, one for code that runs on import: where such a one is 'found', the others say nothing.
+_UNCHANGED = ("motorcade.words.ticks.unchanged", "motorcade.words.field.unchanged")
 
 
 def results() -> Iterator[tuple[str, str, int | None]]:
     """The file, the name and the exit code of each changed copy."""
-    for file in sorted((_ROOT / "mutants" / "src").rglob("*.py.meta")):
-        path = str(file.relative_to(_ROOT / "mutants")).removesuffix(".meta")
+    for file in sorted((_COPY / "src").rglob("*.py.meta")):
+        path = str(file.relative_to(_COPY)).removesuffix(".meta")
         for name, code in json.loads(file.read_text(encoding="utf-8"))["exit_code_by_key"].items():
             yield path, name, code
+
+
+def try_all() -> None:
+    """Try each copy that has no result yet, and keep the result where mutmut looks for it.
+
+    Raises:
+        SystemExit: The tests fail even where nothing is changed.
+    """
+    import pytest
+    from tests.support.mutated_code import ON_IMPORT, Copy, Trial
+
+    settings = tomllib.loads((_ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mutmut"]
+    arguments = [*settings["pytest_add_cli_args_test_selection"], *settings["pytest_add_cli_args"]]
+    stats = json.loads(_STATS.read_text(encoding="utf-8"))
+    durations_s = stats["duration_by_test"]
+    waiting = {name: path for path, name, code in results() if code is None}
+
+    def copy_of(name: str) -> Copy:
+        function = name.rpartition("__mutmut_")[0]
+        tests = frozenset(stats["tests_by_mangled_function_name"].get(function, ()))
+        if len(tests) <= _FEW or ON_IMPORT.match(name):
+            tests = frozenset(durations_s)
+        return Copy(name, tests, sum(durations_s[test] for test in tests))
+
+    def keep(name: str, code: int) -> None:
+        if name in _UNCHANGED:
+            failed.extend([name] if code not in _SURVIVED else [])
+            return
+        file = _COPY / f"{waiting.pop(name)}.meta"
+        meta = json.loads(file.read_text(encoding="utf-8"))
+        meta["exit_code_by_key"][name] = code
+        file.write_text(json.dumps(meta, indent=4), encoding="utf-8")
+        print(len(waiting), "left;", name, code, file=sys.__stderr__, flush=True)
+
+    failed: list[str] = []
+    trial = Trial([copy_of(name) for name in [*_UNCHANGED, *waiting]], durations_s, keep, arguments)
+    pytest.main(["-q", *arguments], plugins=[trial])
+    if failed:
+        sys.exit(f"The tests fail though nothing is changed: {', '.join(failed)}")
 
 
 def change(path: str, name: str) -> str:
@@ -56,10 +89,16 @@ def main(arguments: list[str]) -> int:
     if not _MUTMUT.exists():
         print("No code was changed: mutmut needs a system with fork.")
         return 0
+    if arguments == [_TRY]:
+        try_all()
+        return 0
     if arguments != ["--results"]:
+        run = partial(subprocess.run, check=True)
         if not _STATS.exists():
-            choose_tests()
-        subprocess.run([_MUTMUT, "run"], cwd=_ROOT, check=True)
+            # It makes all copies, runs each test once, and then tries those of one small file.
+            run([_MUTMUT, "run", "motorcade.words.ticks.*"], cwd=_ROOT)
+        path = os.pathsep.join(str(_COPY / each) for each in ("src", "tests", ""))
+        run([sys.executable, "-P", __file__, _TRY], cwd=_COPY, env=os.environ | {"PYTHONPATH": path})
     found = [(path, name, code) for path, name, code in results() if code is not None]
     equal = {line.rpartition(" | ")[0] for line in _EQUAL.read_text(encoding="utf-8").splitlines()}
     alive = [change(path, name) for path, name, code in found if code in _SURVIVED]
