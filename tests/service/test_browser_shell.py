@@ -77,6 +77,12 @@ def test_an_error_of_motorcade_itself_is_told_as_internal(shell, capsys):
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("why", ["full", "newer", "damaged"])
+def test_what_the_browser_refuses_to_store_is_told_with_the_reason(shell, why):
+    error = json.loads(shell.refuse(why))["error"]
+    assert (error["code"], set(error["sentence"])) == (f"browser-store-{why}", {"en", "zh"})
+
+
 def test_a_world_plays_as_time_passes(shell, clock):
     assert [each["is"] for each in said(shell.open(1, "world", KEY))] == ["hello"]
     assert shell.wait_s(1) < 0

@@ -140,7 +140,7 @@ def test_a_damaged_record_is_named_and_all_others_are_listed(store, tab, key):
 
 @pytest.mark.parametrize("problem", ["missing", "newer", "damaged"])
 def test_a_store_that_cannot_be_opened_is_told(store, tab, problem):
-    store.stays, store.problem = False, problem
+    store.problem = problem
     place = tab.place()
     assert not place.stays
     assert [each.code for each in place.problems] == [f"browser-store-{problem}"]

@@ -24,7 +24,6 @@ class MockStore:
         self.revision = 0
         self.texts: dict[tuple[Any, ...], Any] = {}
         self.values: dict[str, Any] = {}
-        self.stays = True
         self.problem = ""
         self.refuses = ""
         self.before_commit: Callable[[], object] | None = None
@@ -36,7 +35,6 @@ class MockStore:
                 "revision": self.revision,
                 "keys": list(self.texts),
                 "values": self.values,
-                "stays": self.stays,
                 "problem": self.problem,
             }
         )
@@ -76,18 +74,18 @@ class MockTab:
 
     def run(self, request: Callable[[BrowserStorage], T]) -> T:
         """Answer a request as the worker does: its answer is given once it is stored."""
-        storage, store, refusal = self.storage, self.store, ""
+        storage, store = self.storage, self.store
         while True:
-            if storage.revision != store.revision or refusal:
+            if storage.revision != store.revision:
                 storage.load(store.index())
-            if refusal:
-                storage.refuse(refusal)
             result = self._answered(request)
             changes = storage.changes()
-            if not changes or (store.refuses == "" and store.commit(changes)):
+            if not changes or (not store.refuses and store.commit(changes)):
                 storage.settle(store.revision)
                 break
-            refusal = store.refuses
+            storage.load(store.index())
+            if store.refuses:
+                raise MotorcadeError(f"browser-store-{store.refuses}")
         if isinstance(result, MotorcadeError):
             raise result
         return result

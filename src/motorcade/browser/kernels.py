@@ -15,7 +15,6 @@ from motorcade.engine.linear_memory import Described, LinearMemory, parse_argume
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
 from motorcade.mats import Mat
-from motorcade.missions.model import Mission
 from motorcade.missions.odds import OpenWorlds
 from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import SetWorld
@@ -219,9 +218,6 @@ def make_world(message: SetWorld, open_instance: OpenInstance, most_cars: int) -
 
 def open_worlds(open_instance: OpenInstance) -> OpenWorlds:
     """Return what opens the worlds of missions, for `motorcade.service.requests.Context`."""
-
-    def open_side_by_side(mission: Mission, image: bytes, seeds: Sequence[int], events: bool) -> Simulation:
-        kernels = BrowserKernels(open_instance())
-        return Simulation(mission.mat, [image], mission.profile, kernels, seeds=seeds, events=events)
-
-    return open_side_by_side
+    return lambda mission, image, seeds, events: Simulation(
+        mission.mat, [image], mission.profile, BrowserKernels(open_instance()), seeds=seeds, events=events
+    )

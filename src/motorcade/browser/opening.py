@@ -90,11 +90,16 @@ def opening_zip(project: Project) -> bytes:
     memory, recipe = world.recipe()
     requests = {"blocks": blocks, "compiled": compiled, "set": message, "answers": world.answers}
     files = {"opening.json": msgspec.json.encode({"project": project, **requests, **recipe}), "memory": memory}
+    return zip_of(files)
+
+
+def zip_of(files: dict[str, bytes]) -> bytes:
+    """Return a ZIP archive of files by name. The same files give the same bytes, on every system."""
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+    with zipfile.ZipFile(packed, "w") as archive:
         for name, data in files.items():
             info = zipfile.ZipInfo(name, _PACKED_AT)
-            # The same on every system.
+            info.external_attr = 0o644 << 16
             info.create_system = 3
             archive.writestr(info, data, zipfile.ZIP_DEFLATED, 9)
     return packed.getvalue()

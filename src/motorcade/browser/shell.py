@@ -213,8 +213,11 @@ class Shell:
         try:
             return f'{{"answer":{respond(name, message.encode(), self._context).decode()}}}'
         except Exception as problem:  # noqa: BLE001 - the page is told, whatever it is
-            error = error_answer(_known(problem))
-            return f'{{"error":{msgspec.json.encode(error).decode()}}}'
+            return _error(_known(problem))
+
+    def refuse(self, why: str) -> str:
+        """Return the answer to a request whose changes the browser's store refuses: full, newer or damaged says why."""
+        return _error(MotorcadeError(f"browser-store-{why}"))
 
     def open(self, number: int, name: str, session: str) -> Sent:
         """Open the stream ``name``, world, trials, upload or serial; the page calls it ``number``."""
@@ -258,6 +261,10 @@ class Shell:
             return _packed(work(stream))
         except Exception as problem:  # noqa: BLE001 - the page is told, whatever it is
             return _packed([stream.refuse(_known(problem))])
+
+
+def _error(problem: MotorcadeError) -> str:
+    return f'{{"error":{msgspec.json.encode(error_answer(problem)).decode()}}}'
 
 
 def _known(problem: Exception) -> MotorcadeError:

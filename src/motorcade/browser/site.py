@@ -5,9 +5,7 @@ python.zip is the part of the package motorcade that runs there, and nothing els
 
 import ast
 import hashlib
-import io
 import json
-import zipfile
 from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import suppress
@@ -16,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from motorcade.browser.opening import opening_zip
+from motorcade.browser.opening import opening_zip, zip_of
 from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError, Phrase
@@ -26,8 +24,6 @@ from motorcade.service import documents, programs
 PACKAGE = Path(__file__).parents[1]
 # What the worker imports; all else is found by its imports.
 SHELL = ("browser/preload.py", "browser/shell.py")
-# The time of every file in it: the same input gives the same bytes.
-_TIME = (1980, 1, 1, 0, 0, 0)
 # engine.wasm is a file of its own, so that the browser compiles it while it arrives.
 _LEFT_OUT = ("py.typed", "engine.wasm")
 # The build of the page writes them here.
@@ -61,15 +57,8 @@ def python_zip(package: Path = PACKAGE) -> bytes:
     Args:
         package: the folder of the package motorcade.
     """
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for file in sorted({*reached_modules(package), *_data_files(package)}):
-            info = zipfile.ZipInfo((Path("motorcade") / file.relative_to(package)).as_posix(), _TIME)
-            info.external_attr = 0o644 << 16
-            # The same on every system.
-            info.create_system = 3
-            archive.writestr(info, file.read_bytes(), zipfile.ZIP_DEFLATED, 9)
-    return packed.getvalue()
+    files = sorted({*reached_modules(package), *_data_files(package)})
+    return zip_of({f"motorcade/{file.relative_to(package).as_posix()}": file.read_bytes() for file in files})
 
 
 def reached_modules(package: Path = PACKAGE) -> set[Path]:

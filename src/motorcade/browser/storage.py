@@ -7,7 +7,7 @@ worker (`web/src/site/store.ts`) runs a request in these steps:
 2. Run the request.
 3. If `wanted` says that it needs texts that aren't here, `supply` them and go to 2.
 4. Store all `changes` in one transaction. If another tab has stored something since 1, go to 1; if the browser
-   refuses, `refuse` the changes and go to 1, where the request is answered with the reason.
+   refuses, do 1 and answer with the reason.
 
 So no other tab ever sees half of a change, and nothing is answered before it is stored.
 """
@@ -69,15 +69,14 @@ class _Index(Struct):
         revision: how many transactions have changed the store.
         keys: of all versions.
         values: stars by owner, and the virtual car's image.
-        stays: whether the store stays when the page is closed.
-        problem: why the browser's store couldn't be opened: missing, newer or damaged; empty where it could.
+        problem: why the browser's store couldn't be opened: missing, newer or damaged; empty where it could. Then
+            nothing stays when the page is closed.
         most_bytes: how many bytes the browser lets this site store; None where it doesn't say.
     """
 
     revision: int
     keys: list[Any]
     values: dict[str, Any]
-    stays: bool = True
     problem: str = ""
     most_bytes: int | None = None
 
@@ -121,7 +120,6 @@ class BrowserStorage(Storage):
         self._wanted: list[Record] = []
         self._has_waited = False
         self._changes = _Changes(-1)
-        self._refusal = ""
         self._car_image = ""
 
     @property
@@ -170,22 +168,11 @@ class BrowserStorage(Storage):
         self._stored = self._projects
         self._begin()
 
-    def refuse(self, why: str) -> None:
-        """Let the changes of the next request be refused: full, newer or damaged says why."""
-        self._refusal = why
-
     def _begin(self) -> None:
         """Forget the changes and texts of a request."""
         self._projects = dict(self._stored)
         self._texts, self._wanted, self._has_waited = {}, [], False
         self._changes = _Changes(self.revision)
-        self._refusal = ""
-
-    def _change(self) -> _Changes:
-        """Return the changes to add to."""
-        if self._refusal:
-            raise MotorcadeError(f"browser-store-{self._refusal}")
-        return self._changes
 
     def write_version(
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
@@ -202,7 +189,7 @@ class BrowserStorage(Storage):
         most = self._limits.size_bytes
         if self._used_bytes(owner) + len(data) > most:
             raise MotorcadeError("browser-library-full", most=most / 1e6)
-        changes = self._change()
+        changes = self._changes
         moment_s = self._clock_s() if saved_at_s is None else saved_at_s
         record = Record(owner, name, newest + 1, int(moment_s * 1000), len(data), digest)
         self._texts[record] = text = data.decode()
@@ -237,7 +224,7 @@ class BrowserStorage(Storage):
         del self._projects[owner, checked_name(name)]
 
     def place(self) -> StorageState:
-        return StorageState(self._index.stays, self._problems)
+        return StorageState(not self._index.problem, self._problems)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         return stars_in(self._values().get(_STARS + owner))
@@ -246,7 +233,7 @@ class BrowserStorage(Storage):
         before = self.stars(owner)
         earned = united_stars(before, mission, stars)
         if earned != before.get(mission, []):
-            self._change().values[_STARS + owner] = before | {mission: earned}
+            self._changes.values[_STARS + owner] = before | {mission: earned}
         return earned
 
     def car_image(self) -> bytes | None:
@@ -278,7 +265,7 @@ class BrowserStorage(Storage):
 
     def _remove(self, records: "tuple[Record, ...]") -> None:
         if records:
-            self._change().remove.extend(records)
+            self._changes.remove.extend(records)
 
     def _of(self, owner: str) -> Iterator[Record]:
         return (record for (whose, _), records in self._projects.items() if whose == owner for record in records)

@@ -43,7 +43,6 @@ export interface PythonStorage {
   supply: (texts: string) => void;
   changes: () => string;
   settle: (revision: number) => void;
-  refuse: (why: string) => void;
   take_car_image: () => string;
 }
 
@@ -51,6 +50,7 @@ export interface PythonStorage {
 export interface Shell {
   readonly storage: PythonStorage;
   answer: (name: string, message: string) => string;
+  refuse: (why: string) => string;
   open: (stream: number, name: string, session: string) => Sent;
   receive: (stream: number, data: string | Uint8Array) => Sent;
   advance: (stream: number) => Sent;

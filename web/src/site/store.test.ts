@@ -58,9 +58,9 @@ describe("the browser's store", () => {
     const store = await openStore();
     await store.commit(put(0, "a", 1));
     const newer = await openDB("motorcade", 7, { upgrade: () => undefined });
-    expect(await indexOf(store)).toMatchObject({ problem: "newer", stays: false, keys: [] });
+    expect(await indexOf(store)).toMatchObject({ problem: "newer", keys: [] });
     expect(await store.commit(put(1, "b", 1))).toBe("newer");
-    expect(await indexOf(await openStore())).toMatchObject({ problem: "newer", stays: false });
+    expect(await indexOf(await openStore())).toMatchObject({ problem: "newer" });
     expect(await newer.getAllKeys("versions")).toEqual([keyOf("a", 1)]);
     newer.close();
     await deleteDB("motorcade");
@@ -76,7 +76,7 @@ describe("the browser's store", () => {
     const store = await openStore();
     expect(await store.commit(put(0, "a", 1, "one"))).toBe(1);
     await store.keepCar("AAAA");
-    expect(await indexOf(store)).toMatchObject({ stays: false, problem, keys: [keyOf("a", 1)], values: { "virtual-car": "AAAA" } });
+    expect(await indexOf(store)).toMatchObject({ problem, keys: [keyOf("a", 1)], values: { "virtual-car": "AAAA" } });
     expect(JSON.parse(await store.texts(JSON.stringify([keyOf("a", 1)])))).toEqual([[keyOf("a", 1), "one"]]);
     await store.commit(JSON.stringify({ revision: 1, remove: [keyOf("a", 1)] }));
     expect((await indexOf(store)).keys).toEqual([]);
@@ -84,7 +84,7 @@ describe("the browser's store", () => {
 
   it("is missing in a browser without IndexedDB", async () => {
     vi.stubGlobal("indexedDB", undefined);
-    expect(await indexOf(await openStore())).toMatchObject({ stays: false, problem: "missing" });
+    expect(await indexOf(await openStore())).toMatchObject({ problem: "missing" });
     vi.unstubAllGlobals();
   });
 });
@@ -97,11 +97,10 @@ class MockPython implements PythonStorage {
   supplied: string[] = [];
   private keys: unknown[] = [];
   private changed = "";
-  private refusal = "";
 
   load(index: string) {
     const found = JSON.parse(index) as { revision: number; keys: unknown[] };
-    [this.revision, this.keys, this.changed, this.refusal] = [found.revision, found.keys, "", ""];
+    [this.revision, this.keys, this.changed] = [found.revision, found.keys, ""];
     this.loads += 1;
   }
   wanted() {
@@ -111,14 +110,12 @@ class MockPython implements PythonStorage {
   }
   supply = (texts: string) => void this.supplied.push(texts);
   changes = () => this.changed;
-  refuse = (why: string) => void (this.refusal = why);
   settle(revision: number) {
-    [this.revision, this.changed, this.refusal] = [revision, "", ""];
+    [this.revision, this.changed] = [revision, ""];
   }
   take_car_image = () => "";
 
   save = () => {
-    if (this.refusal) return `refused: ${this.refusal}`;
     const version = this.keys.length + 1;
     this.changed = put(this.revision, "a", version);
     this.keys = [...this.keys, keyOf("a", version)];
@@ -126,11 +123,13 @@ class MockPython implements PythonStorage {
   };
 }
 
+const refuse = (why: string) => `refused: ${why}`;
+
 describe("requests that use the store", () => {
   it("of two tabs at the same moment lose nothing", async () => {
     const tabs = [new MockPython(), new MockPython()];
     const requests = await Promise.all(tabs.map(async (python) => new StoredRequests(await openStore(), python)));
-    const saves = [0, 1, 0, 1, 0, 1].map((tab) => requests[tab]!.answer(tabs[tab]!.save));
+    const saves = [0, 1, 0, 1, 0, 1].map((tab) => requests[tab]!.answer<number | string>(tabs[tab]!.save, refuse));
     expect((await Promise.all(saves)).sort()).toEqual([1, 2, 3, 4, 5, 6]);
     expect((await indexOf(await openStore())).keys).toHaveLength(6);
   });
@@ -139,10 +138,10 @@ describe("requests that use the store", () => {
     const python = new MockPython();
     const store = await openStore();
     const requests = new StoredRequests(store, python);
-    await requests.answer(python.save);
+    await requests.answer<number | string>(python.save, refuse);
     python.wantedOnce = JSON.stringify([keyOf("a", 1)]);
     let runs = 0;
-    await requests.answer(() => (runs += 1));
+    await requests.answer<number | string>(() => (runs += 1), refuse);
     expect(runs).toBe(2);
     expect(python.supplied).toEqual([JSON.stringify([[keyOf("a", 1), "x"]])]);
     expect(python.loads).toBe(1);
@@ -153,12 +152,12 @@ describe("requests that use the store", () => {
     const store = await openStore();
     const requests = new StoredRequests(store, python);
     vi.spyOn(store, "commit").mockResolvedValueOnce("full");
-    expect(await requests.answer(python.save)).toBe("refused: full");
-    expect(await requests.answer(python.save)).toBe(1);
-    const broken = requests.answer(() => {
+    expect(await requests.answer<number | string>(python.save, refuse)).toBe("refused: full");
+    expect(await requests.answer<number | string>(python.save, refuse)).toBe(1);
+    const broken = requests.answer<number | string>(() => {
       throw new Error("Python ended");
-    });
+    }, refuse);
     await expect(broken).rejects.toThrow("Python ended");
-    expect(await requests.answer(python.save)).toBe(2);
+    expect(await requests.answer<number | string>(python.save, refuse)).toBe(2);
   });
 });

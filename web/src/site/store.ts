@@ -185,7 +185,7 @@ class MemoryStore implements Store {
 }
 
 function emptyIndex(revision: number, problem: Problem, keys: Key[] = [], values = {}): string {
-  return JSON.stringify({ revision, keys, values, stays: false, problem });
+  return JSON.stringify({ revision, keys, values, problem });
 }
 
 function countOf(value: unknown): number {
@@ -207,9 +207,9 @@ export class StoredRequests {
     private readonly storage: PythonStorage,
   ) {}
 
-  /** Run a request, more than once where it needs texts, or another tab was faster. */
-  answer<Answer>(run: () => Answer): Promise<Answer> {
-    const answered = this.last.then(() => this.run(run));
+  /** Run a request, more than once where it needs texts, or another tab was faster; `refuse` answers it where the store can't change. */
+  answer<Answer>(run: () => Answer, refuse: (why: Problem) => Answer): Promise<Answer> {
+    const answered = this.last.then(() => this.run(run, refuse));
     this.last = answered.catch(() => undefined);
     return answered;
   }
@@ -220,12 +220,10 @@ export class StoredRequests {
     if (image) await this.store.keepCar(image);
   }
 
-  private async run<Answer>(run: () => Answer): Promise<Answer> {
+  private async run<Answer>(run: () => Answer, refuse: (why: Problem) => Answer): Promise<Answer> {
     const { store, storage } = this;
-    let refusal: Problem | "" = "";
     for (;;) {
-      if (refusal || storage.revision !== (await store.revision())) storage.load(await store.index());
-      if (refusal) storage.refuse(refusal);
+      if (storage.revision !== (await store.revision())) storage.load(await store.index());
       let answer = run();
       for (let wanted = storage.wanted(); wanted !== "[]"; wanted = storage.wanted()) {
         storage.supply(await store.texts(wanted));
@@ -237,7 +235,8 @@ export class StoredRequests {
         storage.settle(outcome);
         return answer;
       }
-      refusal = outcome === "stale" ? "" : outcome;
+      storage.load(await store.index());
+      if (outcome !== "stale") return refuse(outcome);
     }
   }
 }

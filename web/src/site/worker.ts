@@ -45,7 +45,7 @@ function handle(python: Shell, message: ToWorker): void {
     if (message.is === "ask") ask(python, message);
     else if (message.is === "open") {
       // The virtual car begins with the image that another tab may have uploaded.
-      if (message.name === "upload") stored.answer(() => open(python, message)).catch(dead);
+      if (message.name === "upload") stored.answer(() => open(python, message), () => undefined).catch(dead);
       else open(python, message);
     } else if (message.is === "data") {
       send(message.stream, python.receive(message.stream, message.data));
@@ -67,7 +67,7 @@ function dead(error: unknown): void {
 
 function ask(python: Shell, { id, name, message }: ToWorker & { is: "ask" }): void {
   const reply = (answer: string) => scope.postMessage({ is: "answer", id, answer });
-  if (STORED.test(name)) stored.answer(() => python.answer(name, message)).then(reply, dead);
+  if (STORED.test(name)) stored.answer(() => python.answer(name, message), (why) => python.refuse(why)).then(reply, dead);
   else reply(python.answer(name, message));
 }
 
