@@ -22,8 +22,8 @@ from motorcade.service.world_messages import (
     StopWhen,
     WorldMessage,
 )
-from motorcade.service.world_session import WorldSession
 from support.linear_instance import MockInstance
+from support.session_page import SessionPage
 
 # The leader drives into a wall, past a follower that hears it.
 STEPS = [forward(3, speed=3), wait(1)]
@@ -41,26 +41,21 @@ WORLDS = {
 }
 
 
-class Page:
+class Page(SessionPage):
     """Plays a world as time passes."""
 
     def __init__(self, shell):
-        self.session = WorldSession("0" * 32, WORLDS[shell])
-        self.session.connect()
-        self.session.receive(SetWorld(MAT, image=IMAGE))
-        self.now_s = 0.0
+        super().__init__(WORLDS[shell], SetWorld(MAT, image=IMAGE))
 
     def stop_when(self, **condition):
-        self.session.receive(StopWhen([StopCondition(**condition)]))
+        self.send(StopWhen([StopCondition(**condition)]))
 
     def play(self, most_s=2.5):
         """Play until the world stops; return why, if it has stopped by itself."""
-        found = self.session.receive(Play(4))
-        end_s = self.now_s + most_s
-        while self.session.playing and self.now_s < end_s:
-            self.now_s += 1 / 30
-            found += self.session.advance(self.now_s)
-        stops = [each for each in found if isinstance(each, Stopped)]
+        self.answers.clear()
+        self.send(Play(4))
+        self.look(most_s)
+        stops = self.take(Stopped)
         assert len(stops) <= 1
         assert not stops or stops[0].t_ms == self.session.world.now_ms
         return stops[0] if stops else None

@@ -17,8 +17,8 @@ from motorcade.server.studio.library import FolderStorage
 from motorcade.service.messages import Capabilities, MissionChoice
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
-from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetEnvironment, SetWorld, Shown, State
-from motorcade.service.world_session import WorldSession
+from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetEnvironment, SetWorld, State
+from support.session_page import SessionPage
 
 NAME = "forward-and-stop"
 
@@ -185,36 +185,19 @@ def test_a_damaged_file_of_stars_counts_as_far_as_it_is_valid(storage, tmp_path,
     assert storage.stars("somebody else") == {}
 
 
-class Page:
+def make_world(message):
+    return build_world(message, DrivenCars(), 200)
+
+
+def page_of(mission, program):
     """A page that plays a mission."""
+    image = compile_program(program, mission.profile).image
+    order = SetWorld(mission.mat_document, image, seed=mission.seeds[0], mission=MissionChoice(mission.id))
+    return SessionPage(make_world, order)
 
-    def __init__(self, mission, program):
-        image = compile_program(program, mission.profile).image
-        self.now_s = 0.0
-        self.session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 200))
-        self.goals = []
-        self.states = []
-        self.session.connect()
-        seed = mission.seeds[0]
-        self.send(SetWorld(mission.mat_document, image, seed=seed, mission=MissionChoice(mission.id)))
 
-    def send(self, message):
-        self._take(self.session.receive(message))
-
-    def look(self, seconds):
-        end_s = self.now_s + seconds
-        while (wait_s := self.session.wait_s(self.now_s)) is not None and self.now_s + wait_s <= end_s:
-            self.now_s += wait_s
-            self._take(self.session.advance(self.now_s))
-            self.session.receive(Shown(1 << 20))
-        self.now_s = end_s
-
-    def _take(self, answers):
-        self.goals += [each for each in answers if isinstance(each, Goals)]
-        self.states += [each for each in answers if isinstance(each, State)]
-
-    def progress(self):
-        return [goal.progress for goal in self.goals[-1].goals]
+def progress(page):
+    return [goal.progress for goal in page.last(Goals).goals]
 
 
 @pytest.mark.parametrize("name", [NAME, "find-your-way", "come-together", "red-light"])
@@ -222,14 +205,14 @@ class Page:
 def test_a_page_that_plays_comes_to_the_result_of_the_check(name, which):
     mission = built_in_mission(name)
     program = getattr(mission, which)
-    page = Page(mission, program)
+    page = page_of(mission, program)
     page.send(Play(speed=16))
     page.look(mission.duration_ms / 1000 / 16 + 1)
-    assert page.goals[-1].is_over
-    assert (page.states[-1].t_ms, page.states[-1].playing) == (mission.duration_ms, False)
+    assert page.last(Goals).is_over
+    assert (page.last(State).t_ms, page.last(State).playing) == (mission.duration_ms, False)
     checked = check_program(mission, program)
     results = [goal for goal in checked.goals if goal.kind != "steps"]
-    for now, result in zip(page.goals[-1].goals, results, strict=True):
+    for now, result in zip(page.last(Goals).goals, results, strict=True):
         if result.seed == mission.seeds[0]:
             assert (now.progress, now.t_ms, now.why["en"]) == (
                 "met" if result.met else "lost",
@@ -239,32 +222,32 @@ def test_a_page_that_plays_comes_to_the_result_of_the_check(name, which):
 
 
 def test_goals_tick_while_the_run_goes_on_and_follow_the_shown_time():
-    page = Page(built_in_mission(NAME), built_in_mission(NAME).solution)
-    assert page.progress() == ["open", "holds", "open"]
+    page = page_of(built_in_mission(NAME), built_in_mission(NAME).solution)
+    assert progress(page) == ["open", "holds", "open"]
     page.send(Play())
     page.look(2.3)
-    assert page.progress() == ["holds"] * 3
+    assert progress(page) == ["holds"] * 3
     page.send(Seek(500))
-    assert page.progress() == ["open", "holds", "open"]
-    assert not page.goals[-1].is_over
+    assert progress(page) == ["open", "holds", "open"]
+    assert not page.last(Goals).is_over
     page.send(Seek())
-    assert page.progress() == ["holds"] * 3
+    assert progress(page) == ["holds"] * 3
     page.send(Reset(seed=1))
-    assert page.progress() == ["open", "holds", "open"]
+    assert progress(page) == ["open", "holds", "open"]
 
 
 def test_after_the_end_play_begins_a_run_that_is_judged_again():
     mission = built_in_mission(NAME)
-    page = Page(mission, mission.near_miss)
+    page = page_of(mission, mission.near_miss)
     page.send(Play(speed=16))
     page.look(mission.duration_ms / 16000 + 1)
-    lost = page.progress()
-    assert (page.states[-1].playing, lost[0]) == (False, "lost")
+    lost = progress(page)
+    assert (page.last(State).playing, lost[0]) == (False, "lost")
     page.send(Play(speed=16))
-    assert (page.states[-1].t_ms, page.progress()) == (0, ["open", "holds", "open"])
+    assert (page.last(State).t_ms, progress(page)) == (0, ["open", "holds", "open"])
     page.look(mission.duration_ms / 16000 + 1)
-    assert (page.states[-1].t_ms, page.states[-1].playing) == (mission.duration_ms, False)
-    assert page.progress() == lost
+    assert (page.last(State).t_ms, page.last(State).playing) == (mission.duration_ms, False)
+    assert progress(page) == lost
 
 
 OWN_MAT = built_in_mission(NAME).mat_document
@@ -283,9 +266,9 @@ NOISY = {**OWN_MAT, "physics": {"bit_error_rate": 0.1}}
 )
 def test_a_world_that_differs_from_the_missions_is_refused(change, what):
     image = compile_program(built_in_mission(NAME).solution).image
-    session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 200))
+    page = SessionPage(make_world)
     with pytest.raises(MotorcadeError, match=f"the mission fixes {what}"):
-        session.receive(SetWorld(**{"mat": OWN_MAT, "image": image, "mission": MissionChoice(NAME), **change}))
+        page.send(SetWorld(**{"mat": OWN_MAT, "image": image, "mission": MissionChoice(NAME), **change}))
 
 
 @pytest.mark.parametrize(
@@ -297,7 +280,7 @@ def test_a_world_that_differs_from_the_missions_is_refused(change, what):
     ],
 )
 def test_what_a_mission_fixes_cannot_be_changed_while_it_is_played(change, what):
-    page = Page(built_in_mission(NAME), built_in_mission(NAME).solution)
+    page = page_of(built_in_mission(NAME), built_in_mission(NAME).solution)
     with pytest.raises(MotorcadeError, match=f"the mission fixes {what}"):
         page.send(change)
     # The floor is only a picture.

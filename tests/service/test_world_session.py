@@ -18,9 +18,10 @@ from motorcade.service.world_messages import (
     Step,
     Watch,
 )
-from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, PICTURE_S, STATE_S, WorldSession
+from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, PICTURE_S, STATE_S
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
+from support.session_page import SessionPage
 
 IMAGE = compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
 MAT = {
@@ -31,61 +32,30 @@ MAT = {
 }
 
 
-class Page:
-    """A page that calls its session when it is due, and draws the pictures unless it ``is_slow``."""
-
-    def __init__(self) -> None:
-        self.session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 100))
-        self.now_s = 0.0
-        self.is_slow = False
-        self.steps = 0
-        self.answers: list[object] = [*self.session.connect()]
-
-    def send(self, message) -> None:
-        self.answers += self.session.receive(message)
-
-    def look(self, seconds: float) -> None:
-        """Let time pass."""
-        end_s = self.now_s + seconds
-        while (wait_s := self.session.wait_s(self.now_s)) is not None and self.now_s + wait_s <= end_s:
-            self.now_s += wait_s
-            self.steps += 1
-            for answer in self.session.advance(self.now_s):
-                self.answers.append(Picture(answer) if isinstance(answer, bytes) else answer)
-                if isinstance(answer, bytes) and not self.is_slow:
-                    self.session.receive(Shown(self.answers[-1].number))
-            self.session.adapt_to(0.001)
-        self.now_s = end_s
-
-    def take(self, kind: type) -> list:
-        """The answers of a kind since the last call; all others are dropped."""
-        found = [answer for answer in self.answers if isinstance(answer, kind)]
-        self.answers.clear()
-        return found
+def make_world(message):
+    return build_world(message, DrivenCars(), 100)
 
 
 @pytest.fixture
-def page() -> Page:
-    page = Page()
-    page.send(SetWorld(MAT, IMAGE))
-    return page
+def page() -> SessionPage:
+    return SessionPage(make_world, SetWorld(MAT, IMAGE))
 
 
 def test_before_the_first_world_there_are_no_cars() -> None:
-    page = Page()
+    page = SessionPage(make_world)
     assert page.answers == [Hello("0" * 32, False, 0)]
     assert page.session.wait_s(0.0) is None
     with pytest.raises(MotorcadeError, match="no world"):
         page.send(Play())
 
 
-def test_a_paused_world_is_shown_once(page: Page) -> None:
+def test_a_paused_world_is_shown_once(page: SessionPage) -> None:
     page.look(1)
     assert len(page.take(Picture)) == 1
     assert page.session.wait_s(page.now_s) is None
 
 
-def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: Page) -> None:
+def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: SessionPage) -> None:
     page.send(Play())
     page.look(1)
     page.take(Picture)
@@ -101,7 +71,7 @@ def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: Page) -> 
     assert page.answers == []
 
 
-def test_a_tagged_frame_is_sent_as_word_tag_and_check(page: Page) -> None:
+def test_a_tagged_frame_is_sent_as_word_tag_and_check(page: SessionPage) -> None:
     # One slot of two seconds: a word that lights an LED and is passed on.
     page.send(SetWorld(MAT, bytes.fromhex("01010201 65800000 c0280000")))
     page.send(Watch(1))
@@ -114,7 +84,7 @@ def test_a_tagged_frame_is_sent_as_word_tag_and_check(page: Page) -> None:
     assert details.lost["check"] == 0
 
 
-def test_the_details_of_a_watched_car_come_ten_times_a_second(page: Page) -> None:
+def test_the_details_of_a_watched_car_come_ten_times_a_second(page: SessionPage) -> None:
     page.send(Watch(1))
     page.send(Play())
     page.take(CarDetails)
@@ -122,7 +92,7 @@ def test_the_details_of_a_watched_car_come_ten_times_a_second(page: Page) -> Non
     assert len(page.take(CarDetails)) == pytest.approx(10 / CAR_S, rel=0.35)
 
 
-def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(page: Page) -> None:
+def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(page: SessionPage) -> None:
     page.is_slow = True
     page.send(Play())
     page.look(1)
@@ -133,7 +103,7 @@ def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(page: P
     assert newest.t_ms > 900
 
 
-def test_the_world_of_a_page_in_the_background_goes_on_in_few_steps(page: Page) -> None:
+def test_the_world_of_a_page_in_the_background_goes_on_in_few_steps(page: SessionPage) -> None:
     page.send(Play())
     page.look(1)
     page.is_slow = True
@@ -148,7 +118,7 @@ def test_the_world_of_a_page_in_the_background_goes_on_in_few_steps(page: Page) 
     assert len(page.take(Picture)) >= 1 / PICTURE_S, "the page is seen again"
 
 
-def test_a_picture_that_was_never_sent_can_not_be_drawn(page: Page) -> None:
+def test_a_picture_that_was_never_sent_can_not_be_drawn(page: SessionPage) -> None:
     page.is_slow = True
     page.send(Shown(1000))
     page.send(Play())
@@ -156,7 +126,7 @@ def test_a_picture_that_was_never_sent_can_not_be_drawn(page: Page) -> None:
     assert len(page.take(Picture)) == 2
 
 
-def test_a_page_that_connects_again_finds_its_world(page: Page) -> None:
+def test_a_page_that_connects_again_finds_its_world(page: SessionPage) -> None:
     page.send(Step(100))
     page.look(1)
     page.take(Picture)
@@ -169,9 +139,10 @@ def test_a_page_that_connects_again_finds_its_world(page: Page) -> None:
 
 
 @pytest.mark.parametrize("message", [Watch(2), Move(2, 0.0, 0.0)])
-def test_a_message_about_a_car_that_does_not_exist_is_refused(page: Page, message) -> None:
+def test_a_message_about_a_car_that_does_not_exist_is_refused(page: SessionPage, message) -> None:
     with pytest.raises(MotorcadeError) as refusal:
         page.send(message)
     assert refusal.value.code == "bad-world"
+    assert "0 to 1" in str(refusal.value)
     page.send(Step(1))
     assert page.take(State)[-1].t_ms == 5

@@ -22,7 +22,6 @@ LOOK_MS = 20
 # A car, another one that it has to do with (_NOBODY: none), and what tells this from other such things.
 _Key = tuple[int, int, str]
 _NOBODY = -1
-_THINGS = {"wall": "thing-wall", "disc": "thing-disc", "polygon": "thing-polygon", "edge": "thing-edge"}
 
 
 class Breakpoints:
@@ -64,12 +63,9 @@ class Breakpoints:
                 car, other, *_ = begun[0]
                 others = [other] if other >= 0 else []
                 self._stopped = Stopped(self._world.now_ms, number, car, others, sentences(now[begun[0]]))
-        self._touching_ms = self._world.simulation.totals()["touching_ms"] if self._asks_for_touch else 0
+        if any(condition.kind == "touch" for condition in self.conditions):
+            self._touching_ms = self._world.simulation.totals()["touching_ms"]
         return self._stopped is not None
-
-    @property
-    def _asks_for_touch(self) -> bool:
-        return any(condition.kind == "touch" for condition in self.conditions)
 
     def _now(self) -> dict[str, Any]:
         """What the cars show now."""
@@ -120,4 +116,4 @@ class Breakpoints:
 
 
 def _named(thing: Obstacle) -> Phrase:
-    return car_phrase(thing.number) if thing.kind == "car" else Phrase(_THINGS[thing.kind])
+    return car_phrase(thing.number) if thing.kind == "car" else Phrase(f"thing-{thing.kind}")

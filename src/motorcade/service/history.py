@@ -46,9 +46,6 @@ class Header(NamedTuple):
     events: Annotated[int, "I"]
     lost: Annotated[int, "I"]
 
-    def __bytes__(self) -> bytes:
-        return _HEADER.pack(*self)
-
 
 HEADER = {name: hint.__metadata__[0] for name, hint in get_type_hints(Header, include_extras=True).items()}
 _HEADER = struct.Struct("<" + "".join(HEADER.values()))
@@ -64,8 +61,8 @@ def header_of(picture: bytes) -> Header:
 def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, moment: bytes, events: bytes) -> bytes:
     """Return a picture of ``moment`` and the newest MOST_EVENTS rows of ``events``; ``lost`` frames in LATELY_MS."""
     events = events[-MOST_EVENTS * EVENT_BYTES :]
-    header = Header(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, len(events) // EVENT_BYTES, lost)
-    return bytes(header) + moment + events
+    rows = len(events) // EVENT_BYTES
+    return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, rows, lost) + moment + events
 
 
 class History:

@@ -119,9 +119,11 @@ class WorldSession:
         return [self.world.hello(self.key, resumed), self.state(), *self._new_goals()]
 
     def _new_goals(self) -> list[WorldAnswer]:
-        """How it stands with the mission's goals, where that has changed."""
-        goals = self.goals()
-        if goals is None or goals == self._told_goals:
+        """How it stands with the mission's goals at the shown time, where that has changed."""
+        if self.world.referee is None:
+            return []
+        goals = self.world.referee.goals(self._shown_ms)
+        if goals == self._told_goals:
             return []
         self._told_goals = goals
         return [goals]
@@ -354,10 +356,6 @@ class WorldSession:
             rate=self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
             driven=self.world.driven(),
         )
-
-    def goals(self) -> Goals | None:
-        """How it stands with the mission's goals at the shown time; None where there is no mission."""
-        return self.world.referee.goals(self._shown_ms) if self.world.referee else None
 
     def car(self) -> CarDetails | None:
         """The details of the watched car at the shown time, why in the present; None where none is watched."""
