@@ -15,6 +15,7 @@ from functools import partial
 from ssl import SSLWantReadError, SSLWantWriteError
 from typing import TYPE_CHECKING
 
+from motorcade.boards.on_chip.lines import UploadLine
 from motorcade.boards.on_chip.wifi_line import Client, NetworkLine
 from motorcade.errors import MotorcadeError
 from motorcade.sockets import listen
@@ -33,32 +34,12 @@ class LineError(MotorcadeError):
     """A line that the car can't open."""
 
 
-class Line:
-    """The car's end of a line. This class has no other end; it serves a car that takes no uploads.
-
-    Attributes:
-        sender: see `motorcade.car.board.Board`.
-    """
-
-    sender = 0
+class Line(UploadLine):
+    """A line that can be waited for. This class has no other end; it serves a car that takes no uploads."""
 
     def wait(self, seconds: float) -> None:
         """Wait until bytes may be there, or ``seconds`` have passed."""
         time.sleep(seconds)
-
-    def read(self) -> bytes:
-        """Return the bytes that are there, ``b""`` for none; never wait."""
-        return b""
-
-    def write(self, data: bytes) -> None:
-        """Send ``data``; it is lost where nobody is connected."""
-
-    def answer_requests(self, answer: Callable[[bytes], bytes]) -> bool:
-        """See `motorcade.car.board.Board`."""
-        return False
-
-    def close(self) -> None:
-        """Close the line."""
 
 
 class SerialLine(Line):

@@ -10,6 +10,7 @@ if MYPY:
     from typing import Any
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come, open_receiver
+from motorcade.boards.on_chip.lines import UploadLine
 from motorcade.boards.on_chip.parts import Motor, Ultrasonic, Wheels
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
@@ -28,7 +29,7 @@ class MicroPythonBoard(Board):
     Args:
         settings: the contents of car.json (`motorcade.firmware.car_files.settings_of` lists its keys).
         machine, clock: MicroPython's modules machine and time.
-        line: where uploads come from; has read, write and close.
+        line: where uploads come from.
         stores: of the image and of the car's name; each has load and save.
         make_sender: makes an infrared sender from a pin and the unit of a frame in µs.
         interrupt: further arguments of machine.Pin.irq for infrared and echoes.
@@ -44,7 +45,7 @@ class MicroPythonBoard(Board):
         settings: "dict[str, Any]",
         machine: "Any",
         clock: "Any",
-        line: "Any",
+        line: UploadLine,
         stores: "tuple[Any, Any]",
         make_sender: "Callable[[int, int], Any]",
         interrupt: "dict[str, bool]",
@@ -83,8 +84,7 @@ class MicroPythonBoard(Board):
     @property
     def sender(self) -> int:  # type: ignore[override]
         """Counts the senders at the line."""
-        sender: int = self._line.sender
-        return sender
+        return self._line.sender
 
     def now_ms(self) -> int:
         now: int = self._clock.ticks_ms()
@@ -98,7 +98,7 @@ class MicroPythonBoard(Board):
         self._store.save(data)
 
     def read_serial(self) -> bytes:
-        data: bytes = self._line.read()
+        data = self._line.read()
         if data:
             self._serial_ms = self._clock.ticks_ms()
         return data
@@ -107,13 +107,11 @@ class MicroPythonBoard(Board):
         self._line.write(data)
 
     def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
-        answered: bool = self._line.answer_requests(answer)
-        return answered
+        return self._line.answer_requests(answer)
 
     def needs_rest(self) -> bool:
         # Bytes that come by the cable meanwhile would be lost.
-        needs: bool = self._line.needs_rest()
-        return needs and elapsed_ms(self._clock.ticks_ms(), self._serial_ms) >= SILENCE_MS
+        return self._line.needs_rest() and elapsed_ms(self._clock.ticks_ms(), self._serial_ms) >= SILENCE_MS
 
     def work_at_rest(self) -> None:
         self._line.work_at_rest()

@@ -6,7 +6,7 @@ Portable.
 # For the type checker alone: MicroPython has no typing.
 MYPY = False
 if MYPY:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from typing import Any
 
 from motorcade.words.ticks import elapsed_ms
@@ -27,21 +27,38 @@ _INTERRUPT_LENGTH = 3
 _IS_DATA = _INTERRUPT_LENGTH
 
 
-class _Cable:
-    """What the lines of a cable have in common."""
+class UploadLine:
+    """The car's end of a line that uploads come by. This class has no other end.
+
+    Attributes:
+        sender: see `motorcade.car.board.Board`, as answer_requests, needs_rest and work_at_rest.
+    """
 
     sender = 0
 
-    def answer_requests(self, answer: "Any") -> bool:
-        """All requests come by the line itself."""
+    def read(self) -> bytes:
+        """Return bytes that are there, a bounded number, ``b""`` for none. Never wait."""
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """Send ``data``; it is lost where nobody is connected."""
+
+    def answer_requests(self, answer: "Callable[[bytes], bytes]") -> bool:
+        """Answer requests that came beside the line."""
         return False
 
     def needs_rest(self) -> bool:
-        """Nothing takes long."""
+        """Return whether work waits that takes long."""
         return False
 
+    def work_at_rest(self) -> None:
+        """Do some of that work."""
 
-class UsbLine(_Cable):
+    def close(self) -> None:
+        """Close the line."""
+
+
+class UsbLine(UploadLine):
     """The USB line of MicroPython's prompt; while a car runs, it carries uploads.
 
     Ctrl-C is an ordinary byte then. But three bytes of Ctrl-C and carriage return after a silence can't begin an image
@@ -75,7 +92,7 @@ class UsbLine(_Cable):
         interrupts.kbd_intr(-1)
 
     def read(self) -> bytes:
-        """Return bytes that are there, a bounded number. Raises KeyboardInterrupt where a tool asks for the prompt."""
+        """See UploadLine. Raises KeyboardInterrupt where a tool asks for the prompt."""
         poll, read = self._poll.ipoll, self._stdin.readinto
         byte, buffer = self._byte, self._buffer
         count = 0
@@ -93,7 +110,6 @@ class UsbLine(_Cable):
         return bytes(self._view[:count]) if count else b""
 
     def write(self, data: bytes) -> None:
-        """Send ``data``."""
         self._stdout.write(data)
 
     def close(self) -> None:
@@ -119,7 +135,7 @@ class UsbLine(_Cable):
             raise KeyboardInterrupt
 
 
-class UartLine(_Cable):
+class UartLine(UploadLine):
     """A UART for uploads alone, or for a voice module alone.
 
     Args:
@@ -134,14 +150,9 @@ class UartLine(_Cable):
         self._uart = machine.UART(uart, baudrate=baud, rxbuf=_BUFFER_BYTES, **wires)
 
     def read(self) -> bytes:
-        """Return the bytes that are there."""
         # Without a number an RP2040 reads until the line is silent.
         count = min(self._uart.any(), _MAX_UART_BYTES)
         return self._uart.read(count) or b"" if count else b""
 
     def write(self, data: bytes) -> None:
-        """Send ``data``."""
         self._uart.write(data)
-
-    def close(self) -> None:
-        """There is nothing to close."""

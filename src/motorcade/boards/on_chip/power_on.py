@@ -15,7 +15,7 @@ from collections import namedtuple
 
 from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
-from motorcade.boards.on_chip.lines import UartLine, UsbLine
+from motorcade.boards.on_chip.lines import UartLine, UploadLine, UsbLine
 from motorcade.boards.on_chip.parts import ImageFile
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.boards.voice import SerialVoice, VoiceSource
@@ -231,13 +231,13 @@ def _speed_up(machine: "Any") -> None:
         pass
 
 
-def _line(settings: "dict[str, Any]", modules: Modules) -> "Any":
+def _line(settings: "dict[str, Any]", modules: Modules) -> UploadLine:
     if "serial" in settings["pins"]:
         return UartLine(modules.machine, settings["uarts"]["serial"], settings["pins"]["serial"], settings["baud"])
     return UsbLine(modules.clock, modules.micropython, modules.stdin, modules.stdout, modules.poll, modules.platform)
 
 
-def _wifi_line(cable: "Any", settings: "dict[str, Any]", modules: Modules) -> WifiLine:
+def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) -> WifiLine:
     network, sockets, select, tls = modules.network
     number = "%08x" % settings["number"]  # noqa: UP031 - f-strings lack this there
     station = join_network(network, settings["wifi"], number)

@@ -12,6 +12,7 @@ if MYPY:
 
 import struct
 
+from motorcade.boards.on_chip.lines import UploadLine
 from motorcade.words.request import split_requests
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import error_line
@@ -29,7 +30,7 @@ _ADDRESS, _POINTER, _TEXT, _SERVER = 1, 12, 16, 33
 _INTERNET, _REPLACES = 1, 0x8000
 
 
-class NetworkLine:
+class NetworkLine(UploadLine):
     """A line for requests of all clients, and for the upload of one; others that upload meanwhile are told to wait.
 
     Args:
@@ -199,7 +200,7 @@ class WifiLine(NetworkLine):
     """
 
     def __init__(
-        self, cable: "Any", sockets: "Any", select: "Any", clock: "Any", announcer: "Announcer", port: int = PORT
+        self, cable: UploadLine, sockets: "Any", select: "Any", clock: "Any", announcer: "Announcer", port: int = PORT
     ) -> None:
         self._announcer = announcer
         self._cable = cable
@@ -216,10 +217,7 @@ class WifiLine(NetworkLine):
             return b""
         for ready in self._poll.poll(0):
             self._serve(ready[0])
-        if self._uploader is None:
-            data: bytes = self._cable.read()
-            return data
-        return super().read()
+        return self._cable.read() if self._uploader is None else super().read()
 
     def write(self, data: bytes) -> None:
         """Send ``data`` to the uploader, or by the cable."""
@@ -227,10 +225,6 @@ class WifiLine(NetworkLine):
             self._cable.write(data)
         else:
             super().write(data)
-
-    def needs_rest(self) -> bool:
-        """Nothing takes long."""
-        return False
 
     def close(self) -> None:
         """Close all connections, and the cable's line."""
