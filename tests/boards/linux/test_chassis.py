@@ -118,7 +118,3 @@ def test_no_motor_exceeds_the_duty_of_its_profile(chassis, pins, text):
     assert shown(pins, LEFT_MOTOR) == (255, 0, 51)
     wheels.apply(90, 1, 200)
     assert shown(pins, LEFT_MOTOR) == (255, 0, 60)
-
-
-def test_a_pin_file_without_motors_gives_no_wheels(chassis):
-    assert chassis("[leds]\nled_0 = 17\n") is None

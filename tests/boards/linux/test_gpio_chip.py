@@ -19,22 +19,13 @@ if sys.platform == "linux":
     from motorcade.config.pins import CHIPS, parse_pins
     from motorcade.config.profile import levels_of
     from motorcade.errors import MotorcadeError
+    from support.chip_benches import RP2040
+    from support.mock_pi import HEAD, STEERED
     from support.strategies import CLASSROOM
 
     LGPIO = gpio_chip.lgpio
     PI, LINUX = (next(chip for chip in CHIPS if chip.name == name) for name in ("raspberry-pi", "linux"))
 RASPBERRY_PI_3B = 0xA02082
-STEERED = """
-format = "motorcade-pins/1"
-name = "Car"
-chip = "raspberry-pi"
-[drive_motor]
-forward = 5
-backward = 6
-enable = 12
-[servo]
-signal = 19
-"""
 TWO_MOTORS = "[left_motor]\nforward = 7\nbackward = 8\n[right_motor]\nforward = 16\nbackward = 26\n"
 
 
@@ -71,7 +62,7 @@ def car_equipment(is_leader=True):
 
 def opened(text=STEERED, is_leader=True, **options):
     """Open a car that is driven."""
-    return open_drive(car_equipment(is_leader), parse_pins(text, "car.toml"), CLASSROOM, **options)
+    return open_drive(car_equipment(is_leader), parse_pins(HEAD + text, "car.toml"), CLASSROOM, **options)
 
 
 def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
@@ -109,8 +100,7 @@ def test_the_rescue_of_a_steered_car_pulls_its_motor_pins_and_its_horn_low(kerne
 
 
 def test_a_car_with_two_motors_is_driven_and_rescued_too(kernel):
-    text = STEERED[: STEERED.index("[drive_motor]")] + TWO_MOTORS
-    board = opened(text)
+    board = opened(TWO_MOTORS)
     _, (_, _, *low) = board.rescue()
     assert low == ["7", "8", "16", "26"]
     board.apply(180, 1, 255)
@@ -119,7 +109,7 @@ def test_a_car_with_two_motors_is_driven_and_rescued_too(kernel):
 
 
 def test_a_car_with_a_servo_runs_its_words(kernel):
-    board = open_car(car_equipment(), parse_pins(STEERED, "car.toml"), CLASSROOM)
+    board = open_car(car_equipment(), parse_pins(HEAD + STEERED, "car.toml"), CLASSROOM)
     board.set_wheels(1, 3)
     # The servo's longest pulse is an eighth of its 20 ms.
     assert {asked[0]: asked[1:] for asked in kernel.pwm} == {19: (50, 12.5), 12: (100, 100)}
@@ -175,7 +165,7 @@ def test_a_pin_file_of_another_kind_of_car_is_refused(kernel):
     with pytest.raises(MotorcadeError, match="two kinds of wheels"):
         opened(STEERED + TWO_MOTORS)
     with pytest.raises(MotorcadeError, match="motorcade install-firmware"):
-        opened(STEERED.replace("raspberry-pi", "rp2040"))
+        open_car(car_equipment(), parse_pins(RP2040, "car.toml"), CLASSROOM)
     with pytest.raises(MotorcadeError, match=r"no receiver in \[infrared\]"):
         opened(is_leader=False)
     assert kernel.opened == []

@@ -24,7 +24,7 @@ def test_a_follower_runs_the_word_of_a_received_frame(car, clock, pins):
 
 
 def test_a_car_ignores_its_own_frame_and_receives_the_next_one(car, clock, pins):
-    made = car(SENSORS)
+    made = car(ENABLED + SENSORS)
     made.sender.busy = True
     beam(clock, pins, FORWARD_1_S)
     assert made.board.received_frames() == []
@@ -37,7 +37,7 @@ def test_a_car_ignores_its_own_frame_and_receives_the_next_one(car, clock, pins)
 
 
 def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
-    made = car(SENSORS)
+    made = car(ENABLED + SENSORS)
     pin, durations = pins.pin(RECEIVER), frame_durations_us(FORWARD_1_S)
 
     def play(part: list[int]) -> None:
@@ -60,7 +60,7 @@ def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
 
 def test_a_leader_sends_its_followers_words(car, clock, pins):
     image = bytes.fromhex("00010100 A4800000")
-    made = car(SENSORS, is_leader=True, image=image)
+    made = car(ENABLED + SENSORS, is_leader=True, image=image)
     loop = Car(made.board)
     for _ in range(200):
         loop.tick()

@@ -16,11 +16,11 @@ from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
 from motorcade.drive.session import CarControl
 from motorcade.drive.wire import DriveError
-from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE, LIGHTS
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import ok_line
 from support.mock_pi import (
+    DUTIES,
     ENABLED,
     FORWARD_1_S,
     HEAD,
@@ -40,7 +40,6 @@ from support.paced_line import PacedLine
 from support.strategies import CLASSROOM
 from support.waiting import DEADLINE_S
 
-DUTIES = "[duties]\ndrive = [0, 51, 102, 255]\nturn = [0, 17, 34, 85]\n"
 BENDS_LEFT = DRIVE.encode(angle=135, direction=1, speed=200)
 STILL = DRIVE.encode(angle=90, direction=1, speed=0)
 BACKS = DRIVE.encode(angle=90, direction=0, speed=70)
@@ -370,11 +369,6 @@ def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tm
     assert pins.pins == {}
     assert car.sender.closed
     assert not car.thread.is_alive()
-
-
-def test_a_pin_file_without_wheels_is_refused(made):
-    with pytest.raises(MotorcadeError, match="no wheels"):
-        made(LEDS)
 
 
 # The driver's limits

@@ -63,8 +63,7 @@ def test_a_motor_has_no_power_while_its_direction_changes(car, pins):
 
 
 def test_missing_parts_find_nothing_and_do_nothing(car, pins):
-    board = car("[leds]\nled_2 = 22\n").board
-    board.set_wheels(0, 3)
+    board = car(ENABLED + "[leds]\nled_2 = 22\n").board
     board.set_led(1)
     assert shown(pins, (22,)) == (0,)
     board.set_led(2)
@@ -80,7 +79,7 @@ def test_missing_parts_find_nothing_and_do_nothing(car, pins):
 
 PARTS = {
     "all parts": ENABLED + LEDS + SENSORS,
-    "LEDs alone": LEDS,
+    "no sensors": ENABLED + LEDS,
     "drivers without enable": ENABLED.replace("enable = 12\n", "").replace("enable = 13\n", ""),
     "steered": STEERED + DUTIES + "[leds]\nled_2 = 22\n",
 }
@@ -206,7 +205,7 @@ class Trigger(MockPWMPin):
 def test_the_echos_duration_gives_the_distance(car, clock, pins, distance_mm, says):
     trigger = pins.pin(23, pin_class=Trigger)
     trigger.prepare(clock, pins.pin(24), distance_mm)
-    board = car(SENSORS).board
+    board = car(ENABLED + SENSORS).board
     assert trigger.has_measured.wait(DEADLINE_S)
     assert board.obstacle_mm() == pytest.approx(says, abs=1)
 
@@ -220,11 +219,11 @@ def test_the_board_measures_the_distances_that_are_really_set(car, clock, pins):
             trigger.place(min(distance_mm, 2500))
             return distance_mm
 
-    made = car("[ultrasonic]\ntrigger = 23\necho = 24\n")
+    made = car(ENABLED + "[ultrasonic]\ntrigger = 23\necho = 24\n")
     found = check_board(made.board, wait_ms=clock.wait_ms, observe=Sonar())
     assert [each.key for each in found] == [NOT_CHECKED]
     assert "put_obstacle" not in str(found)
 
 
 def test_nothing_is_in_sight_before_the_first_echo(car):
-    assert car(SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM
+    assert car(ENABLED + SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM

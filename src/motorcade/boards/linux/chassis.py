@@ -16,9 +16,9 @@ from motorcade.config.profile import Profile
 
 # Software times the pulses: the longer they are, the less its delays matter.
 PWM_HZ = 100
-FULL_LEFT_DEG = 180
 CENTRE_DEG = 90
-FULL_RIGHT_DEG = 0
+# A control word's turn on the spot becomes full lock to that side.
+_ANGLES_DEG = {FORWARD: CENTRE_DEG, LEFT: 180, RIGHT: 0}
 
 
 class WordWheels(Protocol):
@@ -116,7 +116,7 @@ class SteeredMotor:
 
     def set(self, direction: int, speed_level: int) -> None:
         duties = self._drive_duties if direction == FORWARD else self._turn_duties
-        self.apply(servo_angle_deg(direction), 1, duties[speed_level])
+        self.apply(_ANGLES_DEG[direction], 1, duties[speed_level])
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         self._servo.value = self._servo_value(angle_deg)
@@ -155,18 +155,10 @@ def motor_duties(angle_deg: int, direction: int, speed: int) -> tuple[int, int]:
     return (left, right) if direction else (-left, -right)
 
 
-def servo_angle_deg(direction: int) -> int:
-    """Return the servo's angle for a control word's direction; a turn on the spot becomes full lock to that side."""
-    return {LEFT: FULL_LEFT_DEG, RIGHT: FULL_RIGHT_DEG}.get(direction, CENTRE_DEG)
-
-
-def open_chassis(pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> Chassis | None:
-    """Open the wheels that a pin file names, None where it names none; ``devices`` closes them."""
-    if pins.has("left_motor") and pins.has("right_motor"):
-        return TwoMotors(pins, profile, factory, devices)
-    if pins.has("drive_motor") and pins.has("servo"):
-        return SteeredMotor(pins, profile, factory, devices)
-    return None
+def open_chassis(pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> Chassis:
+    """Open the wheels that a pin file names; ``devices`` closes them."""
+    kind = TwoMotors if pins.has("left_motor") else SteeredMotor
+    return kind(pins, profile, factory, devices)
 
 
 def _duties(pins: PinMap, max_duty: int) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -23,7 +23,6 @@ from motorcade.car.drive_board import DriveBoard
 from motorcade.car.loop import Car
 from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
-from motorcade.errors import MotorcadeError
 from motorcade.words.formats import HEADER, SWITCHES
 from motorcade.words.image import bytes_to_words
 from motorcade.words.ticks import elapsed_ms
@@ -184,9 +183,6 @@ class ProgrammedDrive(SharedWheels):
         watchdog: gets a sign of life as long as all is well, and is disarmed at the end; None for none.
         rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
         battery: where its voltage is read; None where nothing measures it.
-
-    Raises:
-        MotorcadeError: the pin file names no wheels.
     """
 
     def __init__(
@@ -209,8 +205,6 @@ class ProgrammedDrive(SharedWheels):
             self._resources.callback(watchdog.close)
         self._resources.callback(factory.close)
         chassis = open_chassis(pins, profile, factory, self._resources)
-        if chassis is None:
-            raise MotorcadeError("no-wheels", car=pins.name)
         self._switches = {
             each.name: self._resources.enter_context(OutputDevice(pins.pin(each.name, "signal"), pin_factory=factory))
             for each in SWITCHES

@@ -36,7 +36,7 @@ class RaspberryPi(ComputerBoard):
 
     Args:
         equipment: what every car on a computer has.
-        pins: which part is at which pin.
+        pins: which part is at which pin; as `check_pins` wants it.
         profile: the car's kind.
         factory: gpiozero's pin factory (`motorcade.boards.linux.gpio_chip.open_gpio`); closed with the board.
         sender: of infrared, None for none; closed with the board.
@@ -85,8 +85,7 @@ class RaspberryPi(ComputerBoard):
             self._receiver.pin.when_changed = self._receive_edge
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
-        if self._wheels:
-            self._wheels.set(direction, speed_level)
+        self._wheels.set(direction, speed_level)
 
     def set_led(self, which: int) -> None:
         for number, led in enumerate(self._leds):
