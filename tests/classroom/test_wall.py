@@ -145,7 +145,7 @@ def test_only_worlds_that_are_seen_are_sent():
 
 def test_the_list_is_sent_at_most_once_a_second():
     still = StillWorld()
-    mats = [dict(MAT) for _ in range(10)]
+    mats = [MAT | {"name": str(number)} for number in range(10)]
     now = iter(mats)
     wall = WallPictures(lambda: [ShownWorld("01", still, still, next(now))])
     lists = [type(answer) for step in range(10) for answer in wall.answers(step / 5)]

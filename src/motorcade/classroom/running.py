@@ -23,6 +23,7 @@ from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.shared_mat import SharedMat
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.errors import MotorcadeError
+from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.app import Settings, capabilities
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Visitors
@@ -43,7 +44,6 @@ SESSIONS = SessionLimits(
 )
 _TICK_S = 1.0
 _REQUESTS_A_SECOND, _RATE_WINDOW_S = 20, 2.0
-_OWN_MISSION = "own"
 # A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
 _MOST_IMPORT_S = 5.0
 _AGAIN_S = 0.1
@@ -159,7 +159,8 @@ class RunningClass(Visitors):
                     await to_thread.run_sync(self.folder.store, data)
                     self._stored, self._kept = revision, data
         except MotorcadeError:
-            self._undo()
+            self._undone = self.room.revision
+            self.room.restore(from_bytes(self._kept, RECORD))
             raise
         finally:
             self.show_changes()
@@ -167,10 +168,6 @@ class RunningClass(Visitors):
     def _check_kept(self, since: int) -> None:
         if since <= self._undone:
             raise MotorcadeError("undone-meanwhile")
-
-    def _undo(self) -> None:
-        self._undone = self.room.revision
-        self.room.restore(from_bytes(self._kept, RECORD))
 
     async def delete_libraries(self) -> None:
         """Delete the libraries of pupils who are out. Raises MotorcadeError; the next start tries again."""
@@ -234,7 +231,7 @@ class RunningClass(Visitors):
         if self.room.frozen and isinstance(message, Play | Step):
             raise MotorcadeError("class-frozen")
         if isinstance(message, SetWorld):
-            mission = (message.mission.id or _OWN_MISSION) if message.mission else None
+            mission = (message.mission.id or OWN) if message.mission else None
             self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.settings.clock()))
             self.show_changes()
 

@@ -2,13 +2,14 @@
 
 import secrets
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from anyio import CapacityLimiter
 from msgspec import UNSET, Meta
 
 from motorcade.classroom.messages import MatView, Wall, WallWorld, request
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.missions.document import OWN
 from motorcade.server.studio.driving import PageWorld, build_world
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission, mission_goals, mission_zones
@@ -82,25 +83,21 @@ class SharedMat:
         self._mission: MissionChoice | None = None
         self._title: Sentence = {}
         self._places = self._followers = 0
-        self._is_open = self._is_running = False
+        self._state: Literal["closed", "collecting", "running"] = "closed"
 
     def view(self) -> MatView:
         """Return what pages show of it."""
-        over = self._is_running and self._is_over()
-        state: Any = "over" if over else "running" if self._is_running else "collecting" if self._is_open else "closed"
-        mission = (self._mission.id or "own") if self._mission else None
+        referee = self.session.world.referee if self._state == "running" else None
+        state = "over" if referee and referee.is_over else self._state
+        mission = (self._mission.id or OWN) if self._mission else None
         return MatView(state, mission, self._title, self._places, self._started or list(self._images))
 
     def wall(self) -> Wall:
         """Return the mat as a page has to know it before pictures of the world; without one while nothing runs."""
         session = self.session
-        if not self._is_running or not session.has_world or session.mat is None:
+        if self._state != "running" or session.mat is None:
             return Wall(1, [])
         return Wall(1, [described("", session.world, session.mat)])
-
-    def _is_over(self) -> bool:
-        referee = self.session.world.referee if self.session.has_world else None
-        return referee is not None and referee.is_over
 
     @request("teacher/mat/open")
     def open(
@@ -124,14 +121,14 @@ class SharedMat:
                 raise MotorcadeError("mission-not-for-a-class", most=MOST_PLACES)
         self.close()
         self._mission, self._followers = mission, followers
-        self._title, self._places, self._is_open = title, places, True
+        self._title, self._places, self._state = title, places, "collecting"
 
     def enter(self, pupil: str, image: bytes | None) -> None:
         """Take a pupil's program, in place of an earlier one; None takes it off.
 
         Raises MotorcadeError where nothing is collected, all places are taken, or the image is damaged.
         """
-        if not self._is_open or self._is_running:
+        if self._state != "collecting":
             raise MotorcadeError("mat-is-closed")
         self.changes += 1
         if image is None:
@@ -153,7 +150,7 @@ class SharedMat:
 
         Raises MotorcadeError where there is none.
         """
-        if not self._is_open or not self._images:
+        if not self._images:
             raise MotorcadeError("mat-is-empty")
         images = [*self._images.values()]
         choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
@@ -172,7 +169,7 @@ class SharedMat:
         session = self.session
         answers = session.begin(world)
         session.play()
-        self._is_running = True
+        self._state = "running"
         if session.page:
             session.page.put(self.wall())
         for answer in [*answers, session.state()]:
@@ -188,6 +185,6 @@ class SharedMat:
         self.changes += 1
         self._images, self._started = {}, []
         self._places, self._title, self._mission = 0, {}, None
-        self._is_open = self._is_running = False
+        self._state = "closed"
         if self.session.has_world:
             self.session.pause()

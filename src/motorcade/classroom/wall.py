@@ -45,10 +45,6 @@ class ShownWorld(NamedTuple):
     world: StudioWorld
     mat: MatDocument
 
-    def is_same(self, other: "ShownWorld") -> bool:
-        """Return whether nothing but the moment differs."""
-        return self.pupil == other.pupil and self.world is other.world and self.mat is other.mat
-
     def moment(self) -> tuple[int, bytes]:
         """Return time and bytes of what the pupil sees: a paused world may show its past, or a car that was moved."""
         picture = self.session.sent.get(bytes)
@@ -86,8 +82,7 @@ class WallPictures:
         """Return what is to be sent: the list where it is new, and a picture where the page has drawn those before."""
         answers: list[Wall | bytes] = []
         found = list(self._now_shown())
-        same = len(found) == len(self._shown) and all(map(ShownWorld.is_same, found, self._shown))
-        if not self._number or (not same and now_s - self._listed_s >= LIST_EVERY_S):
+        if not self._number or (found != self._shown and now_s - self._listed_s >= LIST_EVERY_S):
             self._number += 1
             self._seen = None
             self._shown, self._listed_s, self._last = found, now_s, {}
@@ -111,7 +106,7 @@ class WallPictures:
         for place, world in enumerate(self._shown):
             if self._seen is not None and place not in self._seen:
                 continue
-            if world.pupil not in now or not world.is_same(now[world.pupil]):
+            if now.get(world.pupil) != world:
                 continue
             t_ms, moment = world.moment()
             if self._last.get(place) == moment:
@@ -139,8 +134,7 @@ class _Onlooker:
     def answers(self, world: ShownWorld | None) -> list[Wall | WorldAnswer | bytes]:
         """Return what is to be sent now."""
         answers: list[Wall | WorldAnswer | bytes] = []
-        before = self._world
-        if not self._lists or (world is None) != (before is None) or (world and before and not world.is_same(before)):
+        if not self._lists or world != self._world:
             self._lists += 1
             self._world, self._sent = world, {}
             answers.append(Wall(self._lists, [world.described()] if world else []))

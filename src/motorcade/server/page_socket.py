@@ -68,18 +68,13 @@ class PageSocket:
 
     def refuse(self, problem: MotorcadeError, closing: bool = False) -> None:
         """Send an error; ``closing`` ends the connection with it."""
-        self.put(refused(problem))
         self._closing = self._closing or closing
-
-    def close(self) -> None:
-        """End the connection when all answers have been sent."""
-        self._closing = True
-        self._changed.set()
+        self.put(refused(problem))
 
     async def say_last(self, answer: Any) -> None:
         """Send an answer, and end the connection with it."""
+        self._closing = True
         self.put(answer)
-        self.close()
         await asyncio.Event().wait()
 
     async def send_all(self) -> None:

@@ -136,16 +136,11 @@ class PageSession:
             else:
                 self._request(self._fleet.stop(name, self._name))
 
-    def _control(self, name: str) -> PageControl:
-        if name not in self._controls:
-            raise MotorcadeError("not-at-car", car=name)
-        return self._controls[name]
-
     async def _act(self, car: str, action: Action) -> None:
-        control = self._control(car)
-        if action != "stop":
-            self._check_may_drive(car)
-        await control.act(action)
+        if car not in self._controls:
+            raise MotorcadeError("not-at-car", car=car)
+        self._check_may_drive(car)
+        await self._controls[car].act(action)
         if action in _RECORDED:
             self._record(_RECORDED[action], car)
 
@@ -229,11 +224,17 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
         async with accepted(socket, settings, NEWEST) as page:
             await PageSession(socket, page, fleet_of(socket), settings).serve()
 
+    async def camera_of(request: Request) -> Camera:
+        found = await fleet_of(request).camera(request.query_params.get("car", ""))
+        if found is None:
+            raise MotorcadeError("no-camera-here")
+        return found
+
     async def camera(request: Request) -> Response:
-        return await stream(request, await fleet_of(request).camera(request.query_params.get("car", "")))
+        return await stream(request, await camera_of(request))
 
     async def snapshot(request: Request) -> Response:
-        return await snapshot_response(await fleet_of(request).camera(request.query_params.get("car", "")))
+        return Response(await (await camera_of(request)).snapshot(), media_type="image/jpeg")
 
     return [
         WebSocketRoute("/drive/ws", drive),
@@ -255,43 +256,29 @@ def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
     return RequestFilter(app, settings)
 
 
-async def snapshot_response(camera: Camera | None) -> Response:
-    """Return an answer with one new picture. Raises MotorcadeError where there is no camera, or it fails."""
-    return Response(await _checked(camera).snapshot(), media_type="image/jpeg")
-
-
-async def stream(request: Request, camera: Camera | None) -> Response:
+async def stream(request: Request, camera: Camera) -> Response:
     """Return an answer with pictures one after the other (MJPEG), at most the query's ``rate`` a second.
 
-    Raises:
-        MotorcadeError: there is no camera, it fails, or the rate isn't allowed.
+    Raises MotorcadeError: the camera fails, or the rate isn't allowed.
     """
-    pictures = _checked(camera).pictures(_rate(request.query_params.get("rate", "")))
+    pictures = camera.pictures(_rate(request.query_params.get("rate", "")))
     # Waits for the first picture, so that a camera that fails gives an error instead of a broken picture.
     first = await anext(pictures)
     return StreamingResponse(_parts(first, pictures), media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
 
 
 async def _parts(first: bytes, pictures: AsyncGenerator[bytes, None]) -> AsyncIterator[bytes]:
+    # The headers are sent, so the answer can't become an error.
     async with aclosing(pictures):
-        yield _part(first)
-        try:
+        with suppress(MotorcadeError):
+            yield _part(first)
             async for picture in pictures:
                 yield _part(picture)
-        except MotorcadeError:
-            # The headers are sent, so the answer can't become an error.
-            return
 
 
 def _part(picture: bytes) -> bytes:
     head = f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(picture)}\r\n\r\n"
     return head.encode() + picture + b"\r\n"
-
-
-def _checked(camera: Camera | None) -> Camera:
-    if camera is None:
-        raise MotorcadeError("no-camera-here")
-    return camera
 
 
 def _rate(text: str) -> float:

@@ -138,29 +138,24 @@ class CarList:
                     await self._resources.aclose()
 
     def _shown(self) -> CarsShown:
-        problem = self._finder.problem
         return CarsShown(
             [self._row(each) for each in self._cars.statuses()],
             [f"{each.name} ({each.address})" for each in self._finder.others.values()],
-            _sentence(problem),
+            _sentence(self._finder.problem),
         )
 
     def _row(self, status: CarStatus) -> CarRow:
         verdict = self._verdicts.get(status.where)
-        error = verdict.error if verdict else None
-        fields = status._asdict()
-        silent_s = fields.pop("silent_s")
-        problem = fields.pop("problem")
-        return CarRow(
-            **fields,
+        more = {
             # The seconds of a car that answers would make each picture of the list a new one.
-            silent_s=round(silent_s) if status.away and silent_s is not None else None,
-            program=self._programs.get(status.crc32 or "", ""),
-            problem=_sentence(problem),
-            sent=self._sent.get(status.where),
-            holds=verdict.holds if verdict else "",
-            error=_sentence(error),
-        )
+            "silent_s": round(status.silent_s) if status.away and status.silent_s is not None else None,
+            "program": self._programs.get(status.crc32 or "", ""),
+            "problem": _sentence(status.problem),
+            "sent": self._sent.get(status.where),
+            "holds": verdict.holds if verdict else "",
+            "error": _sentence(verdict.error if verdict else None),
+        }
+        return CarRow(**status._asdict() | more)
 
 
 def _sentence(problem: MotorcadeError | None) -> Sentence | None:

@@ -214,7 +214,8 @@ class SessionFleet(Fleet):
     async def listed(self) -> list[ListedCar]:
         """The leaders, then the followers, at most 200. Raises MotorcadeError."""
         leaders = set(await self._session.work(StudioWorld.leads))
-        order = sorted(range(await self._count()), key=lambda car: (car not in leaders, car))
+        cars = await self._session.work(lambda world: world.cars)
+        order = sorted(range(cars), key=lambda car: (car not in leaders, car))
         return [ListedCar(str(car), car in leaders, True) for car in order[:_MOST_LISTED]]
 
     async def connect(self, car: str, page: str) -> PageControl:
@@ -238,11 +239,9 @@ class SessionFleet(Fleet):
         await self._session.alone(self._session.play)
         self._session.changed.set()
 
-    async def _count(self) -> int:
-        return await self._session.work(lambda world: world.cars)
-
     async def _number(self, car: str) -> int:
-        if not car.isdecimal() or not car.isascii() or int(car) >= await self._count():
+        cars = await self._session.work(lambda world: world.cars)
+        if not car.isdecimal() or not car.isascii() or int(car) >= cars:
             raise MotorcadeError("car-not-listed", car=car)
         return int(car)
 

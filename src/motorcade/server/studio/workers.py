@@ -62,11 +62,8 @@ class Workers:
     """The processes of a server."""
 
     def __init__(self) -> None:
-        self._limiter, self._checks, self._light = (
-            CapacityLimiter(_AT_ONCE),
-            CapacityLimiter(1),
-            CapacityLimiter(_AT_ONCE),
-        )
+        self._limiter, self._light = CapacityLimiter(_AT_ONCE), CapacityLimiter(_AT_ONCE)
+        self._checks = CapacityLimiter(1)
         self._starting: asyncio.Task[None] | None = None
 
     async def answer(self, name: str, data: bytes, context: Context, most_s: float) -> bytes:
@@ -95,12 +92,10 @@ def answer_in_process(name: str, data: bytes, context: Context, most_s: float, g
     """Answer a request in a process; wait for it. Raises MotorcadeError."""
     if given_up.is_set():
         return b""
-    worker = None
-    while worker is None:
-        try:
-            worker = _waiting.pop()
-        except IndexError:
-            worker = _Worker()
+    try:
+        worker = _waiting.pop()
+    except IndexError:
+        worker = _Worker()
     try:
         answer = _ask(worker, name, data, context, most_s, given_up)
     except (EOFError, OSError, psutil.Error):
