@@ -19,7 +19,6 @@ from motorcade.timing import to_ticks
 
 _T = TypeVar("_T")
 _MOST_WAITING = 64
-_POLICY_VIOLATION = 1008
 
 
 class PageSocket:
@@ -58,12 +57,13 @@ class PageSocket:
                 group.start_soon(end_all_with, job)
 
     def put(self, answer: Any) -> None:
-        """Send an answer. Where 64 wait, only bytes are accepted: a page acknowledges them, so they are few."""
+        """Send an answer. Where 64 wait the oldest gives way, but no bytes: pages acknowledge them, so they are few."""
         kind = type(answer)
         if kind in self._newest:
             self._waiting = deque(each for each in self._waiting if each[0] is not kind)
-        if len(self._waiting) < _MOST_WAITING or isinstance(answer, bytes):
-            self._waiting.append((kind, answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode()))
+        self._waiting.append((kind, answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode()))
+        if len(self._waiting) > _MOST_WAITING and (texts := [each for each in self._waiting if each[0] is not bytes]):
+            self._waiting.remove(texts[0])
         self._changed.set()
 
     def refuse(self, problem: MotorcadeError, closing: bool = False) -> None:
@@ -71,10 +71,15 @@ class PageSocket:
         self._closing = self._closing or closing
         self.put(refused(problem))
 
+    def close(self) -> None:
+        """End the connection when all answers have been sent."""
+        self._closing = True
+        self._changed.set()
+
     async def say_last(self, answer: Any) -> None:
         """Send an answer, and end the connection with it."""
-        self._closing = True
         self.put(answer)
+        self.close()
         await asyncio.Event().wait()
 
     async def send_all(self) -> None:
@@ -88,7 +93,7 @@ class PageSocket:
                     await self._socket.send_bytes(data)
                 else:
                     await self._socket.send_text(data)
-        await self._socket.close(_POLICY_VIOLATION)
+        await self._socket.close()
 
     async def _receive(self, kind: Any, handle: Callable[[Any], Awaitable[None]]) -> None:
         rate = self._settings.message_rate()

@@ -4,13 +4,12 @@ import asyncio
 import secrets
 import sys
 import threading
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
-from contextlib import AbstractContextManager, asynccontextmanager, contextmanager, nullcontext, suppress
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
-import msgspec
 from anyio import CapacityLimiter, from_thread, to_thread
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
@@ -18,16 +17,15 @@ from motorcade.boards.computer import ImageStore, StoreError, simulated_car
 from motorcade.boards.lines import LineError, PseudoTerminal, TcpPort
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
-from motorcade.server.page_socket import next_message
+from motorcade.server.page_socket import PageSocket, next_message
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
 from motorcade.service.upload_session import UploadSession, check_order, failed, retry_notice, uploaded
-from motorcade.service.world_messages import ImageRead, Outcome, Progress, UploadAnswer, UploadOrder
+from motorcade.service.world_messages import ImageRead, Outcome, Progress, UploadOrder
 from motorcade.upload.serial_port import BARE, PortInfo, ports, readback, upload
 
 VIRTUAL: Literal["virtual"] = "virtual"
 _MOST_AT_ONCE = 4
-Report = Callable[[UploadAnswer], None]
 
 
 def listed_ports() -> list[Port]:
@@ -84,27 +82,26 @@ class Uploads:
     async def serve(self, socket: WebSocket) -> None:
         """Do one transfer through a port of the server; it continues if the page leaves."""
 
-        async def transfer(order: UploadOrder) -> Outcome:
+        async def transfer(order: UploadOrder, page: PageSocket) -> None:
             profile = check_order(order)
             try:
                 with self._admit(socket, order.port) as car:
-                    async with _sender(socket) as report:
-                        work = partial(self._transfer, order, profile, report, car)
-                        return await to_thread.run_sync(work, limiter=self._workers)
+                    work = partial(self._transfer, order, profile, page, car)
+                    page.put(await to_thread.run_sync(work, limiter=self._workers))
             except MotorcadeError as problem:
-                return failed(problem, order.port)
+                page.put(failed(problem, order.port))
 
         await self._answer(socket, transfer)
 
     async def serve_page_port(self, socket: WebSocket) -> None:
         """Do one transfer through a port that the page has opened: binary messages are the port's bytes."""
 
-        async def transfer(order: UploadOrder) -> None:
+        async def transfer(order: UploadOrder, page: PageSocket) -> None:
             session = UploadSession(order, secrets.randbelow(256))
             incoming: asyncio.Queue[bytes | None] = asyncio.Queue()
             receiving = asyncio.create_task(_receive(socket, incoming))
             try:
-                await self._exchange(socket, session, incoming)
+                await self._exchange(page, session, incoming)
             finally:
                 receiving.cancel()
                 with suppress(asyncio.CancelledError):
@@ -113,33 +110,30 @@ class Uploads:
         await self._answer(socket, transfer)
 
     async def _exchange(
-        self, socket: WebSocket, session: UploadSession, incoming: "asyncio.Queue[bytes | None]"
+        self, page: PageSocket, session: UploadSession, incoming: "asyncio.Queue[bytes | None]"
     ) -> None:
         while True:
             for answer in session.advance(self._settings.clock()):
-                if isinstance(answer, bytes):
-                    await socket.send_bytes(answer)
-                else:
-                    await _send(socket, answer)
+                page.put(answer)
             if session.is_over:
                 return
             with suppress(TimeoutError):
                 session.receive(await asyncio.wait_for(incoming.get(), session.wait_s))
 
-    async def _answer(self, socket: WebSocket, transfer: Callable[[UploadOrder], Awaitable[Outcome | None]]) -> None:
+    async def _answer(self, socket: WebSocket, transfer: Callable[[UploadOrder, PageSocket], Awaitable[None]]) -> None:
         await socket.accept()
-        try:
-            outcome = await transfer(await next_message(socket, UploadOrder, self._settings.most_body))
-        except MotorcadeError as problem:
-            outcome = failed(problem)
-        except WebSocketDisconnect:
-            return
+        page = PageSocket(socket, self._settings)
+        sending = asyncio.create_task(page.send_all())
         with suppress(WebSocketDisconnect):
-            if outcome is not None:
-                await _send(socket, outcome)
-            await socket.close()
+            try:
+                await transfer(await next_message(socket, UploadOrder, self._settings.most_body), page)
+            except MotorcadeError as problem:
+                page.put(failed(problem))
+        page.close()
+        with suppress(WebSocketDisconnect):
+            await sending
 
-    def _transfer(self, order: UploadOrder, profile: Profile, report: Report, car: VirtualCar) -> Outcome:
+    def _transfer(self, order: UploadOrder, profile: Profile, page: PageSocket, car: VirtualCar) -> Outcome:
         with _port(order.port, profile, car) as port:
             if order.image is None:
                 return ImageRead(readback(port, profile.serial.baud))
@@ -149,8 +143,8 @@ class Uploads:
                 order.image,
                 profile.serial.baud,
                 order.verify,
-                lambda sent: from_thread.run_sync(report, Progress(sent, size)),
-                lambda retry: from_thread.run_sync(report, retry_notice(retry, size)),
+                lambda sent: from_thread.run_sync(page.put, Progress(sent, size)),
+                lambda retry: from_thread.run_sync(page.put, retry_notice(retry, size)),
             )
             return uploaded(order, answer)
 
@@ -169,25 +163,3 @@ async def _receive(socket: WebSocket, incoming: "asyncio.Queue[bytes | None]") -
     while data := (await socket.receive()).get("bytes"):
         incoming.put_nowait(data)
     incoming.put_nowait(None)
-
-
-@asynccontextmanager
-async def _sender(socket: WebSocket) -> AsyncIterator[Report]:
-    """Return a function that sends answers to the page; when the context ends, all are sent."""
-    waiting: asyncio.Queue[UploadAnswer | None] = asyncio.Queue()
-
-    async def send_all() -> None:
-        with suppress(WebSocketDisconnect):
-            while answer := await waiting.get():
-                await _send(socket, answer)
-
-    sending = asyncio.create_task(send_all())
-    try:
-        yield waiting.put_nowait
-    finally:
-        waiting.put_nowait(None)
-        await sending
-
-
-async def _send(socket: WebSocket, answer: UploadAnswer) -> None:
-    await socket.send_text(msgspec.json.encode(answer).decode())
