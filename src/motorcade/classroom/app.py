@@ -114,8 +114,8 @@ def _holder(running: RunningClass, connection: HTTPConnection) -> tuple[str, boo
     return (pupil.id if pupil else ""), False
 
 
-def admit(running: RunningClass, connection: HTTPConnection) -> None:
-    """Let a request to what pages only ask for pass, or raise MotorcadeError.
+def admit(running: RunningClass, connection: HTTPConnection, holder: str) -> None:
+    """Let a request of a holder to what pages only ask for pass, or raise MotorcadeError.
 
     All that the teacher asks for is refused to who isn't signed in as the teacher, and everything else to who has no
     session, except the requests that are open to everybody.
@@ -123,12 +123,13 @@ def admit(running: RunningClass, connection: HTTPConnection) -> None:
     path = connection.scope["path"]
     _, exchange = REQUESTS.get(path.removeprefix(_API), (None, None))
     if exchange and exchange.is_open:
-        if running.pupil(connection) is None and not running.is_teacher(connection):
+        if not holder:
             running.rates.count(_address(connection), running.settings.clock())
-    elif not path.startswith(_TEACHER):
-        running.visitor(connection)
-    elif not running.is_teacher(connection):
-        raise MotorcadeError("teacher-session-needed")
+    elif path.startswith(_TEACHER):
+        if holder != TEACHER:
+            raise MotorcadeError("teacher-session-needed")
+    elif not holder:
+        raise MotorcadeError("class-session-needed")
 
 
 def _address(connection: HTTPConnection) -> str:

@@ -66,7 +66,6 @@ def _class(
         reaches_others = not is_loopback(listener)
         settings = ClassServerSettings(
             library=place,
-            host=host,
             port=bound,
             names=frozenset([*names_of(listener, host), LOCAL_NAME]),
             record=written.record if written else None,

@@ -122,7 +122,7 @@ def page_address(
     if not is_loopback(listener):
         token = secrets.token_urlsafe(24)
     url = url_of(names[0], port, token, page, "https" if tls else "http")
-    return url, {"host": host, "port": port, "names": frozenset(names), "token": token}
+    return url, {"port": port, "names": frozenset(names), "token": token}
 
 
 @asynccontextmanager

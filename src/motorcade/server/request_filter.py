@@ -59,7 +59,7 @@ class ServerSettings:
     """The addresses of a server, and the limits for its clients.
 
     Attributes:
-        host, port: where it listens.
+        port: where it listens.
         names: the host names, beside addresses, by which others reach it.
         token: the secret that a client must present; None where everybody may ask who reaches the address.
         record: writes into the log what a page's user did, who it is, and with which car; None for no log.
@@ -69,7 +69,6 @@ class ServerSettings:
             after a pause.
     """
 
-    host: str = "127.0.0.1"
     port: int = 7700
     names: frozenset[str] = frozenset()
     token: str | None = None
@@ -90,7 +89,7 @@ class RequestFilter:
     Args:
         app: the application.
         settings: the limits, and the token that is needed.
-        admit: in place of a token decides who may ask for what pages only request; raises MotorcadeError.
+        admit: in place of a token decides whether a holder may ask for what pages only request; raises MotorcadeError.
         holder: who is known to ask, "" for a stranger; and whether their connections keep their places whoever comes.
     """
 
@@ -98,7 +97,7 @@ class RequestFilter:
         self,
         app: ASGIApp,
         settings: ServerSettings,
-        admit: Callable[[HTTPConnection], None] | None = None,
+        admit: Callable[[HTTPConnection, str], None] | None = None,
         holder: Callable[[HTTPConnection], tuple[str, bool]] = lambda connection: ("", False),
     ) -> None:
         self._app = app
@@ -124,7 +123,7 @@ class RequestFilter:
             self._check(scope, holder)
             shown = self._shown_token(scope)
             if not shown and scope["path"] in _PAGES and not self._admit:
-                self._check_token(scope)
+                self._check_token(scope, holder)
         except MotorcadeError as problem:
             # Somebody who opens the page without the token has to read what to do.
             is_read = scope["type"] == "http" and scope["path"] in _PAGES and problem.code in _TOKEN_CODES
@@ -159,7 +158,7 @@ class RequestFilter:
         self._check_host(headers)
         self._check_origin(headers, scope["path"])
         if scope["path"].startswith(_GUARDED):
-            self._check_token(scope)
+            self._check_token(scope, holder)
         length = headers.get("content-length", "0")
         most = self._most_body(scope)
         if not _LENGTH.fullmatch(length) or int(length) > most:
@@ -194,11 +193,11 @@ class RequestFilter:
         ):
             raise MotorcadeError("foreign-origin")
 
-    def _check_token(self, scope: Scope) -> None:
+    def _check_token(self, scope: Scope, holder: str) -> None:
         token = self._settings.token
         connection = HTTPConnection(scope)
         if self._admit:
-            self._admit(connection)
+            self._admit(connection, holder)
             return
         shown = connection.cookies.get(self._cookie, "")
         if not shown and scope["path"].startswith(_CAMERA):
