@@ -14,8 +14,8 @@ from scripts.studio_process import StudioProcess
 
 from motorcade.browser.site import site_files, write_site
 from motorcade.locales import catalogue
-from support import class_process
 from support.engines import ENGINES, EnginePage
+from support.running_studio import started_class
 from support.site_server import serving
 from support.soak import SOAK
 
@@ -125,7 +125,7 @@ class TestWalk:
         play_mission(engine)
 
     def test_a_pupil_joins_a_class(self, engine: EnginePage, page_built: None, tmp_path: Path) -> None:
-        with class_process.started(tmp_path / "class") as (_, told):
+        with started_class(tmp_path / "class") as (_, told):
             base = told["addresses"][0]
             open_page(engine, base)
             engine.go(f"{base}join#{told['code']}")

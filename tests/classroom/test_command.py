@@ -1,17 +1,15 @@
 """The command `motorcade class` in a process of its own, killed in the middle of a lesson."""
 
 import json
-import subprocess
 import threading
 from contextlib import ExitStack
 from random import Random
 
 import httpx2 as httpx
-import pytest
 
-from motorcade.classroom.folder import ClassFolder
 from support.class_page import PASSWORD, PROJECT
-from support.class_process import COMMAND, started
+from support.command_line import refusal
+from support.running_studio import started_class
 from support.soak import SOAK
 
 PUPILS, KILLS = (30, 10) if SOAK else (3, 1)
@@ -59,7 +57,7 @@ def whole(file):
 
 
 def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answered(tmp_path):
-    with started(tmp_path) as (process, told), ExitStack() as stack:
+    with started_class(tmp_path) as (process, told), ExitStack() as stack:
         base, chance = told["addresses"][0], Random(7)
         teacher = stack.enter_context(httpx.Client(base_url=base))
         page, _, key = told["teacher"].partition("#")
@@ -68,9 +66,7 @@ def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answe
         editors = [Editor(base, told["code"], f"pupil {number}") for number in range(PUPILS)]
         for each in editors:
             stack.callback(each.client.close)
-        second = subprocess.run([*COMMAND, "--folder", str(tmp_path)], capture_output=True, text=True, timeout=60)
-        assert second.returncode == 2
-        assert str(tmp_path) in second.stderr
+        assert str(tmp_path) in refusal(2, "class", "--host", "127.0.0.1", "--no-browser", "--folder", tmp_path)
         for _ in range(KILLS):
             answered = threading.Semaphore(0)
             editing = [threading.Thread(target=each.edit, args=[answered]) for each in editors]
@@ -85,17 +81,9 @@ def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answe
             for thread in editing:
                 thread.join()
             assert all(map(whole, tmp_path.rglob("*.json")))
-            process, again = stack.enter_context(started(tmp_path, base.rpartition(":")[2].strip("/")))
+            process, again = stack.enter_context(started_class(tmp_path, base.rpartition(":")[2].strip("/")))
             assert again["code"] == told["code"]
             assert "#" not in again["teacher"], "there is a password"
             assert ask(teacher, "teacher/about").json() == {"has_password": True, "signed_in": True}
             for each in editors:
                 each.expect_all()
-
-
-@pytest.mark.parametrize("data", ["", "{", '{"format": "motorcade-class/2", "code": "x"}'])
-def test_a_damaged_class_is_refused_and_left_as_it_is(tmp_path, data):
-    (tmp_path / "class.json").write_text(data)
-    with pytest.raises(Exception, match=r"class\.json"):
-        ClassFolder(tmp_path).load(lambda most: 0)
-    assert (tmp_path / "class.json").read_text() == data

@@ -16,7 +16,6 @@ from motorcade.classroom import folder
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.record import to_bytes
 from motorcade.classroom.room import Classroom
-from motorcade.errors import MotorcadeError
 from motorcade.missions.document import built_in_mission
 from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
@@ -322,15 +321,6 @@ def test_a_zip_of_the_folder_of_a_running_class_is_a_backup(tmp_path):
         tablet = room.browser()
         assert tablet.ask("class/return", code=code, name="Mia", number=mia.number)["id"] == mia.id
         assert tablet.names() == ["Robot"]
-
-
-def test_two_servers_on_one_folder_are_refused(tmp_path):
-    with ClassFolder(tmp_path).opened():
-        with pytest.raises(MotorcadeError) as refused, ClassFolder(tmp_path).opened():
-            pass
-        assert str(tmp_path) in refused.value.sentence("zh")
-    with ClassFolder(tmp_path).opened():
-        pass
 
 
 def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_path):

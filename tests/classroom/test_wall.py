@@ -237,13 +237,6 @@ def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
             now[0] += 0.2
             t_ms, columns = on_the_wall(wall_message(wall), listed["worlds"])[1][0]
         assert len(columns[0]) == 100, "the parade goes on without a page of its own"
-    with room.teacher.open("teacher/mat") as shown:
-        assert shown.until("hello", lambda hello: hello["cars"])["cars"] == 100
-        driven = shown.until("picture")
-        while not driven.t_ms:
-            now[0] += 0.2
-            driven = shown.until("picture")
-        assert len(driven.moment.x_m) == 100
 
 
 def test_names_stay_at_their_cars_when_a_pupil_is_removed_while_the_mat_runs(room):

@@ -2,9 +2,8 @@
 
 import asyncio
 import socket
-import threading
 import tomllib
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from motorcade.server import running
 from motorcade.server.request_filter import MOST_SOCKETS, RequestFilter, ServerSettings
 from motorcade.sockets import network_of
 from support.mock_clock import mock_clock
+from support.served_app import served
 from support.waiting import DEADLINE_S
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
@@ -37,27 +37,10 @@ def holder(connection):
     return who, who == "teacher"
 
 
-@contextmanager
 def server():
-    """A server in a thread, which knows who asks by the address; its own address."""
-    begun, ended, loop = threading.Event(), asyncio.Event(), asyncio.new_event_loop()
-    listener = socket.create_server(("127.0.0.1", 0))
+    """A server that knows who asks by the address; its own address."""
     app = RequestFilter(Starlette(routes=[WebSocketRoute("/", echo)]), ServerSettings(), None, holder)
-
-    async def serve():
-        async with running.serving(app, ServerSettings(), listener):
-            begun.set()
-            await ended.wait()
-
-    thread = threading.Thread(target=loop.run_until_complete, args=(serve(),))
-    thread.start()
-    try:
-        assert begun.wait(DEADLINE_S)
-        yield listener.getsockname()
-    finally:
-        loop.call_soon_threadsafe(ended.set)
-        thread.join(DEADLINE_S)
-        loop.close()
+    return served(lambda: app)
 
 
 def opened(pages, address, who):

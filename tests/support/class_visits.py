@@ -11,8 +11,8 @@ from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, StorageS
 from motorcade.locales import catalogue
 from support.barriers import serious_barriers
 from support.class_page import PASSWORD
-from support.class_process import started
 from support.layout import Windows
+from support.running_studio import started_class
 from support.waiting import wait_until
 
 expect.set_options(timeout=60_000)
@@ -168,7 +168,7 @@ class ClassRoom:
 def class_room(browser: Browser, folder, *more: str):
     """A class with a teacher, whose page is open; ``more`` are further options of the command."""
     with ExitStack() as stack:
-        room = ClassRoom(browser, lambda port: stack.enter_context(started(folder, port, *more)))
+        room = ClassRoom(browser, lambda port: stack.enter_context(started_class(folder, port, *more)))
         room.teacher = room.visit(size=(1440, 900))
         room.teacher.sign_in(room.told["teacher"])
         yield room

@@ -1,4 +1,4 @@
-"""The command `motorcade studio` in a process of its own."""
+"""Commands of Motorcade that serve pages, in processes of their own."""
 
 import json
 import signal
@@ -9,32 +9,33 @@ from types import SimpleNamespace
 
 
 @contextmanager
-def started(folder, *more):
-    """A studio in a process of its own; it is stopped by Ctrl-C."""
-    command = [sys.executable, "-m", "motorcade", "studio", "--port", "0", "--no-browser", "--json"]
+def serving(*command):
+    """A command that serves pages, in a process of its own, and what it says when it is ready; Ctrl-C stops it."""
     # On Windows only a process group of its own can be sent a Ctrl-C.
     apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
-    process = subprocess.Popen(
-        [*command, "--library", str(folder), *more],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **apart,
-    )
+    whole = [sys.executable, "-m", "motorcade", *map(str, command), "--no-browser", "--json"]
+    process = subprocess.Popen(whole, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **apart)
     try:
-        told = json.loads(process.stdout.readline())
-        port = int(told["url"].partition("//")[2].partition("/")[0].rpartition(":")[2])
-        base, _, token = told["url"].partition("?token=")
-        yield SimpleNamespace(
-            process=process,
-            url=told["url"],
-            base=base,
-            cookie={"Cookie": f"motorcade_{port}={token}"},
-            library=told["library"],
-            port=port,
-        )
+        yield process, json.loads(process.stdout.readline())
     finally:
         stop(process)
+
+
+@contextmanager
+def started(folder, *more):
+    """A studio in a process of its own."""
+    with serving("studio", "--port", 0, "--library", folder, *more) as (process, told):
+        port = int(told["url"].partition("//")[2].partition("/")[0].rpartition(":")[2])
+        base, _, token = told["url"].partition("?token=")
+        cookie = {"Cookie": f"motorcade_{port}={token}"}
+        yield SimpleNamespace(process=process, base=base, cookie=cookie, port=port, **told)
+
+
+@contextmanager
+def started_class(folder, port=0, *more):
+    """A class in a process; how to find it."""
+    with serving("class", "--host", "127.0.0.1", "--folder", folder, "--port", port, *more) as found:
+        yield found
 
 
 def stop(process):

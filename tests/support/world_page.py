@@ -5,11 +5,10 @@ import json
 from contextlib import contextmanager
 
 from starlette.testclient import TestClient
-from starlette.websockets import WebSocketDisconnect
 
 from motorcade import Followers, Program, compile_program, forward, led, left
 from motorcade.server.studio.app import Settings, make_app
-from support.pictures import Picture
+from support.remote_page import PageSocket
 
 KEY = "0123456789abcdef" * 2
 OTHER = "f" * 32
@@ -26,32 +25,8 @@ MAT = {
 SET = {"do": "set", "image": IMAGE, "mat": MAT, "profile": "classroom", "seed": 1}
 
 
-class Page:
-    """A page: what comes is read in order, messages by kind."""
-
-    def __init__(self, socket):
-        self._socket = socket
-
-    def send(self, do: str, **values) -> None:
-        self._socket.send_text(json.dumps({"do": do, **values}))
-
-    def next(self):
-        message = self._socket.receive()
-        if message["type"] == "websocket.close":
-            raise WebSocketDisconnect(message["code"])
-        if message.get("bytes"):
-            return "picture", Picture(message["bytes"])
-        values = json.loads(message["text"])
-        return values.pop("is"), values
-
-    def until(self, kind: str, holds=lambda values: True):
-        """The next of a kind for which something holds; pictures before it are drawn."""
-        while True:
-            what, values = self.next()
-            if what == "picture":
-                self.send("shown", frame=values.number)
-            if what == kind and holds(values):
-                return values
+class Page(PageSocket):
+    """A page of the studio."""
 
     def set(self, **changes):
         self._socket.send_text(json.dumps(SET | changes))

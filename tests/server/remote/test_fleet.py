@@ -163,16 +163,6 @@ def test_an_unreachable_car_has_a_reason_and_delays_no_other(bo, nowhere):
         assert page.until("error")["sentence"]["en"].startswith("No car answers")
 
 
-def test_a_car_is_connected_when_it_becomes_reachable(cuttable, nowhere):
-    pages, between = cuttable
-    between.cut(nowhere)
-    with pages("ada") as page:
-        page.car("ada", lambda car: car["why"])
-        between.restore()
-        page.car("ada", lambda car: car["state"] == "ready")
-        page.push("ada")
-
-
 def test_a_car_without_network_stops_and_needs_a_released_stick_while_others_drive_on(
     cuttable, ada, bo, nowhere, monkeypatch
 ):

@@ -7,26 +7,16 @@ from urllib.parse import urlencode
 import pytest
 from starlette.testclient import TestClient
 
-from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.session import CarControl
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
+from support.driven_car import NotedBoard
 from support.remote_page import RemotePage
 
 HERE = "127.0.0.1:7700"
 LIN = "小林 O'Neil-2"
-
-
-class Wheels(DriveBoard):
-    """Nothing turns."""
-
-    def apply(self, angle_deg, direction, speed):
-        pass
-
-    def neutral(self):
-        pass
 
 
 class Server:
@@ -34,7 +24,7 @@ class Server:
 
     def __init__(self):
         self.told = []
-        self.car = CarControl(Wheels(), lambda: 0, built_in_profile("classroom"))
+        self.car = CarControl(NotedBoard(), lambda: 0, built_in_profile("classroom"))
         settings = ServerSettings(record=lambda *each: self.told.append(each))
         self.client = TestClient(make_remote(settings, SingleCar(self.car)), base_url=f"http://{HERE}")
 

@@ -21,6 +21,7 @@ from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.remote_messages import CarState
 from motorcade.server.request_filter import ServerSettings
+from support.remote_page import RemotePage
 
 HERE = "http://127.0.0.1:7700"
 TOKEN = "a-token-that-nobody-guesses"
@@ -62,12 +63,10 @@ class Dots:
 
 
 class Rig:
-    """A car, its clock, and a browser."""
+    """A car and a browser."""
 
-    def __init__(self, client, wheels, clock):
-        self.client = client
-        self.wheels = wheels
-        self.clock_ms = clock
+    def __init__(self, client, drive):
+        self.client, self.drive, self.wheels = client, drive, drive.board
 
     def connect(self, path="/drive/ws", **headers):
         return self.client.websocket_connect(
@@ -80,53 +79,32 @@ class Rig:
             yield Page(socket)
 
 
-class Page:
-    """A client in place of the remote's page."""
+class Page(RemotePage):
+    """The page of the only car."""
 
     def __init__(self, socket):
-        self._socket = socket
+        super().__init__(socket)
         self.hello = self.until("hello")
 
-    def send(self, do, **values):
-        self._socket.send_text(json.dumps({"do": do} | values))
-
-    def until(self, kind, holds=lambda message: True):
-        """The next message of a kind that meets a condition."""
-        while True:
-            message = json.loads(self._socket.receive_text())
-            if message["is"] == kind and holds(message):
-                return message
-
     def car(self, holds):
-        """The next telemetry of the car that meets a condition."""
-        return self.until("telemetry", lambda received: "1" in received["cars"] and holds(received["cars"]["1"]))[
-            "cars"
-        ]["1"]
+        return super().car("1", holds)
 
     def drive(self, throttle, steering=0.0, number=0):
-        """Send the stick's position, and wait for the answer."""
-        self.send("drive", cars=["1"], throttle=throttle, steering=steering, number=number)
-        self.until("received", lambda received: received["number"] == number)
+        super().drive("1", throttle=throttle, steering=steering, number=number)
 
 
 @pytest.fixture
 def visit():
     """Make a server of one car with these settings."""
-    opened = []
+    with ExitStack() as opened:
 
-    def visiting(base_url=HERE, camera=None, **settings):
-        wheels, clock = Wheels(), [0]
-        drive = CarControl(wheels, lambda: clock[0], PROFILE)
-        app = make_remote(ServerSettings(**settings), SingleCar(drive, camera() if camera else None))
-        client = TestClient(app, base_url=base_url, follow_redirects=False)
-        opened.append(client)
-        rig = Rig(client.__enter__(), wheels, clock)
-        rig.drive = drive
-        return rig
+        def visiting(base_url=HERE, camera=None, **settings):
+            drive = CarControl(Wheels(), lambda: 0, PROFILE)
+            app = make_remote(ServerSettings(**settings), SingleCar(drive, camera() if camera else None))
+            client = opened.enter_context(TestClient(app, base_url=base_url, follow_redirects=False))
+            return Rig(client, drive)
 
-    yield visiting
-    for client in opened:
-        client.__exit__(None, None, None)
+        yield visiting
 
 
 def test_the_stick_moves_the_wheels(visit):

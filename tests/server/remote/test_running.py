@@ -1,6 +1,5 @@
 """The remote at a real socket: slow viewers, HTTPS, and a server beside other tasks."""
 
-import asyncio
 import http.client
 import json
 import re
@@ -8,7 +7,7 @@ import resource
 import socket
 import ssl
 import threading
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, closing, suppress
 from datetime import UTC, datetime
 
 import psutil
@@ -29,7 +28,8 @@ from motorcade.drive.session import CarControl
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
-from motorcade.server.running import CONTROLS_A_MINUTE, FRAGMENTS_A_MINUTE, serving
+from motorcade.server.running import CONTROLS_A_MINUTE, FRAGMENTS_A_MINUTE
+from support.served_app import served
 from support.soak import SOAK
 from support.waiting import wait_until
 
@@ -73,29 +73,14 @@ class Wheels(DriveBoard):
         pass
 
 
-@contextmanager
 def running(source, tls=None, wheels=None):
     """Serve a car's page in a thread of its own; give its address."""
-    begun, ended = threading.Event(), asyncio.Event()
-    loop = asyncio.new_event_loop()
-    listener = socket.create_server(("127.0.0.1", 0))
 
-    async def serve():
+    def make_app():
         drive = CarControl(wheels or Wheels(), lambda: 0, built_in_profile("classroom"))
-        app = make_remote(ServerSettings(), SingleCar(drive, Camera(source, rate_hz=30)))
-        async with serving(app, ServerSettings(), listener, tls):
-            begun.set()
-            await ended.wait()
+        return make_remote(ServerSettings(), SingleCar(drive, Camera(source, rate_hz=30)))
 
-    thread = threading.Thread(target=loop.run_until_complete, args=(serve(),))
-    thread.start()
-    try:
-        assert begun.wait(PATIENCE_S)
-        yield listener.getsockname()
-    finally:
-        loop.call_soon_threadsafe(ended.set)
-        thread.join(PATIENCE_S)
-        loop.close()
+    return served(make_app, tls)
 
 
 def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
