@@ -87,21 +87,17 @@ Look = Callable[[Sight], None]
 """Is shown each moment of a check's runs."""
 
 
-def _look_away(sight: Sight) -> None:
-    """Nobody looks on."""
-
-
-def check_image(mission: Mission, image: bytes, look: Look = _look_away) -> Result:
+def check_image(mission: Mission, image: bytes, look: Look | None = None) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
     try:
         program = decompile(bytes_to_words(image))
     except DecompileError:
         program = None
-    return _check(mission, image, program, look=look)
+    return _check(mission, image, program, open_worlds_here, look)
 
 
 def check_program(
-    mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here, look: Look = _look_away
+    mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here, look: Look | None = None
 ) -> Result:
     """Check a program, compiled for the mission's cars. Raises ProgramError where it has errors."""
     return _check(mission, compile_program(program, mission.profile).image, program, open_worlds, look)
@@ -111,13 +107,14 @@ def _check(
     mission: Mission,
     image: bytes,
     program: Program | None,
-    open_worlds: OpenWorlds = open_worlds_here,
-    look: Look = _look_away,
+    open_worlds: OpenWorlds,
+    look: Look | None,
 ) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
     for sight in watched(open_worlds(mission, image, mission.seeds, True), mission):
         watches[sight.seed].see(sight.moment, sight.events)
-        look(sight)
+        if look:
+            look(sight)
     states = {seed: watch.states() for seed, watch in watches.items()}
     grades = [watch.grades() for watch in watches.values()]
     means = [fmean(each) for each in zip(*grades, strict=True)]

@@ -54,7 +54,7 @@ class Checked(NamedTuple):
     picture: str = ""
 
 
-def check_file(mission: Mission, path: Path, look: Look = lambda sight: None) -> Result:
+def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result:
     """Check the project, the Python text or the image in a file; ``look`` is shown each moment of its runs.
 
     Raises MotorcadeError or OSError where it holds no program that can be checked.

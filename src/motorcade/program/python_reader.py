@@ -10,6 +10,7 @@ is an error at its line. Names, their arguments and their defaults come from `mo
 import ast
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
@@ -84,9 +85,7 @@ def read_python(data: bytes | str) -> PythonProgram:
     """Return the program in Python text. Raises ProgramError; its diagnostics name lines and columns."""
     source = PythonSource(data)
     reader = _Reader(source)
-    call = reader.program_call()
-    root, document = reader.document(call) if call else (Node("", 0, 0), {})
-    reader.refuse_errors()
+    root, document = reader.document()
     try:
         program = program_from_dict(document)
     except ProgramError as problem:
@@ -118,10 +117,14 @@ class _Reader:
         # The calls whose arguments stand at each path of the document.
         self._calls: dict[str, ast.Call] = {}
 
-    def refuse_errors(self) -> None:
-        """Raise ProgramError where there were errors."""
-        if self._errors:
-            raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
+    def document(self) -> tuple[Node, dict[str, Any]]:
+        """Return where the program's parts stand, and its document as in a project file. Raises ProgramError."""
+        with suppress(_TooManyErrorsError):
+            call = self._program_call()
+            read = call and self._document_of(call)
+            if read and not self._errors:
+                return read
+        raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
 
     def in_text(self, problem: Diagnostic) -> Diagnostic:
         """Return a diagnostic of the document with its place in the text, and with edits of the text that fix it."""
@@ -145,32 +148,29 @@ class _Reader:
             span = self._source.span(self._used[name])
             yield warning("python-not-imported", "", name=name).at(span).with_fixes(*more)
 
-    def program_call(self) -> ast.Call | None:
-        """Return the call of Program, the only one among the statements."""
+    def _program_call(self) -> ast.Call | None:
+        """Return the call of Program, the only one among the statements; None, with an error, where there is none."""
         found: ast.Call | None = None
-        try:
-            for statement in self._source.tree.body:
-                match statement:
-                    case ast.Expr(value=ast.Constant(value=str())):
-                        pass
-                    case ast.ImportFrom(module="motorcade", level=0):
-                        self._import(statement)
-                    case ast.If() if ast.unparse(statement.test) == "__name__ == '__main__'":
-                        pass
-                    case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
-                        if found:
-                            deleted = fixes.without_lines(self._source, statement)
-                            self._refuse("python-second-program", statement, deleted)
-                        found = call
-                    case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
-                        pass
-                    case _:
-                        self._refuse_statement(statement)
-            if not found and not self._errors:
-                written = fixes.with_line(self._source, f"{VARIABLE} = Program(leader=[forward(3)])")
-                self._errors.append(error("python-no-program", "").at(Span(1, 1, 1, 2)).with_fixes(*written))
-        except _TooManyErrorsError:
-            return None
+        for statement in self._source.tree.body:
+            match statement:
+                case ast.Expr(value=ast.Constant(value=str())):
+                    pass
+                case ast.ImportFrom(module="motorcade", level=0):
+                    self._import(statement)
+                case ast.If() if ast.unparse(statement.test) == "__name__ == '__main__'":
+                    pass
+                case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
+                    if found:
+                        deleted = fixes.without_lines(self._source, statement)
+                        self._refuse("python-second-program", statement, deleted)
+                    found = call
+                case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
+                    pass
+                case _:
+                    self._refuse_statement(statement)
+        if not found and not self._errors:
+            written = fixes.with_line(self._source, f"{VARIABLE} = Program(leader=[forward(3)])")
+            self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)).with_fixes(*written))
         return found
 
     def _uses_the_program(self, function: ast.expr) -> bool:
@@ -188,28 +188,25 @@ class _Reader:
             else:
                 self.imports[alias.name] = alias.asname or alias.name
 
-    def document(self, call: ast.Call) -> tuple[Node, dict[str, Any]]:
-        """Return where the program's parts stand, and its document as in a project file."""
+    def _document_of(self, call: ast.Call) -> tuple[Node, dict[str, Any]] | None:
+        """Return where the parts of a call of Program stand, and its document; None, with an error, of another call."""
+        name = self._name_of(call)
+        if name != Program.__name__:
+            if name is not None:
+                self._refuse("python-no-program", call)
+            return None
         root = self._node("", call)
         document: dict[str, Any] = {"format": FORMAT}
-        try:
-            name = self._name_of(call)
-            if name != Program.__name__:
-                if name is not None:
-                    self._refuse("python-no-program", call)
-                return root, document
-            self._calls[""] = call
-            for name, value, around in self._arguments(call, Program):
-                node = self._node(name, around)
-                root.parts.append(node)
-                if name == "leader":
-                    document[name] = self._row(value, name, node)
-                elif name == "followers":
-                    document[name] = self._followers(value, node)
-                else:
-                    document[name] = self._setting(value, node)
-        except _TooManyErrorsError:
-            pass
+        self._calls[""] = call
+        for name, value, around in self._arguments(call, Program):
+            node = self._node(name, around)
+            root.parts.append(node)
+            if name == "leader":
+                document[name] = self._row(value, name, node)
+            elif name == "followers":
+                document[name] = self._followers(value, node)
+            else:
+                document[name] = self._setting(value, node)
         root.parts.sort(key=lambda part: part.start)
         return root, document
 

@@ -150,9 +150,7 @@ class _Writer:
 
     def _lines(self, item: _Item, depth: int) -> list[str]:
         """Return the lines of a step with its comments."""
-        indent = _INDENT * depth
-        more = [indent + comment for comment in (*item.before, *item.behind[1:])]
-        return [*more, f"{indent}{self._text(item, depth)},{_behind(item)}"]
+        return _commented(self._text(item, depth), item, depth)
 
     def _text(self, item: _Item, depth: int) -> str:
         """Return a step's text: on one line where that is short enough and no comment stands inside."""
@@ -222,9 +220,7 @@ class _Writer:
     def _argument(self, path: str, text: str, depth: int) -> list[str]:
         """Return the lines of an argument with the comments around it."""
         own = self._comments.pop(path, None) or _Comments()
-        indent = _INDENT * depth
-        more = [indent + comment for comment in (*own.before, *own.behind[1:])]
-        return [*more, f"{indent}{text},{_behind(own)}", *(indent + comment for comment in own.end)]
+        return [*_commented(text, own, depth), *(_INDENT * depth + comment for comment in own.end)]
 
     def _end(self, path: str, depth: int) -> list[str]:
         """Return the comments at the end of a part."""
@@ -259,8 +255,10 @@ def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[st
     return items, [comment for each in gone for comment in old[each].all_comments()]
 
 
-def _behind(comments: _Comments) -> str:
-    return "".join(f"  {comment}" for comment in comments.behind[:1])
+def _commented(text: str, comments: _Comments, depth: int) -> list[str]:
+    """Return the lines of a text with the comments before and behind it; one comment fits behind it on its line."""
+    indent, behind = _INDENT * depth, "".join(f"  {comment}" for comment in comments.behind[:1])
+    return [*(indent + each for each in (*comments.before, *comments.behind[1:])), f"{indent}{text},{behind}"]
 
 
 def _name_of(step: Any) -> str:
