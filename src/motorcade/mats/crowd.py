@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import chain, compress, count
@@ -23,7 +23,7 @@ _RANDOM_WORDS = 624
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """Cars in an area.
+    """Cars in an area, as a mat's file tells them.
 
     Attributes:
         file: what errors call the mat.
@@ -31,8 +31,8 @@ class Crowd:
         cars, leaders: how many cars there are, and how many of them lead.
         corner_m, size_m: the area's lower left corner, and its width and height.
         spacing_m: the least distance between two cars' centres.
-        is_random: whether they stand at random instead of in rows.
-        heading: in radians; None: each car has a random one.
+        placement: ``grid`` or ``random``.
+        heading_deg: ``random``: each car has a random one.
         seed: of the random numbers.
     """
 
@@ -40,11 +40,11 @@ class Crowd:
     place: str
     cars: int
     leaders: int
-    corner_m: tuple[float, float]
-    size_m: tuple[float, float]
+    corner_m: Sequence[float]
+    size_m: Sequence[float]
     spacing_m: float
-    is_random: bool
-    heading: float | None
+    placement: str
+    heading_deg: float | str
     seed: int
 
 
@@ -60,12 +60,15 @@ def place_crowd(
         details = {"place": crowd.place, "leaders": crowd.leaders, "cars": crowd.cars}
         raise MotorcadeError("crowd-has-too-many-leaders", file=crowd.file, **details)
     generator = _generator(crowd.seed)
-    x_m, y_m = _at_random(crowd, sweep, budget, generator) if crowd.is_random else _in_rows(crowd, sweep(), budget)
-    if crowd.heading is not None:
-        heading = array("d", [crowd.heading]) * crowd.cars
+    if crowd.placement == "random":
+        x_m, y_m = _at_random(crowd, sweep, budget, generator)
     else:
+        x_m, y_m = _in_rows(crowd, sweep(), budget)
+    if isinstance(crowd.heading_deg, str):
         random = generator.random
         heading = array("d", [random() * math.tau for _ in range(crowd.cars)])
+    else:
+        heading = array("d", [math.radians(crowd.heading_deg)]) * crowd.cars
     leads = bytearray(crowd.cars)
     for car in _spread(x_m.tolist(), y_m.tolist(), crowd.leaders):
         leads[car] = 1

@@ -57,17 +57,17 @@ def mat_of(document: Any, file: Text) -> Mat:
         name=checked["name"],
         starts=Starts.of([], []),
         tick_ms=checked["tick_ms"],
-        size_m=_pair(checked["size_m"]) if "size_m" in checked else None,
+        size_m=_floats(checked.get("size_m")),
         walled=checked["edge"] == "wall",
-        walls=tuple((*_pair(wall["from_m"]), *_pair(wall["to_m"])) for wall in checked["wall"]),
-        discs=tuple((*_pair(disc["centre_m"]), float(disc["radius_m"])) for disc in checked["disc"]),
-        polygons=tuple(tuple(map(_pair, polygon["corners_m"])) for polygon in checked["polygon"]),
-        lines=tuple(_line(line) for line in checked["line"]),
-        spots=tuple((*_pair(spot["centre_m"]), float(spot["radius_m"])) for spot in checked["spot"]),
-        patches=tuple(tuple(map(_pair, patch["corners_m"])) for patch in checked["patch"]),
-        people=tuple(_person(person) for person in checked["person"]),
-        voices=tuple(_voice(voice) for voice in checked["voice"]),
-        physics=Physics(**{key: _float(value) for key, value in checked["physics"].items()}),
+        walls=tuple((*wall["from_m"], *wall["to_m"]) for wall in _floats(checked["wall"])),
+        discs=tuple((*disc["centre_m"], disc["radius_m"]) for disc in _floats(checked["disc"])),
+        polygons=tuple(polygon["corners_m"] for polygon in _floats(checked["polygon"])),
+        lines=tuple(Line(**line) for line in _floats(checked["line"])),
+        spots=tuple((*spot["centre_m"], spot["radius_m"]) for spot in _floats(checked["spot"])),
+        patches=tuple(patch["corners_m"] for patch in _floats(checked["patch"])),
+        people=tuple(Person(**person) for person in _floats(checked["person"])),
+        voices=tuple(_voice(**voice) for voice in _floats(checked["voice"])),
+        physics=Physics(**_floats(checked["physics"])),
     )
     check_outlines(mat, file)
     return replace(mat, starts=_place_cars(mat, checked["car"], checked["crowd"], file))
@@ -172,28 +172,17 @@ def _area_of(voice: Voice) -> dict[str, Any]:
     return {} if voice.radius_m is None else {"centre_m": [voice.x_m, voice.y_m], "radius_m": voice.radius_m}
 
 
-def _pair(values: list[float]) -> tuple[float, float]:
-    return float(values[0]), float(values[1])
+def _floats(value: Any) -> Any:
+    """Return a part of a document with its numbers as floats and its lists as tuples, at every depth."""
+    if isinstance(value, dict):
+        return {key: _floats(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return tuple(map(_floats, value))
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def _float(value: Any) -> Any:
-    return value if isinstance(value, bool) else float(value)
-
-
-def _line(line: dict[str, Any]) -> Line:
-    points = tuple(map(_pair, line["points_m"]))
-    return Line(points, float(line["width_m"]), float(line["bend_m"]), line["closed"])
-
-
-def _person(person: dict[str, Any]) -> Person:
-    return Person(tuple((float(t_s), float(x), float(y)) for t_s, x, y in person["path"]), person["repeats"])
-
-
-def _voice(voice: dict[str, Any]) -> Voice:
-    at_s, word = float(voice["at_s"]), voice["word"]
-    if "radius_m" not in voice:
-        return Voice(at_s, word)
-    return Voice(at_s, word, *_pair(voice["centre_m"]), float(voice["radius_m"]))
+def _voice(at_s: float, word: str, centre_m: Point = (0.0, 0.0), radius_m: float | None = None) -> Voice:
+    return Voice(at_s, word, *centre_m, radius_m)
 
 
 def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any]], file: Text) -> Starts:
@@ -212,7 +201,10 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
     groups = [(f"car[{number}]", 1) for number in range(len(cars))]
     budget = Budget(total, file)
     for number, table in enumerate(crowds):
-        crowd = _crowd(mat, table, file, f"crowd[{number}]")
+        place, area = f"crowd[{number}]", {"corner_m": (0.0, 0.0), "size_m": mat.size_m} if mat.size_m else {}
+        if "corner_m" not in table and not area:
+            raise MotorcadeError("crowd-without-area", file=file, place=place)
+        crowd = Crowd(file=file, place=place, **(area | table))
         # A crowd's cars stand half of their spacing from obstacles, and all of it from listed cars.
         apart = [(x, y, crowd.spacing_m / 2) for x, y in listed]
         its_x, its_y, its_heading, its_leads = place_crowd(
@@ -233,28 +225,6 @@ def _free_bytes() -> float:
     except ImportError:
         return math.inf
     return float(psutil.virtual_memory().available)
-
-
-def _crowd(mat: Mat, table: dict[str, Any], file: Text, place: str) -> Crowd:
-    if "corner_m" in table:
-        corner_m, size_m = _pair(table["corner_m"]), _pair(table["size_m"])
-    elif mat.size_m is not None:
-        corner_m, size_m = (0.0, 0.0), mat.size_m
-    else:
-        raise MotorcadeError("crowd-without-area", file=file, place=place)
-    heading = table["heading_deg"]
-    return Crowd(
-        file=file,
-        place=place,
-        cars=table["cars"],
-        leaders=table["leaders"],
-        corner_m=corner_m,
-        size_m=size_m,
-        spacing_m=float(table["spacing_m"]),
-        is_random=table["placement"] == "random",
-        heading=None if heading == "random" else math.radians(heading),
-        seed=table["seed"],
-    )
 
 
 def check_outlines(mat: Mat, file: Text) -> None:

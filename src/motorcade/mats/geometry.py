@@ -8,6 +8,7 @@ the result is the same on every computer.
 
 import math
 from bisect import bisect_left, bisect_right
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from operator import sub
 from typing import Literal, NamedTuple
@@ -316,14 +317,10 @@ def _near(
 
 def _rows(y_m: Points, height_m: float) -> Iterator[list[int]]:
     """Group points by rows of equal height, the lowest first; empty rows are left out."""
-    rows: dict[int, list[int]] = {}
+    rows: dict[int, list[int]] = defaultdict(list)
     bottom_m = min(y_m, default=0.0)
     for point, y in enumerate(y_m):
-        row = int((y - bottom_m) / height_m)
-        if row in rows:
-            rows[row].append(point)
-        else:
-            rows[row] = [point]
+        rows[int((y - bottom_m) / height_m)].append(point)
     for row in sorted(rows):
         yield rows[row]
 
