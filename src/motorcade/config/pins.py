@@ -71,8 +71,8 @@ class Chip(NamedTuple):
     name: str
     title: str
     header: dict[int, int]
-    input_only: frozenset[int]
-    taken: dict[int, Phrase]
+    input_only: frozenset[int] = frozenset()
+    taken: Mapping[int, Phrase] = MappingProxyType({})
     only: Mapping[str, tuple[int, ...]] = MappingProxyType({})
     names: Mapping[int, str] = MappingProxyType({})
     has_5_v_pins: bool = False
@@ -101,6 +101,7 @@ _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *ra
 
 # An Arduino's analog pins follow its digital ones; pins 0 and 1 are the USB port's serial line.
 _UNO_PINS, _MEGA_PINS = range(2, 20), range(2, 70)
+_MEGA_PWM = (*range(2, 9), 13, 44, 45, 46)
 _UNO_NAMES = {pin: f"D{pin}" if pin < 14 else f"A{pin - 14}" for pin in _UNO_PINS}
 _MEGA_NAMES = {pin: f"D{pin}" if pin < 54 else f"A{pin - 54}" for pin in _MEGA_PINS}
 
@@ -124,13 +125,12 @@ def _only(
 
 
 CHIPS = (
-    Chip("raspberry-pi", "Raspberry Pi", dict(_RASPBERRY_PI_ORDER), frozenset(), {0: _MEMORY, 1: _MEMORY}),
+    Chip("raspberry-pi", "Raspberry Pi", dict(_RASPBERRY_PI_ORDER), taken={0: _MEMORY, 1: _MEMORY}),
     Chip(
         "rp2040",
         "Raspberry Pi Pico (RP2040)",
         dict(_PICO_ORDER),
-        frozenset(),
-        {
+        taken={
             23: Phrase("pin-of-supply-switch"),
             24: Phrase("pin-of-usb-sensing"),
             25: Phrase("pin-of-board-led"),
@@ -149,23 +149,21 @@ CHIPS = (
         "arduino-uno",
         "Arduino Uno or Nano",
         dict.fromkeys(_UNO_PINS, 0),
-        frozenset(),
-        {0: _USB, 1: _USB},
-        _only(pwm=(5, 6), interrupts=(2, 3), sender=11, voice=tuple(range(14, 20))),
-        _UNO_NAMES,
+        taken={0: _USB, 1: _USB},
+        only=_only(pwm=(5, 6), interrupts=(2, 3), sender=11, voice=tuple(range(14, 20))),
+        names=_UNO_NAMES,
         has_5_v_pins=True,
     ),
     Chip(
         "arduino-mega",
         "Arduino Mega 2560",
         dict.fromkeys(_MEGA_PINS, 0),
-        frozenset(),
-        {0: _USB, 1: _USB},
-        _only(pwm=(2, 3, 4, 5, 6, 7, 8, 13, 44, 45, 46), interrupts=(2, 3, 18, 19, 20, 21), sender=10, voice=(19,)),
-        _MEGA_NAMES,
+        taken={0: _USB, 1: _USB},
+        only=_only(pwm=_MEGA_PWM, interrupts=(2, 3, 18, 19, 20, 21), sender=10, voice=(19,)),
+        names=_MEGA_NAMES,
         has_5_v_pins=True,
     ),
-    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MAX_LINES), 0), frozenset(), {}),
+    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MAX_LINES), 0)),
 )
 
 
