@@ -42,10 +42,8 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
     """
     profile = profile or built_in_profile("classroom")
     image = parse_image(tuple(words))
-    for position, word in enumerate(image.leader, start=1):
-        _check_leader_word(word, position)
-    for position, word in enumerate(image.followers, start=1 + len(image.leader)):
-        _check_word(word, position)
+    for position, word in enumerate((*image.leader, *image.followers), start=1):
+        _check_word(word, position, leads=position <= len(image.leader))
     leader = [step_in(word, profile.durations_ms) for word in image.leader]
     if not image.followers:
         return Program(leader, None, profile.name)
@@ -150,15 +148,11 @@ def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | N
     return Followers(made, bool(first.accept_ir), bool(first.forward), dwell_seconds)
 
 
-def _check_leader_word(word: int, position: int) -> None:
+def _check_word(word: int, position: int, leads: bool) -> None:
     values = CONTROL.decode(word)
-    if values.accept_ir:
+    if leads and values.accept_ir:
         raise DecompileError("leader-word-accepts-ir", position=position, word=word)
-    if not values.forward:
+    if leads and not values.forward:
         raise DecompileError("leader-word-not-forwarded", position=position, word=word)
-    _check_word(word, position)
-
-
-def _check_word(word: int, position: int) -> None:
     if warnings := CONTROL.warnings(word):
         raise DecompileError("word-without-step", position=position, word=word, warning=warnings[0])
