@@ -22,6 +22,7 @@ from motorcade.config.files import parse
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.mats.schema import mat_schema
+from motorcade.missions.schema import mission_schema
 from motorcade.program.model import program_schema
 
 STEP = {
@@ -152,7 +153,7 @@ def keywords_in(schema):
             yield from keywords_in(part)
 
 
-@pytest.mark.parametrize("schema", [SCHEMA, mat_schema(), program_schema()])
+@pytest.mark.parametrize("schema", [SCHEMA, mat_schema(), program_schema(), mission_schema()])
 def test_every_keyword_of_a_schema_is_one_that_is_checked(schema):
     assert set(keywords_in(schema)) <= KEYWORDS
 

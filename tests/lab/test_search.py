@@ -13,8 +13,7 @@ from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission, mission_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.files import read_project
-from motorcade.program.model import count_blocks
-from motorcade.program.steps import KINDS, RepeatStep, TogetherStep
+from motorcade.program.model import placed_steps
 from motorcade.service.documents import open_file
 from support.made_up_runs import ZONE, mission
 
@@ -191,14 +190,7 @@ def test_programs_are_of_the_missions_blocks_and_differ(name):
 
 
 def _kinds(program):
-    steps = [*program.leader, *(program.followers.steps if program.followers else ())]
-    count = 0
-    while count < len(steps):
-        if isinstance(steps[count], RepeatStep | TogetherStep):
-            steps += steps[count].steps
-        count += 1
-    assert count == count_blocks(program)
-    return {step.kind for step in steps} & KINDS.keys()
+    return {step.kind for _, step in placed_steps(program)}
 
 
 def test_the_picture_shows_the_archive(found, tmp_path):

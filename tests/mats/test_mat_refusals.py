@@ -25,13 +25,9 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
 @pytest.mark.parametrize(
     ("body", "said"),
     [
-        ("tick_ms = 0", "tick_ms is 0; allowed: a whole number from 1 to 40 milliseconds"),
         ("tick_ms = 41", "tick_ms is 41; allowed: a whole number from 1 to 40 milliseconds"),
-        ("tick_ms = 1.5", "tick_ms is 1.5; allowed: a whole number from 1 to 40 milliseconds"),
-        ("tick_ms = true", "tick_ms is true; allowed: a whole number from 1 to 40 milliseconds"),
         ("size_m = [5]", f"size_m is [5]; allowed: {SIZE}"),
         ("size_m = [5, -1]", "size_m[1] is -1; allowed: a number from 0.001 to 2000 metres"),
-        ('edge = "moat"', 'edge is "moat"; allowed: "open", "wall"'),
         ('floor = "sea"', 'floor is "sea"; allowed: "table", "classroom", "city", "night", "moon", "plain"'),
         ('edge = "wall"', "edge is a wall but there is no size_m; give the mat's width and height"),
         ("tick_ms = 1979-05-27", 'tick_ms is "1979-05-27"; allowed: a whole number from 1 to 40 milliseconds'),
@@ -39,10 +35,7 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
         ("[wall]\nfrom_m = [0, 0]", "wall is {...}; allowed: a list of tables, each under [[wall]]"),
         ("wall = [3]", "wall[0] is 3; allowed: a table {...} of from_m, to_m"),
         ("[[wall]]\nfrom_m = [0, 0]", f"wall[0].to_m is missing; give {POINT}"),
-        ('[[wall]]\nfrom_m = [0, 0]\nto_m = [0, "1"]', f'wall[0].to_m[1] is "1"; {METRES}'),
-        ("[[wall]]\nfrom_m = [0, 0]\nto_m = [0, -2000.5]", f"wall[0].to_m[1] is -2000.5; {METRES}"),
         ("[[wall]]\nfrom_m = [0, nan]\nto_m = [0, 1]", f"wall[0].from_m[1] is nan; {METRES}"),
-        ("[[wall]]\nfrom_m = [0, 0]\nto_m = [-inf, 1]", f"wall[0].to_m[0] is -inf; {METRES}"),
         (f"[[car]]\nat_m = [1{'0' * 400}, 1]", f"car[0].at_m[0] is 1{'0' * 36}...; {METRES}"),
         (
             "[[wall]]\nfrom_m = [0, 1]\nto_m = [0, 2]\n[[wall]]\nfrom_m = [0, 1]\nto_m = [0, 1.0001]",
@@ -55,10 +48,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
         (
             "[[disc]]\ncentre_m = [0, 0]\nradius_m = 0",
             "disc[0].radius_m is 0; allowed: a number from 0.001 to 2000 metres",
-        ),
-        (
-            "[[disc]]\ncentre_m = [0, 0]\nradius_m = -1",
-            "disc[0].radius_m is -1; allowed: a number from 0.001 to 2000 metres",
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [1, 0]]",
@@ -98,12 +87,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
             "[[person]]\npath = [[0, 0, 0], [2, 1, 1], [2, 2, 2]]",
             "person[0].path[2] is at 2 s, after 2 s; let times rise, by 0.001 s or more",
         ),
-        ("[[person]]\npath = [[0, 0, 0]]\nrepeats = 1", "person[0].repeats is 1; allowed: true or false"),
-        ('[[voice]]\nat_s = 1\nword = "jump"', 'voice[0].word is "jump"; allowed: "stop", "go"'),
-        (
-            '[[voice]]\nat_s = -1\nword = "go"',
-            "voice[0].at_s is -1; allowed: a number from 0 to 1000000 seconds",
-        ),
         (
             '[[voice]]\nat_s = 1\nword = "go"\nradius_m = 1',
             f"voice[0].centre_m is missing; give {POINT}",
@@ -113,7 +96,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
             "voice[0].radius_m is missing; give a number from 0.001 to 2000 metres",
         ),
         ("[[car]]\nat = [0, 0]", "car[0].at is not known; known are at_m, heading_deg, role"),
-        ('[[car]]\nat_m = [0, 0]\nrole = "boss"', 'car[0].role is "boss"; allowed: "leader", "follower"'),
         (
             "[[car]]\nat_m = [0, 0]\nheading_deg = 361",
             "car[0].heading_deg is 361; allowed: a number from -360 to 360 degrees",
@@ -121,10 +103,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
         (
             f"[[car]]\nat_m = {'[' * 30}{']' * 30}",
             f"car[0].at_m is {'[' * 30}{']' * 7}...; allowed: {POINT}",
-        ),
-        (
-            f"[[crowd]]\n{AREA}",
-            "crowd[0].cars is missing; give a whole number from 1 to 2000000",
         ),
         (f"[[crowd]]\ncars = 0\n{AREA}", "crowd[0].cars is 0; allowed: a whole number from 1 to 2000000"),
         (f"[[crowd]]\ncars = 3\nleaders = 4\n{AREA}", "crowd[0].leaders is 4; allowed: up to 3, as many as its cars"),
@@ -136,10 +114,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
         (
             f'[[crowd]]\ncars = 3\n{AREA}heading_deg = "up"',
             'crowd[0].heading_deg is "up"; allowed: a number from -360 to 360 degrees, or "random"',
-        ),
-        (
-            f"[[crowd]]\ncars = 3\nseed = 4294967296\n{AREA}",
-            "crowd[0].seed is 4294967296; allowed: a whole number from 0 to 4294967295",
         ),
         (
             f"[[crowd]]\ncars = 401\n{AREA}",
@@ -172,12 +146,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARK
         ),
         ("[physics]\ncollisions = 1", "physics.collisions is 1; allowed: true or false"),
         ("[physics]\ncapture_ratio = 1", "physics.capture_ratio is 1; allowed: a number above 1, up to 1000000"),
-        (
-            "[physics]\nbeam_half_angle_deg = 0",
-            "physics.beam_half_angle_deg is 0; allowed: a number from 1 to 180 degrees",
-        ),
-        ("[physics]\nbit_error_rate = 0.6", "physics.bit_error_rate is 0.6; allowed: a number from 0 to 0.5"),
-        ("[physics]\nwheel_noise = -0.1", "physics.wheel_noise is -0.1; allowed: a number from 0 to 0.5"),
         ('"a\\tb" = 1', f"'a\\tb' is not known; known are {TABLE}"),
         # From here on the fault is that cars have no room.
         ("", "there are no cars; add a [[car]] or a [[crowd]]"),
@@ -235,15 +203,7 @@ def assert_in_chinese(problem: MotorcadeError) -> None:
     ("text", "kind", "said"),
     [
         ("x", "TOML", "mat m is not TOML: Expected"),
-        ("{", "JSON", "mat m is not JSON: line 1, column 2: a key in double quotation marks is missing"),
-        (
-            '{"name": "a", "name": "b"}',
-            "JSON",
-            "mat m: the key 'name' is twice in one pair of braces; keep one of them",
-        ),
         ("[1]", "JSON", f"mat m: the whole of it is [1]; allowed: a table {{...}} of {TABLE}"),
-        ("[" * 100_000, "JSON", "mat m is not JSON: its brackets are nested too deeply"),
-        ("a = " + "[" * 100_000, "TOML", "mat m is not TOML: its brackets are nested too deeply"),
         ('name = "n"', "TOML", 'mat m: format is missing; give "motorcade-mat/1"'),
         (
             'format = "motorcade-mat/1"',
@@ -255,8 +215,6 @@ def assert_in_chinese(problem: MotorcadeError) -> None:
             "TOML",
             'mat m: format is "motorcade-mat/2"; allowed: "motorcade-mat/1"',
         ),
-        ('{"name": "\\ud800"}', "JSON", "mat m is not JSON: it is not UTF-8 text"),
-        ('{"tick_ms": NaN}', "JSON", "mat m is not JSON: NaN is not a number of JSON's"),
         (
             '{"format": "motorcade-mat/1", "name": "n", "physics": {"capture_ratio": null}}',
             "JSON",

@@ -44,20 +44,6 @@ def test_cars_that_overlap_at_the_start_are_found(points: list[tuple[int, int]])
             check_mat(open_table(poses), CLASSROOM)
 
 
-def test_near_cars_are_found_in_every_direction_and_place() -> None:
-    dice = np.random.RandomState(1)
-    for angle in np.linspace(0, math.tau, 240):
-        x_m, y_m = dice.random_sample(2)
-        for distance_m in (0.1499, 0.1501):
-            near = Pose(x_m + distance_m * math.cos(angle), y_m + distance_m * math.sin(angle))
-            poses = [Pose(-10, -10), Pose(x_m, y_m), near]
-            if distance_m > BODY_M:
-                check_mat(open_table(poses), CLASSROOM)
-            else:
-                with pytest.raises(MotorcadeError, match=r"car 2 starts at .* m from car 1"):
-                    check_mat(open_table(poses), CLASSROOM)
-
-
 def test_the_only_car_without_room_among_many_is_named() -> None:
     crowd = mat(f"[[crowd]]\ncars = 90000\n{AREA.replace('5, 5', '75, 75')}")
     x_m, y_m = np.array(crowd.starts.x_m), np.array(crowd.starts.y_m)

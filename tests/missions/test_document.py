@@ -4,11 +4,9 @@ import json
 
 import pytest
 
-from motorcade.config.check import KEYWORDS
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.missions.document import mission_of, parse_mission, read_mission
-from motorcade.missions.schema import mission_schema
 from motorcade.program.steps import WaitStep
 
 SMALL = """\
@@ -147,17 +145,3 @@ def test_json_has_the_same_keys_and_a_project_file_may_stand_beside_it(tmp_path)
 def test_another_ending_is_refused(tmp_path):
     with pytest.raises(MotorcadeError, match=r"ends in \.toml or \.json"):
         read_mission(tmp_path / "m.yaml")
-
-
-def keywords_in(schema):
-    for key, value in schema.items():
-        yield key
-        if key in ("properties", "$defs"):
-            for part in value.values():
-                yield from keywords_in(part)
-        elif key == "items":
-            yield from keywords_in(value)
-
-
-def test_every_keyword_of_the_schema_is_one_that_is_checked():
-    assert set(keywords_in(mission_schema())) <= KEYWORDS

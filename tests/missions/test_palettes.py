@@ -7,8 +7,8 @@ import pytest
 from motorcade.locales import catalogue, languages
 from motorcade.missions.document import missions
 from motorcade.program.blocks import SETTINGS_IN_START
-from motorcade.program.model import Followers
-from motorcade.program.steps import KINDS, RepeatStep, TogetherStep, own_fields
+from motorcade.program.model import Followers, placed_steps
+from motorcade.program.steps import KINDS, own_fields
 
 MISSIONS = {each.id: each for each in missions()}
 QUOTED = {"en": r"(?<!\w)'([^']+)'(?!\w)", "zh": "“([^”]+)”"}
@@ -51,19 +51,12 @@ def names_in_palette(mission, language):
     return names
 
 
-def kinds_in(steps):
-    for step in steps:
-        yield step.kind
-        if isinstance(step, RepeatStep | TogetherStep):
-            yield from kinds_in(step.steps)
-
-
 @pytest.mark.parametrize("name", MISSIONS)
 def test_the_solution_is_made_of_blocks_and_switches_that_the_page_shows(name):
     mission = MISSIONS[name]
     is_start = mission.document["level"] == "start"
     followers = mission.solution.followers or Followers([])
-    assert {*kinds_in(mission.solution.leader), *kinds_in(followers.steps)} <= {*mission.palette}
+    assert {step.kind for _, step in placed_steps(mission.solution)} <= {*mission.palette}
     settings = {
         name for name in ("accept_ir", "forward", "tagged") if getattr(followers, name) != getattr(Followers([]), name)
     }
