@@ -46,31 +46,25 @@ def catalogue(language: str) -> dict[str, Any]:
 
 def text(part: str, key: str, details: Mapping[str, Any], language: str) -> str:
     """Return a text of the catalogue with its details; in English where ``language`` doesn't have it."""
-    filled = _filled((part, key), details, language)
-    if filled is None:
-        raise KeyError(f"locales/{FIRST}.json has no {part}.{key}")
-    return filled
-
-
-def _filled(path: Sequence[str], details: Mapping[str, Any], language: str) -> str | None:
-    """Return a text by its keys, with its details, in ``language`` or else in English; None where neither has it."""
-    for each in (language, FIRST):
-        found: Any = catalogue(each) if each in languages() else {}
-        for key in path:
-            found = found.get(key, {})
-        if isinstance(found, str):
-            return found.format(**{name: _in_language(value, each) for name, value in details.items()})
-    return None
+    return _filled([(part, key)], details, language)
 
 
 def error_sentence(code: str, details: Mapping[str, Any], language: str, audience: str = "") -> str:
     """Return the sentence of an error; see `motorcade.errors.MotorcadeError.sentence`."""
-    if not audience:
-        return text("errors", code, details, language)
-    details = {
-        name: _ForAudience(value, audience) if hasattr(value, "code") else value for name, value in details.items()
-    }
-    return _filled((audience, "errors", code), details, language) or text("errors", code, details, language)
+    own = [(audience, "errors", code)] if audience else []
+    return _filled([*own, ("errors", code)], details, language, audience)
+
+
+def _filled(paths: Sequence[Sequence[str]], details: Mapping[str, Any], language: str, audience: str = "") -> str:
+    """Return the text at the first of some paths where there is one, in ``language`` or else in English."""
+    for path in paths:
+        for each in (language, FIRST):
+            found: Any = catalogue(each) if each in languages() else {}
+            for key in path:
+                found = found.get(key, {})
+            if isinstance(found, str):
+                return found.format(**{name: _told(value, each, audience) for name, value in details.items()})
+    raise KeyError(f"locales/{FIRST}.json has no {'.'.join(paths[-1])}")
 
 
 def page_text(path: Sequence[str], language: str) -> str:
@@ -99,21 +93,12 @@ def system_language() -> str:
     return FIRST
 
 
-class _ForAudience:
-    """An error inside another one's sentence, which is for the same audience."""
-
-    def __init__(self, problem: Any, audience: str) -> None:
-        self._problem, self._audience = problem, audience
-
-    def sentence(self, language: str) -> str:
-        """The sentence of the error."""
-        return str(self._problem.sentence(language, self._audience))
-
-
-def _in_language(value: Any, language: str) -> Any:
-    """Return a detail in the language of its sentence."""
+def _told(value: Any, language: str, audience: str) -> Any:
+    """Return a detail in the language of its sentence; an error inside it is for the same audience."""
     if isinstance(value, int) and value.bit_length() > _MOST_BITS:
         return f"{'-' if value < 0 else ''}2^{value.bit_length() - 1}"
+    if audience and hasattr(value, "code"):
+        return value.sentence(language, audience)
     return value.sentence(language) if hasattr(value, "sentence") else value
 
 
