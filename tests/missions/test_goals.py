@@ -221,6 +221,10 @@ def test_a_goal_of_the_program(goal, expected):
     assert outcome(goal, [{}]) == (expected, 0)
 
 
+def test_a_program_twice_as_long_as_is_asked_for_counts_half():
+    assert run_seen([{"kind": "seconds-at-most", "seconds": 1}], [{}]).grades() == [0.5]
+
+
 @pytest.mark.parametrize(
     ("moments", "seconds", "expected"),
     [([OUT] * 3 + [IN], 0.3, ("met", 300)), ([OUT] * 4 + [IN], 0.3, ("lost", 300)), ([OUT], 0.3, ("lost", 300))],
