@@ -11,7 +11,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from tests.faults.network import ListeningSocket, Network, Socket
+from tests.faults.network import ListeningSocket, Network, Socket, system_error
 from tests.faults.world import Process, Thread
 
 _MOST_BYTES = 1 << 18
@@ -150,22 +150,26 @@ class SimulatedLoop(asyncio.BaseEventLoop):
         assert not options.get("ssl"), "TLS isn't simulated"
         waiting = self.create_future()
 
-        def done(found: Socket | OSError) -> None:
-            if isinstance(found, Socket) and (waiting.cancelled() or self.process.is_dead):
-                found.close()
-            elif not self.process.is_dead:
-                self.soon(
-                    lambda: self._end_job(waiting, *((found, None) if isinstance(found, Socket) else (None, found)))
-                )
-
-        self.network.connect(self.process, host, port, done)
+        self.network.connect(self.process, host, port, partial(self._found, waiting))
         try:
             socket = await waiting
         except asyncio.CancelledError:
             if waiting.done() and not waiting.cancelled() and not waiting.exception():
                 waiting.result().close()
             raise
+        finally:
+            # Its error refers to this call, so it would wait for the garbage collector.
+            del waiting
         return await self._connected(protocol_factory, socket)
+
+    def _found(self, waiting: "Future[Socket]", found: Socket | OSError) -> None:
+        """A connection that ``waiting`` is for has been made, or not."""
+        if isinstance(found, OSError):
+            self.soon(lambda: self._end_job(waiting, None, found))
+        elif waiting.cancelled() or self.process.is_dead:
+            found.close()
+        else:
+            self.soon(lambda: self._end_job(waiting, found, None))
 
     async def connect_accepted_socket(self, protocol_factory, sock, **options):  # type: ignore[no-untyped-def, override]
         assert not options.get("ssl"), "TLS isn't simulated"
@@ -292,7 +296,7 @@ class Transport(asyncio.Transport):
             if socket.received or socket.error or socket.has_ended:
                 self._changed()
         elif socket.error:
-            self._lose(_broken(socket.error))
+            self._lose(system_error(socket.error))
         elif socket.has_ended and not self._has_ended:
             self._has_ended = True
             if not self._protocol.eof_received():
@@ -349,9 +353,3 @@ class Transport(asyncio.Transport):
             self._protocol.connection_lost(problem)
         finally:
             self._socket.close()
-
-
-def _broken(code: int) -> OSError:
-    import os
-
-    return OSError(code, os.strerror(code))

@@ -7,9 +7,10 @@ bytes wait in the sender's buffer while the receiver reads none.
 from collections import deque
 from collections.abc import Callable
 from errno import ECONNREFUSED, ECONNRESET, ENOTCONN, EPIPE, ETIMEDOUT
+from functools import cached_property
+from os import strerror
 from random import Random
 from socket import SO_KEEPALIVE, SOL_SOCKET
-from typing import Any
 
 from tests.faults.world import Process, World
 
@@ -20,6 +21,20 @@ _AGAIN_S = 0.2
 # A peer that has vanished is noticed after so long, where keep-alive is on.
 _KEEP_ALIVE_S = 10.0
 _CONNECT_S = 60.0
+
+
+class Chance:
+    """Draws of one connection, from a seed of its own, which few connections ever need."""
+
+    def __init__(self, seed: str) -> None:
+        self._seed = seed
+
+    @cached_property
+    def _random(self) -> Random:
+        return Random(self._seed)
+
+    def draw(self) -> float:
+        return self._random.random()
 
 
 class Link:
@@ -61,13 +76,15 @@ class Link:
             if socket.is_first:
                 socket.vanish()
 
-    def arrival_s(self, random: Random) -> float:
+    def arrival_s(self, chance: Chance) -> float:
         """When a packet arrives that is sent now."""
         now_s = self.world.now_s
-        at_s = max(now_s, self.down_until_s) + self.delay_s + random.random() * self.jitter_s
+        at_s = max(now_s, self.down_until_s) + self.delay_s
+        if self.jitter_s or self.loss:
+            at_s += chance.draw() * self.jitter_s
         again_s = _AGAIN_S
         is_late = now_s < self.down_until_s
-        while self.loss and random.random() < self.loss:
+        while self.loss and chance.draw() < self.loss:
             at_s += again_s
             again_s *= 2
             is_late = True
@@ -103,7 +120,7 @@ class Socket:
         self.ended: Callable[[], None] = lambda: None
         self.tap: Callable[[bytes], None] | None = None
         self.options: dict[tuple[int, int], int] = {}
-        self._random = Random(f"{self.world.seed} {address} {network.opened}")
+        self._chance = Chance(f"{self.world.seed} {address} {network.opened}")
         # What is under way, the oldest first, and when the last of it arrives; None is the end.
         self._packets: deque[bytes | None] = deque()
         self._last_s = 0.0
@@ -117,9 +134,9 @@ class Socket:
     def send(self, data: bytes) -> int:
         """Send as much as there is room for; returns how much. Raises OSError, and BlockingIOError for no room."""
         if self.error:
-            raise _error(self.error)
+            raise system_error(self.error)
         if self.is_closed or self.peer is None:
-            raise _error(EPIPE)
+            raise system_error(EPIPE)
         room = _SEND_BYTES + _RECEIVE_BYTES - self._under_way - len(self.peer.received)
         count = min(room, len(data))
         if count <= 0:
@@ -138,7 +155,7 @@ class Socket:
                 self.skip(len(data))
             return data
         if self.error:
-            raise _error(self.error)
+            raise system_error(self.error)
         if self.has_ended:
             return b""
         raise BlockingIOError
@@ -170,7 +187,7 @@ class Socket:
 
     def getpeername(self) -> tuple[str, int]:
         if self.peer is None:
-            raise _error(ENOTCONN)
+            raise system_error(ENOTCONN)
         return self.peer.address
 
     def getsockname(self) -> tuple[str, int]:
@@ -206,7 +223,7 @@ class Socket:
         self._expect()
 
     def _expect(self) -> None:
-        self._last_s = max(self._last_s + 1e-9, self.link.arrival_s(self._random))
+        self._last_s = max(self._last_s + 1e-9, self.link.arrival_s(self._chance))
         self.world.at(self._last_s, self._arrive)
 
     def _arrive(self) -> None:
@@ -304,6 +321,9 @@ class ListeningSocket:
         assert not blocks
 
 
+Connected = Callable[[Socket | OSError], None]
+
+
 class Network:
     """All computers, by name, and the links between them and the one that serves."""
 
@@ -327,44 +347,54 @@ class Network:
         self.listening[host, port] = socket
         return socket
 
-    def connect(self, process: Process, host: str, port: int, done: Callable[[Socket | OSError], None]) -> None:
+    def connect(self, process: Process, host: str, port: int, done: Connected) -> None:
         """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
-        link = self.links.get(f"{process.name} to {host}") or self.links[process.name]
-        world = self.world
-        self.opened += 1
-        address = (process.name, 40_000 + self.opened)
-        random = Random(f"{world.seed} connects {address}")
-        end_s = world.now_s + _CONNECT_S
-
-        def knock() -> None:
-            if process.is_dead:
-                return
-            if world.now_s < link.down_until_s:
-                world.after(1.0, knock) if world.now_s < end_s else done(_error(ETIMEDOUT))
-                return
-            listening = self.listening.get((host, port))
-            if listening is None or listening.process.is_dead:
-                world.at(link.arrival_s(random), lambda: done(_error(ECONNREFUSED)))
-                return
-            ours = Socket(self, link, process, address, True)
-            theirs = Socket(self, link, listening.process, (host, port), False)
-            ours.peer, theirs.peer = theirs, ours
-            if not listening.take(theirs):
-                for socket in (ours, theirs):
-                    socket.peer = None
-                    socket.close()
-                world.after(1.0, knock)
-                return
-            self.watch(process.name, port, ours)
-            world.at(link.arrival_s(random), lambda: done(ours))
-
-        world.at(link.arrival_s(random), knock)
+        _Caller(self, process, (host, port), done)
 
 
-def _error(code: int) -> OSError:
-    import os
+class _Caller:
+    """Who connects: a packet knocks until somebody answers."""
 
-    return OSError(code, os.strerror(code))
+    def __init__(self, network: Network, process: Process, to: tuple[str, int], done: Connected) -> None:
+        self._network = network
+        self._process = process
+        self._link = network.links.get(f"{process.name} to {to[0]}") or network.links[process.name]
+        self._to = to
+        self._done = done
+        self._world = world = network.world
+        network.opened += 1
+        self._address = process.name, 40_000 + network.opened
+        self._chance = Chance(f"{world.seed} connects {self._address}")
+        self._end_s = world.now_s + _CONNECT_S
+        world.at(self._link.arrival_s(self._chance), self._knock)
+
+    def _knock(self) -> None:
+        network, world, link = self._network, self._world, self._link
+        if self._process.is_dead:
+            return
+        if world.now_s < link.down_until_s:
+            if world.now_s < self._end_s:
+                world.after(1.0, self._knock)
+            else:
+                self._done(system_error(ETIMEDOUT))
+            return
+        listening = network.listening.get(self._to)
+        if listening is None or listening.process.is_dead:
+            world.at(link.arrival_s(self._chance), self._done, system_error(ECONNREFUSED))
+            return
+        ours = Socket(network, link, self._process, self._address, True)
+        theirs = Socket(network, link, listening.process, self._to, False)
+        ours.peer, theirs.peer = theirs, ours
+        if not listening.take(theirs):
+            for socket in (ours, theirs):
+                socket.peer = None
+                socket.close()
+            world.after(1.0, self._knock)
+            return
+        network.watch(self._process.name, self._to[1], ours)
+        world.at(link.arrival_s(self._chance), self._done, ours)
 
 
-Sockets = Any
+def system_error(code: int) -> OSError:
+    """The error of the system with that number."""
+    return OSError(code, strerror(code))
