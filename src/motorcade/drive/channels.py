@@ -1,7 +1,6 @@
 """The car's end of its connections: one that brings commands, and one for telemetry and requests."""
 
 import asyncio
-import json
 from collections.abc import Callable
 from typing import Any
 
@@ -9,13 +8,14 @@ from motorcade.drive.keys import RevokedKeys, peer_name, peer_number
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
-    REQUESTS,
     DriveError,
     FrameReader,
     FrameTooLongError,
+    Request,
     WordReader,
     newest_of_each_code,
     pack_frame,
+    read_request,
 )
 from motorcade.locales import languages
 from motorcade.timing import RateLimit
@@ -321,23 +321,24 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         what: str | None = None
         is_in_rate = self._rate.allows(self.control.clock())
         try:
-            request = _read_request(text)
-            what = str(request["do"])
+            request = read_request(text)
+            what = request.do
             # A request that stops is never over the rate.
             if not is_in_rate and what != "stop":
                 self._refuse(what, DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S))
                 return
-            result = self._do(what, request)
+            result = self._do(request)
         except DriveError as problem:
             self._refuse(what, problem)
             return
         if result is not None:
             self._send({"kind": "answer", "do": what, "ok": True} | result)
 
-    def _do(self, what: str, request: dict[str, Any]) -> dict[str, Any] | None:
+    def _do(self, request: Request) -> dict[str, Any] | None:
         """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
+        what = request.do
         if what == "join":
-            self.port_named = request.get("port", 0)
+            self.port_named = request.port
             self.commands = None
             self._periods, self._is_joining = 0, True
             self._found(by_port=True)
@@ -349,7 +350,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self._take_place()
         session = self.session
         if what == "sync":
-            session.answer_clock(*(request.get(name, 0) for name in ("clock", "words", "stamp")))
+            session.answer_clock(request.clock, request.words, request.stamp)
             return {}
         if what == "request":
             return {"has_wheel": session.request()}
@@ -377,16 +378,3 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self.control.turned_away += 1
         if self.line:
             self.line.close()
-
-
-def _read_request(text: bytes) -> dict[str, Any]:
-    """The request in a frame. Raises DriveError."""
-    try:
-        request = json.loads(text)
-    except (ValueError, RecursionError):
-        raise DriveError("not-a-request") from None
-    if not isinstance(request, dict) or request.get("do") not in REQUESTS:
-        raise DriveError("not-a-request")
-    if not all(isinstance(request.get(name, 0), int) for name in ("port", "clock", "words", "stamp")):
-        raise DriveError("not-a-request")
-    return request

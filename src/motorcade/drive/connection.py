@@ -1,7 +1,6 @@
 """A driver's two connections to a car: one for commands, and one for telemetry and requests; and why they fail."""
 
 import asyncio
-import json
 import os
 import socket
 import ssl
@@ -10,7 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, NamedTuple
 
-from motorcade.drive.wire import MOST_FRAME_BYTES, FrameReader, pack_frame, pack_word
+from motorcade.drive.wire import MOST_FRAME_BYTES, FrameReader, pack_frame, pack_word, unpack_frame
 from motorcade.errors import MotorcadeError, Phrase
 
 _ANSWER_S = 3.0
@@ -124,9 +123,7 @@ class Connection:
         while data := await reader.read(_CHUNK_BYTES):
             frames.receive_data(data)
             while (text := frames.next_frame()) is not None:
-                frame = json.loads(text)
-                if not isinstance(frame, dict):
-                    raise ValueError("a frame that is no object")
+                frame = unpack_frame(text)
                 if frame.get("kind") == "telemetry":
                     yield frame
                 elif frame.get("do") is None:

@@ -3,9 +3,10 @@
 Both ends use it. Pure: axes, bytes, words and frames in and out; no sockets.
 """
 
-import json
 import struct
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
+
+import msgspec
 
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
@@ -14,7 +15,6 @@ WORD_BYTES = 4
 # The longest JSON text of a client's request, and of what a car sends.
 MOST_REQUEST_BYTES = 1024
 MOST_FRAME_BYTES = 1 << 16
-REQUESTS = ("join", "request", "release", "stop", "clear", "resume", "sync")
 # What became of a command: the arbiter's six outcomes, and three of `motorcade.drive.session`.
 OUTCOMES = (
     *("applied", "watching", "needs-neutral", "stopped", "program", "discharged"),
@@ -37,6 +37,26 @@ class DriveError(MotorcadeError):
 
 class FrameTooLongError(ValueError):
     """A frame announces more bytes than its reader takes."""
+
+
+class Request(msgspec.Struct):
+    """What a client asks for.
+
+    Attributes:
+        do: what.
+        port: of the client's connection for commands, with "join".
+        clock, words, stamp: the client's answer to the car's clock, with "sync".
+    """
+
+    do: Literal["join", "request", "release", "stop", "clear", "resume", "sync"]
+    port: int = 0
+    clock: int = 0
+    words: int = 0
+    stamp: int = 0
+
+
+_REQUESTS = msgspec.json.Decoder(Request)
+_DOCUMENTS = msgspec.json.Decoder(dict[str, Any])
 
 
 class WordReader:
@@ -111,8 +131,24 @@ def pack_word(word: int) -> bytes:
 
 def pack_frame(document: dict[str, Any]) -> bytes:
     """A JSON object as a frame."""
-    text = json.dumps(document, ensure_ascii=False).encode()
+    text = msgspec.json.encode(document)
     return _LENGTH.pack(len(text)) + text
+
+
+def unpack_frame(text: bytes) -> dict[str, Any]:
+    """The JSON object in a frame. Raises ValueError."""
+    try:
+        return _DOCUMENTS.decode(text)
+    except (msgspec.DecodeError, RecursionError) as problem:
+        raise ValueError(f"a frame that is no object: {problem}") from None
+
+
+def read_request(text: bytes) -> Request:
+    """The request in a frame. Raises DriveError."""
+    try:
+        return _REQUESTS.decode(text)
+    except (msgspec.DecodeError, RecursionError):
+        raise DriveError("not-a-request") from None
 
 
 def newest_of_each_code(words: list[int]) -> list[int]:
