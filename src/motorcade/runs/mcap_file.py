@@ -32,6 +32,7 @@ from motorcade.runs.recording import (
     LEADER,
     LEDS,
     Description,
+    Sink,
     WordColours,
     events_as_dicts,
     part_of,
@@ -44,15 +45,21 @@ MOST_CONTENT_BYTES = 1 << 28
 _MOST_EVENTS = 10_000
 _METADATA = "motorcade"
 
-_FRAME_ID = "mat"
 # With more cars than this neither their numbers nor their LEDs are drawn.
 _MOST_DETAILED = 50
 _HEIGHT_M = 0.06
 _WALL_HEIGHT_M = 0.1
 _WALL_WIDTH_M = 0.02
 _UPRIGHT = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-_STILL: dict[str, Any] = {"lifetime": {"sec": 0, "nsec": 0}, "frame_locked": False, "metadata": []}
 _PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
+# What an entity says of itself, as long as it has no primitives.
+_EMPTY: dict[str, Any] = {
+    "frame_id": "mat",
+    "lifetime": {"sec": 0, "nsec": 0},
+    "frame_locked": False,
+    "metadata": [],
+    **{name: [] for name in _PRIMITIVES},
+}
 Corners = tuple[tuple[float, float], ...]
 
 
@@ -117,16 +124,7 @@ class SceneMessages:
 
 def _message(t_ms: int, **entities: dict[str, list[Any]]) -> bytes:
     stamp = {"sec": t_ms // 1000, "nsec": t_ms % 1000 * 1_000_000}
-    every = [
-        {
-            "timestamp": stamp,
-            "frame_id": _FRAME_ID,
-            "id": name,
-            **_STILL,
-            **{primitive: parts.get(primitive, []) for primitive in _PRIMITIVES},
-        }
-        for name, parts in entities.items()
-    ]
+    every = [{"timestamp": stamp, "id": name, **_EMPTY, **parts} for name, parts in entities.items()]
     return json.dumps({"deletions": [], "entities": every}, separators=(",", ":")).encode()
 
 
@@ -203,9 +201,8 @@ def _example() -> dict[str, Any]:
     lists = {"colors": [colour], "indices": [0]}
     entity = {
         "timestamp": {"sec": 0, "nsec": 0},
-        "frame_id": _FRAME_ID,
         "id": "",
-        **_STILL,
+        **_EMPTY,
         "metadata": [{"key": "", "value": ""}],
         "arrows": [{}],
         "cubes": [cube],
@@ -248,7 +245,7 @@ _EVENTS = {
 _DAMAGE = (McapError, ZstdError, struct.error, ValueError, KeyError, RuntimeError, TypeError, MemoryError)
 
 
-class McapSink:
+class McapSink(Sink):
     """Stream a run into a .part file, which becomes the MCAP file at the end. Raises OSError where that fails."""
 
     def __init__(self, path: Path, about: Description):

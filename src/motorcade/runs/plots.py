@@ -19,13 +19,13 @@ from motorcade.runs.recording import (
     FILM_ENDING,
     FOLLOWERS,
     LEADER,
-    PICTURE_ENDINGS,
+    LEDS,
     Description,
     Progress,
     Recording,
     WordColours,
-    check_writable,
     rgb,
+    writing,
 )
 
 # Wide, square and tall.
@@ -69,78 +69,7 @@ class Thinned(Generic[T]):
         return [*self._kept, self._last]
 
 
-class _Tracks:
-    """Takes the moments of a run one by one, and draws the tracks at the end."""
-
-    def __init__(self, about: Description):
-        self._about = about
-        followers = np.setdiff1d(np.arange(about.cars), about.leaders)
-        step = max(1, len(followers) // _MOST_TRACKS)
-        self._drawn = np.concatenate([followers[::step], np.array(about.leaders, int)[:_MOST_TRACKS]]).astype(int)
-        self._leads = np.isin(self._drawn, about.leaders)
-        self._points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(self._drawn))))
-        self._last: Moment | None = None
-
-    def take(self, moment: Moment) -> None:
-        self._points.add(np.column_stack([moment.x_m[self._drawn], moment.y_m[self._drawn]]))
-        self._last = moment
-
-    def draw(self, axes: Axes) -> None:
-        about, last = self._about, self._last
-        if last is None:
-            return
-        draw_mat(axes, about)
-        tracks = np.stack(self._points.items(), axis=1)
-        left, bottom, right, top = bounding_box(about, [last])
-        if tracks.size:
-            low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
-            left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
-            right, top = max(right, float(high[0])), max(top, float(high[1]))
-        show_box(axes, (left, bottom, right, top))
-        colours = self._colours()
-        few = len(self._drawn) <= _FEW_TRACKS
-        for leads in (False, True):
-            which = self._leads == leads
-            width, alpha = (2.2 if leads else 1.2, 0.9) if few else (1.2 if leads else 0.6, 0.9 if leads else 0.35)
-            axes.add_collection(
-                LineCollection(list(tracks[which]), colors=colours[self._drawn[which]], linewidths=width, alpha=alpha)
-            )
-        if few:
-            xs, ys = tracks[:, 0].T
-            axes.scatter(xs, ys, c=colours[self._drawn], marker="x", s=36, zorder=2.5)
-        figure = axes.get_figure(root=True)
-        if figure is not None:
-            figure.draw_without_rendering()
-        CarArtists(axes, about).show(last._replace(led=np.full_like(last.led, 4)), colours)
-        axes.set_title(self._title(few))
-
-    def _colours(self) -> NDArray[np.float32]:
-        """A different colour for each follower where there are few; red for leaders."""
-        own = FOLLOWERS if len(self._drawn) <= _FEW_TRACKS else FOLLOWERS[:1]
-        cycle = np.array([rgb(colour) for colour in own], np.float32)
-        leads = np.zeros(self._about.cars, bool)
-        leads[list(self._about.leaders)] = True
-        colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
-        colours[leads] = rgb(LEADER)
-        return colours
-
-    def _title(self, few: bool) -> str:
-        leaders = len(self._about.leaders)
-        followers = self._about.cars - leaders
-        t_s = self._last.t_ms / 1000 if self._last else 0
-        title = picture_text(
-            "picture-tracks",
-            leaders=picture_text("picture-one-leader" if leaders == 1 else "picture-leaders", count=leaders),
-            followers=picture_text("picture-one-follower" if followers == 1 else "picture-followers", count=followers),
-            t_s=t_s,
-        )
-        if few:
-            return picture_text("picture-tracks-few", title=title)
-        drawn = len(self._drawn)
-        return title if drawn == self._about.cars else picture_text("picture-tracks-some", title=title, count=drawn)
-
-
-def draw_tracks(recording: Recording, path: str | Path, progress: Progress = lambda done_ms: None) -> None:
+def draw_tracks(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
     """Write a picture of the tracks of a run to ``path``, in the format of its ending.
 
     Args:
@@ -150,27 +79,68 @@ def draw_tracks(recording: Recording, path: str | Path, progress: Progress = lam
     Raises:
         MotorcadeError: the recording holds no moment, or the picture can't be written.
     """
-    path = Path(path)
-    check_writable(path, PICTURE_ENDINGS)
-    tracks = _Tracks(recording.about)
-    moments = 0
-    for moment in recording.moments():
-        tracks.take(moment)
-        progress(moment.t_ms)
-        moments += 1
-    if not moments:
+    about, last = recording.about, None
+    leads = about.is_leader()
+    followers = np.flatnonzero(~leads)
+    step = max(1, len(followers) // _MOST_TRACKS)
+    drawn = np.concatenate([followers[::step], np.flatnonzero(leads)[:_MOST_TRACKS]])
+    points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(drawn))))
+    for last in recording.moments():
+        points.add(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
+        progress(last.t_ms)
+    if last is None:
         raise MotorcadeError("nothing-recorded", file=recording.name)
     figure = Figure(figsize=(8, 6), layout="constrained")
-    tracks.draw(figure.add_subplot())
-    try:
+    _draw_tracks(figure.add_subplot(), about, drawn, np.stack(points.items(), axis=1), last)
+    with writing(path):
         figure.savefig(path, dpi=_DPI)
-    except OSError as problem:
-        raise MotorcadeError("run-file-unwritable", file=path, reason=problem.strerror or problem) from None
 
 
-def draw_film(
-    recording: Recording, path: str | Path, speed: float = 1.0, progress: Progress = lambda done_ms: None
+def _draw_tracks(
+    axes: Axes, about: Description, drawn: NDArray[np.intp], tracks: NDArray[np.float32], last: Moment
 ) -> None:
+    """Draw the mat, the ``tracks`` (cars, moments, 2) of the cars ``drawn``, and all cars at the ``last`` moment."""
+    draw_mat(axes, about)
+    left, bottom, right, top = bounding_box(about, [last])
+    if tracks.size:
+        low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
+        left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
+        right, top = max(right, float(high[0])), max(top, float(high[1]))
+    show_box(axes, (left, bottom, right, top))
+    few, leads = len(drawn) <= _FEW_TRACKS, about.is_leader()
+    # A different colour for each follower where there are few; red for leaders.
+    cycle = np.array([rgb(colour) for colour in (FOLLOWERS if few else FOLLOWERS[:1])], np.float32)
+    colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
+    colours[leads] = rgb(LEADER)
+    for leading, wide, thin, faint in ((False, 1.2, 0.6, 0.35), (True, 2.2, 1.2, 0.9)):
+        which = leads[drawn] == leading
+        style = {"linewidths": wide, "alpha": 0.9} if few else {"linewidths": thin, "alpha": faint}
+        axes.add_collection(LineCollection(list(tracks[which]), colors=colours[drawn[which]], **style))
+    if few:
+        xs, ys = tracks[:, 0].T
+        axes.scatter(xs, ys, c=colours[drawn], marker="x", s=36, zorder=2.5)
+    figure = axes.get_figure(root=True)
+    if figure is not None:
+        figure.draw_without_rendering()
+    CarArtists(axes, about).show(last._replace(led=np.full_like(last.led, len(LEDS))), colours)
+    axes.set_title(_title(about, last.t_ms / 1000, len(drawn)))
+
+
+def _title(about: Description, t_s: float, drawn: int) -> str:
+    leaders = len(about.leaders)
+    followers = about.cars - leaders
+    title = picture_text(
+        "picture-tracks",
+        leaders=picture_text("picture-one-leader" if leaders == 1 else "picture-leaders", count=leaders),
+        followers=picture_text("picture-one-follower" if followers == 1 else "picture-followers", count=followers),
+        t_s=t_s,
+    )
+    if drawn <= _FEW_TRACKS:
+        return picture_text("picture-tracks-few", title=title)
+    return title if drawn == about.cars else picture_text("picture-tracks-some", title=title, count=drawn)
+
+
+def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Progress = lambda done_ms: None) -> None:
     """Draw a run as a film, a .gif file.
 
     Every recorded moment becomes an image. Where that would be more than 10 images a second, only every second moment
@@ -184,8 +154,6 @@ def draw_film(
     Raises:
         MotorcadeError: the recording holds no moment, a GIF would be too long, or the film can't be written.
     """
-    path = Path(path)
-    check_writable(path, [FILM_ENDING])
     moments_s = speed * 1000 / recording.about.every_ms
     step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S - 1e-9)))
     box = recording_box(recording)

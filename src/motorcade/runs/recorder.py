@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.runs.recording import (
     DATA_ENDING,
@@ -22,6 +22,7 @@ from motorcade.runs.recording import (
     Sink,
     SpooledRecording,
     check_writable,
+    writing,
 )
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ class Recorder:
         self._every_ms = every_ms
         self._due_ms = world.now_ms
         self._last_ms = -1
-        self._sinks: list[Sink] = [each for each in targets if each is not None and not isinstance(each, str | Path)]
+        self._sinks = [each for each in targets if isinstance(each, Sink)]
         in_memory = [each for each in self._sinks if isinstance(each, InMemoryRecording)]
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
         for path in paths:
@@ -129,13 +130,12 @@ class Recorder:
         Raises:
             MotorcadeError: a file can no longer be written.
         """
-        try:
-            if self._events:
-                self._record_events(world)
+        with writing(*self._files):
+            if self._events and len(events := world.take_events()):
+                for sink in self._sinks:
+                    sink.write_events(world.now_ms, events)
             if world.now_ms >= self._due_ms:
                 self._record_moment(world)
-        except OSError as problem:
-            raise _unwritable(self._files, problem) from None
 
     def draw(self, progress: Progress = lambda done_ms: None) -> None:
         """End the recording and draw the films and pictures; leaving the context does the same.
@@ -164,12 +164,6 @@ class Recorder:
         finally:
             self._remove_spooled()
 
-    def _record_events(self, world: "World") -> None:
-        events = world.take_events()
-        if len(events):
-            for sink in self._sinks:
-                sink.write_events(world.now_ms, events)
-
     def _record_moment(self, world: "World") -> None:
         moment = world.snapshot().in_single_precision()
         for sink in self._sinks:
@@ -180,12 +174,9 @@ class Recorder:
 
     def _close(self) -> None:
         sinks, self._sinks = self._sinks, []
-        try:
-            with ExitStack() as closing:
-                for sink in sinks:
-                    closing.callback(sink.close)
-        except OSError as problem:
-            raise _unwritable(self._files, problem) from None
+        with writing(*self._files), ExitStack() as closing:
+            for sink in sinks:
+                closing.callback(sink.close)
 
     def _remove_spooled(self) -> None:
         if self._spooled:
@@ -196,12 +187,5 @@ class Recorder:
 def _new_file(path: Path, about: Description) -> Sink:
     from motorcade.runs.mcap_file import McapSink
 
-    try:
+    with writing(path):
         return McapSink(path, about)
-    except OSError as problem:
-        raise _unwritable([path], problem) from None
-
-
-def _unwritable(files: list[Path], problem: OSError) -> MotorcadeError:
-    names = Phrase("list-or", first=", ".join(map(str, files[:-1])), last=files[-1]) if len(files) > 1 else files[0]
-    return MotorcadeError("run-file-unwritable", file=names, reason=problem.strerror or problem)

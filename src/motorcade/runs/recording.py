@@ -8,6 +8,7 @@ import os
 import pickle
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -157,8 +158,8 @@ class Recording(Protocol):
         """Arrays of `motorcade.engine.events.EVENT` in order of time."""
 
 
-class Sink(Protocol):
-    """Takes moments and events while a run goes on."""
+class Sink:
+    """Takes moments and events while a run goes on; a subclass does something with them."""
 
     def write(self, moment: Moment) -> None:
         """Take a moment."""
@@ -170,8 +171,8 @@ class Sink(Protocol):
         """Finish."""
 
 
-class InMemoryRecording:
-    """A recording in memory, for short runs of few cars; it is a `Recording` and a `Sink`."""
+class InMemoryRecording(Sink):
+    """A recording in memory, for short runs of few cars; it is a `Recording`, too."""
 
     name = "the run"
 
@@ -186,9 +187,6 @@ class InMemoryRecording:
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         self._events.append(events)
-
-    def close(self) -> None:
-        """Nothing has to be finished."""
 
     @property
     def last_ms(self) -> int:
@@ -270,6 +268,16 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
         raise MotorcadeError("run-file-without-folder", file=path, folder=path.parent)
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise MotorcadeError("run-file-forbidden", file=path)
+
+
+@contextmanager
+def writing(*files: Path) -> Iterator[None]:
+    """Raise MotorcadeError, which names the files, where the block can't write them."""
+    try:
+        yield
+    except OSError as problem:
+        names = Phrase("list-or", first=", ".join(map(str, files[:-1])), last=files[-1]) if files[1:] else files[0]
+        raise MotorcadeError("run-file-unwritable", file=names, reason=problem.strerror or problem) from None
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

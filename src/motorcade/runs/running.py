@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import EVENT, START
-from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder
-from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, Progress
+from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, Progress, Sink
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import TAGS
 
@@ -48,8 +47,8 @@ class Slot(NamedTuple):
     lag_p95_ms: int | None
 
 
-class SlotCounts:
-    """A sink of a recording that counts the beginnings of words by slot.
+class SlotCounts(Sink):
+    """Count the beginnings of words by slot.
 
     All leaders run the same image and were switched on at 0 ms, so their slots coincide. A bare word is known by its
     bits, and counts for the slot in which it began or for the one before.
@@ -75,9 +74,6 @@ class SlotCounts:
         """Whether there are slots and followers."""
         return bool(len(self._words)) and not self._leads.all()
 
-    def write(self, moment: Moment) -> None:
-        """Positions don't matter here."""
-
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         """Count the words that began; ``t_ms`` is the time until which the run has come."""
         started = events[events["kind"] == START]
@@ -91,9 +87,6 @@ class SlotCounts:
             np.minimum.at(lags_ms, cars[of_slot], (at_ms[of_slot] - slot * self._dwell_ms).astype(np.int32))
         while len(self._closed) < (t_ms - 1) // self._dwell_ms - _OPEN_SLOTS:
             self._close_one()
-
-    def close(self) -> None:
-        """Nothing has to be finished."""
 
     def slots(self, until_ms: int) -> list[Slot]:
         """The slots that began before ``until_ms``, each once for every leader."""
