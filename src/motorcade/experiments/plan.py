@@ -4,7 +4,6 @@ A task is a number of runs that follow each other in the table, about `TASK_CAR_
 specification alone. So the tasks, and the table, are the same on every computer and with any number of workers.
 """
 
-import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -278,22 +278,12 @@ def _empty_table(followers: int, reach_m: float) -> Mat:
 
 
 def _hash(what: object) -> str:
-    return hashlib.sha256(json.dumps(_plain(what)).encode()).hexdigest()
+    return hashlib.sha256(msgspec.json.encode(what, enc_hook=_plain)).hexdigest()
 
 
-def _plain(what: Any) -> Any:
-    """Convert ``what`` for JSON: equal things become equal, different things different."""
-    if dataclasses.is_dataclass(what):
-        return {field.name: _plain(getattr(what, field.name)) for field in dataclasses.fields(what)}
-    if isinstance(what, np.ndarray | memoryview):
-        values = np.asarray(what)
-        return [str(values.dtype), values.shape, hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()]
-    if isinstance(what, bytes):
-        return what.hex()
-    if isinstance(what, Mapping):
-        return [[_plain(key), _plain(value)] for key, value in what.items()]
+def _plain(what: Any) -> list[Any]:
+    """Convert a range or an array for JSON: equal ones become equal, different ones different."""
     if isinstance(what, range):
         return ["range", what.start, what.stop]
-    if isinstance(what, tuple | list):
-        return [_plain(each) for each in what]
-    return str(what) if isinstance(what, type) else what
+    values = np.ascontiguousarray(what)
+    return [str(values.dtype), values.shape, hashlib.sha256(values.tobytes()).hexdigest()]

@@ -72,23 +72,9 @@ def kind_of(name: str) -> type[bool] | type[int] | type[float]:
             return float
 
 
-def has_range(name: str) -> bool:
-    """Whether a parameter's values can be drawn from a range: they are numbers."""
-    return kind_of(name) is not bool
-
-
 def to_value(name: str, value: Any) -> Value:
     """Convert a value that fits a parameter's schema."""
     return None if value == NEVER else kind_of(name)(value)
-
-
-def check_known(name: str, file: Text, place: str) -> None:
-    """Raise MotorcadeError unless there is a parameter called ``name``; the error suggests a similar name."""
-    known = parameter_schemas()
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = Phrase("did-you-mean", name=near[0]) if near else Phrase("sweep-parameters")
-        raise MotorcadeError("no-such-parameter", file=file, place=place, name=name[:60], hint=hint)
 
 
 def _or_never(part: Schema) -> Schema:
@@ -296,7 +282,7 @@ def _schema(document: dict[str, Any]) -> Schema:
     elif isinstance(document.get("seeds"), dict):
         seeds = table(first=whole(0, MOST_SEED, default=0), count=whole(1, MOST_SEED + 1))
     grid = {name: list_of(part, 1, uniqueItems=True) for name, part in parameter_schemas().items()}
-    ranges = {name: _range(part) for name, part in parameter_schemas().items() if has_range(name)}
+    ranges = {name: _range(part) for name, part in parameter_schemas().items() if kind_of(name) is not bool}
     text = line(_LONGEST_NAME)
     citation = {
         "title": text,
@@ -327,10 +313,13 @@ def _range(part: Schema) -> Schema:
 def _flattened(parameters: dict[str, Any], file: str, place: str) -> dict[str, Any]:
     """Join nested keys: ``{"physics": {"wheel_noise": ...}}`` becomes ``{"physics.wheel_noise": ...}``."""
     flat: dict[str, Any] = {}
+    known = parameter_schemas()
     for name, value in _flat(parameters):
-        if place == "grid" or name not in ("count", "seed"):
-            check_known(name, file, place)
-        if place == "sample" and name in parameter_schemas() and not has_range(name):
+        if name not in known and (place == "grid" or name not in ("count", "seed")):
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = Phrase("did-you-mean", name=near[0]) if near else Phrase("sweep-parameters")
+            raise MotorcadeError("no-such-parameter", file=file, place=place, name=name[:60], hint=hint)
+        if place == "sample" and name in known and kind_of(name) is bool:
             raise MotorcadeError("parameter-without-range", file=file, place=f"{place}.{name}")
         if name in flat:
             raise MotorcadeError("parameter-twice", file=file, place=f"{place}.{name}")
