@@ -3,7 +3,7 @@
 import typer
 from typer.cli import get_docs_for_click
 
-from motorcade.cli import app
+from motorcade.cli import command_line
 from motorcade.cli.options import request_language, translate_help
 
 _INTRODUCTIONS = {
@@ -14,7 +14,7 @@ _INTRODUCTIONS = {
 
 def commands_page(language: str) -> str:
     """Return the page in Markdown, in ``language`` (en or zh); its headings are Typer's, in English."""
-    command = typer.main.get_command(app)
+    command = command_line()
     request_language(language)
     translate_help(command)
     request_language("")

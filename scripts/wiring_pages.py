@@ -40,7 +40,7 @@ def _drawing(car: str, language: str) -> str:
 
 def _table(pins: PinMap, language: str) -> str:
     """Return the rows as a table in Markdown."""
-    heads = [command_line_text(f"wiring-{key}", language) for key in ("part", "supply", "terminal", "pin")]
+    heads = [command_line_text(f"column-{key}", language) for key in ("part", "supply", "terminal", "pin")]
     lines = [tuple(heads), ("---",) * len(heads)]
     before = ""
     for row in wiring_rows(pins, language):

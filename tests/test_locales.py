@@ -8,11 +8,10 @@ from pathlib import Path
 from string import Formatter
 
 import pytest
-import typer
 from scripts.exports import markdown
 
 from motorcade import locales
-from motorcade.cli import app
+from motorcade.cli import command_line
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import EXIT_CODES, HTTP_STATUSES, exit_code_of, http_status_of
 from motorcade.words.formats import FORMATS
@@ -190,7 +189,7 @@ def test_every_command_and_option_has_help_and_no_help_is_left_over():
     known, used = locales.catalogue("en")["help"], set()
     # An argument whose name in the usage says all needs no more.
     named = {"compile.project", "decompile.image", "inspect.image", "simulate.source", "upload.source", "sweep.spec"}
-    for path, command in commands_below(typer.main.get_command(app)):
+    for path, command in commands_below(command_line()):
         used.add(path)
         for parameter in command.params:
             own = f"{path}.{parameter.name}"

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import pytest
 from PIL import Image
 
-from motorcade.cli.pages import CameraName, open_camera
+from motorcade.cli.pages import open_camera
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import PORT_NOT_FOUND
@@ -69,11 +69,11 @@ def test_what_is_for_simulated_cars_is_refused_for_real_ones(tmp_path: Path) -> 
 def test_a_camera_that_is_not_there_is_a_sentence_in_both_languages(monkeypatch: pytest.MonkeyPatch) -> None:
     for package in ("picamera2", "cv2"):
         monkeypatch.setitem(sys.modules, package, None)
-    assert open_camera(CameraName.NONE) is None
+    assert open_camera("none") is None
     for name, package in (
-        (CameraName.AUTO, "OpenCV"),
-        (CameraName.OPENCV, "OpenCV"),
-        (CameraName.PICAMERA2, "picamera2"),
+        ("auto", "OpenCV"),
+        ("opencv", "OpenCV"),
+        ("picamera2", "picamera2"),
     ):
         with pytest.raises(MotorcadeError) as missing:
             open_camera(name)

@@ -6,9 +6,10 @@ Each command imports what it needs when it runs, so that all of them start at on
 
 import io
 import sys
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperOption
 
 from motorcade import __version__
 from motorcade.cli import car, cars, classroom, drive, missions, pages, runs, uploads, words
@@ -47,11 +48,30 @@ app.add_typer(cars.app, name="cars")
 app.add_typer(drive.app, name="drive")
 
 
+def command_line() -> Any:
+    """Return the command `motorcade`, which holds all others; each of them takes --language."""
+    command = typer.main.get_command(app)
+    _add_language(command)
+    return command
+
+
+def _add_language(command: Any) -> None:
+    def request(context: object, parameter: object, language: str) -> None:
+        # A command above another has no say in it.
+        if language:
+            request_language(language)
+
+    option = TyperOption(param_decls=["--language"], type=str, default="", expose_value=False, callback=request)
+    command.params.append(option)
+    for each in getattr(command, "commands", {}).values():
+        _add_language(each)
+
+
 def main() -> NoReturn:
     """Run the command line; an error ends it with one sentence and its exit code."""
     _use_utf8()
     arguments = sys.argv[1:]
-    command = typer.main.get_command(app)
+    command = command_line()
     request_language(language_in(arguments))
     if not arguments or set(HELP_OPTIONS) & set(arguments):
         translate_help(command)

@@ -6,9 +6,8 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -16,17 +15,19 @@ from motorcade import __version__
 from motorcade.cli.options import (
     CarNumber,
     GpioChip,
+    InsecureLan,
     Json,
-    Language,
+    JsonInPipes,
     OptionalFile,
     OptionalOutput,
+    Role,
     current_language,
+    exclude_each_other,
     print_json,
     print_note,
     print_result,
     profile_named,
     translated,
-    wants_json,
     write_file,
 )
 from motorcade.errors import MotorcadeError, Phrase
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from motorcade.boards.lines import Line, SerialLine
     from motorcade.boards.voice import VoiceSource
     from motorcade.config.profile import Profile
+    from motorcade.drive.keys import RevokedKeys
 
 # Dozens a second; the log shows what follows from them.
 _UNLOGGED = ("frame", "heard")
@@ -47,20 +49,8 @@ KEYBOARD = "keyboard"
 _WRITE_TIMEOUT_S = 0.2
 
 app = typer.Typer()
-
-
-class BoardName(StrEnum):
-    """The hardware of a car."""
-
-    SIMULATED = "simulated"
-    RASPBERRY_PI = "raspberry-pi"
-
-
-class Role(StrEnum):
-    """What a car does."""
-
-    LEADER = "leader"
-    FOLLOWER = "follower"
+# The hardware of a car.
+BoardName = Literal["simulated", "raspberry-pi"]
 
 
 class CarOptions(NamedTuple):
@@ -75,7 +65,7 @@ class CarOptions(NamedTuple):
         keys, revoked: the car's keys for ``tcp``, and the list of drivers' keys that it doesn't take.
     """
 
-    role: Role = Role.LEADER
+    role: Role = "leader"
     number: int = 0
     serial: str = ""
     tcp: str = ""
@@ -99,12 +89,12 @@ class CarParts(NamedTuple):
 @app.command("run")
 def _run(
     pins: OptionalFile = None,
-    role: Role = Role.LEADER,
+    role: Role = "leader",
     number: CarNumber = 0,
-    board: BoardName = BoardName.RASPBERRY_PI,
+    board: BoardName = "raspberry-pi",
     port: Annotated[str, typer.Option("--port", "-p")] = "",
     tcp: str = "",
-    insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
+    insecure_lan: InsecureLan = False,
     keys: OptionalFile = None,
     revoked: Path | None = None,
     battery: OptionalFile = None,
@@ -121,18 +111,14 @@ def _run(
 ) -> None:
     from motorcade.boards.computer import run
 
-    if board == BoardName.RASPBERRY_PI and pins is None:
+    if board == "raspberry-pi" and pins is None:
         raise MotorcadeError("pins-missing")
-    lines = {"--port": port, "--tcp": tcp, "--pty": use_pty}
-    given = [name for name, value in lines.items() if value]
-    if len(given) > 1:
-        raise MotorcadeError("options-exclude-each-other", first=given[0], second=given[1])
-    if keys and insecure_lan:
-        raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
+    exclude_each_other(port=port, tcp=tcp, pty=use_pty)
+    exclude_each_other(keys=keys, insecure_lan=insecure_lan)
     chosen = profile_named(profile)
     options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty, insecure_lan, keys, revoked)
     if count is not None:
-        if board != BoardName.SIMULATED or given not in ([], ["--tcp"]):
+        if board != "simulated" or port or use_pty:
             raise MotorcadeError("count-of-simulated-cars")
         _run_many(options, count, car_list, chosen, as_json)
         return
@@ -140,10 +126,10 @@ def _run(
         parts = open_parts(resources, options, chosen, _observer(chosen, as_json), battery)
         resources.enter_context(announcing(parts, options.keys))
         stops = _stops(resources, watchdog)
-        made = _board(parts.equipment, pins if board == BoardName.RASPBERRY_PI else None, chosen, gpio_chip)
+        made = _board(parts.equipment, pins if board == "raspberry-pi" else None, chosen, gpio_chip)
         key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
         sentence = translated(key, role=Phrase(f"role-{role}"), address=parts.address, store=parts.store)
-        print_result({"role": str(role), "port": parts.address, "store": str(parts.store)}, sentence, as_json)
+        print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence, as_json)
         run(made, parts.equipment.line.wait, stops)
 
 
@@ -164,29 +150,24 @@ def _neutral(
 def _wiring(
     pins: Annotated[Path, typer.Argument(metavar="PINS", exists=True, dir_okay=False)],
     output: OptionalOutput = None,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
-    from motorcade.cli.options import print_table
     from motorcade.config.pins import load_pins
 
     wiring = load_pins(pins)
     rows = wiring_rows(wiring, current_language())
     if output:
         write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
-    if wants_json(as_json):
+    if as_json:
         print_json([row._asdict() for row in rows])
     elif output:
         print(translated("wires-drawn", count=len(rows), file=output))
     else:
-        from rich.table import Table
+        from motorcade.cli.console import make_table, print_table
 
-        headings = [translated(f"wiring-{key}") for key in ("part", "terminal", "pin")]
-        table = Table(*headings, title=wiring.name, title_justify="left")
-        for row in rows:
-            table.add_row(row.part, row.terminal, row.label)
-        print_table(table)
+        cells = [(row.part, row.terminal, row.label) for row in rows]
+        print_table(make_table(("part", "terminal", "pin"), cells, title=wiring.name))
 
 
 def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_chip: int | None) -> "ComputerBoard":
@@ -265,7 +246,7 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
                 store = ImageStore(options.store / f"car-{number}.image")
                 image = store.load()
                 saved = {"name": store.load_name() or f"car-{number}", "save_name": store.save_name, "save": store.save}
-            is_leader = options.role == Role.LEADER
+            is_leader = options.role == "leader"
             equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
             made.append((ComputerBoard(equipment), line))
         listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
@@ -307,7 +288,7 @@ def open_parts(
     except StoreError as problem:
         # A car that waits for an upload is of more use than one that doesn't start.
         print_note(translated("begins-without-program", problem=problem))
-    is_leader, voice = options.role == Role.LEADER, _open_voice(resources, options.voice, options.voice_map)
+    is_leader, voice = options.role == "leader", _open_voice(resources, options.voice, options.voice_map)
     named: dict[str, Any] = {"version": __version__, "name": store.load_name(), "save_name": store.save_name}
     if battery:
         named["battery_mv"] = BatteryFile(battery).read_mv
@@ -343,15 +324,22 @@ def _keys(options: CarOptions) -> dict[str, Any]:
     """The TLS of a TCP port, and what refuses revoked keys; nothing without keys. Raises MotorcadeError."""
     if options.keys is None:
         return {}
-    from motorcade.drive.keys import REVOKED, RevokedKeys, peer_number, server_context
+    from motorcade.drive.keys import peer_number, server_context
 
-    refused = RevokedKeys(options.revoked or options.keys.with_name(REVOKED), is_expected=options.revoked is not None)
+    refused = revoked_keys(options.keys, options.revoked)
 
     def refuses(connection: "ssl.SSLSocket") -> bool:
         refused.reload()
         return peer_number(connection) in refused
 
     return {"tls": server_context(options.keys), "refuses": refuses}
+
+
+def revoked_keys(keys: Path, file: Path | None) -> "RevokedKeys":
+    """Read which drivers' keys a car doesn't take: the list in ``file``, or the one beside its own ``keys``, if any."""
+    from motorcade.drive.keys import REVOKED, RevokedKeys
+
+    return RevokedKeys(file or keys.with_name(REVOKED), is_expected=file is not None)
 
 
 def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.options import CarList, Json, Language, OptionalFile, Search, Seconds, translated, wants_json
+from motorcade.cli.options import CarList, JsonInPipes, OptionalFile, Search, Seconds, translated
 
 app = typer.Typer()
 Names = Annotated[list[str], typer.Argument(metavar="NAME…")]
@@ -17,25 +17,25 @@ def _cars(
     car_list: CarList = None,
     keys: OptionalFile = None,
     seconds: Seconds = 4.0,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     if context.invoked_subcommand is not None:
         return
-    search = Search(car_list, keys, seconds)
-    from motorcade.cli import fleet
+    import asyncio
 
-    (fleet.print_cars if wants_json(as_json) else fleet.show_cars)(search)
+    from motorcade.cli.fleet import print_cars, show_cars
+
+    asyncio.run((print_cars if as_json else show_cars)(Search(car_list, keys, seconds)))
 
 
 @app.command("blink")
-def _blink(
-    names: Names, car_list: CarList = None, keys: OptionalFile = None, seconds: Seconds = 4.0, language: Language = ""
-) -> None:
+def _blink(names: Names, car_list: CarList = None, keys: OptionalFile = None, seconds: Seconds = 4.0) -> None:
+    import asyncio
+
     from motorcade.cli.fleet import act
     from motorcade.words.request import BLINK
 
-    act(Search(car_list, keys, seconds), names, BLINK)
+    asyncio.run(act(Search(car_list, keys, seconds), names, BLINK))
     print(translated("cars-blink", names=", ".join(names)))
 
 
@@ -46,14 +46,15 @@ def _name(
     car_list: CarList = None,
     keys: OptionalFile = None,
     seconds: Seconds = 4.0,
-    language: Language = "",
 ) -> None:
+    import asyncio
+
     from motorcade.cli.fleet import act
     from motorcade.fleet.places import check_name
     from motorcade.words.request import NAME
 
     check_name(name)
-    act(Search(car_list, keys, seconds), [port], NAME, name)
+    asyncio.run(act(Search(car_list, keys, seconds), [port], NAME, name))
     print(translated("car-named", port=port, name=name))
 
 
@@ -62,12 +63,13 @@ def _ordering(kind: str) -> Callable[..., None]:
         car_list: CarList = None,
         keys: OptionalFile = None,
         seconds: Seconds = 4.0,
-        language: Language = "",
-        as_json: Json = False,
+        as_json: JsonInPipes = False,
     ) -> None:
+        import asyncio
+
         from motorcade.cli.fleet import order
 
-        order(kind, Search(car_list, keys, seconds), as_json)
+        asyncio.run(order(kind, Search(car_list, keys, seconds), as_json))
 
     return order_all
 

@@ -1,15 +1,16 @@
 """Tables and sentences on a terminal: words, formats, diagnostics, progress."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from motorcade.car.brain import TAGGED
-from motorcade.cli.options import current_language, in_language, translated
+from motorcade.cli.options import current_language, in_language, print_lines, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
 from motorcade.errors import Phrase
@@ -20,6 +21,41 @@ from motorcade.words.formats import CONTROL, HEADER, fingerprint
 from motorcade.words.image import parse_image
 
 _COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red")
+
+
+def make_table(
+    columns: Sequence[str],
+    rows: Iterable[Iterable[Any]],
+    *,
+    right: Collection[str] = (),
+    unbroken: Collection[str] = (),
+    **style: Any,
+) -> Table:
+    """Make a table whose headings are the texts "column-…" of the catalogue.
+
+    Args:
+        columns: the names of the headings.
+        rows: a cell for each column: a styled text, or anything whose text is shown, a dash for None.
+        right: the columns of numbers, at whose right edge their cells stand.
+        unbroken: the columns whose cells stay on one line.
+        style: what else Rich's table takes, such as a title.
+    """
+    table = Table(title_justify="left", caption_justify="left", **style)
+    for name in columns:
+        heading = translated(f"column-{name}")
+        table.add_column(heading, justify="right" if name in right else "left", no_wrap=name in unbroken)
+    for row in rows:
+        # A plain text is no markup, whoever wrote it.
+        table.add_row(*(each if isinstance(each, Text) else Text("–" if each is None else str(each)) for each in row))
+    return table
+
+
+def print_table(table: RenderableType) -> None:
+    """Print what Rich draws on standard output."""
+    console = Console()
+    with console.capture() as drawn:
+        console.print(table)
+    print_lines([drawn.get().removesuffix("\n")])
 
 
 def coloured_bits(word: int, word_format: WordFormat, before: str = "") -> Text:
@@ -70,23 +106,18 @@ def describe_control(word: int, profile: Profile) -> str:
 def words_table(words: Sequence[int], profile: Profile) -> Table:
     """Make a table of the words of an image: what each means, and its bits by field. Raises ImageError."""
     image = parse_image(tuple(words))
+    rows = []
+    for number, word in enumerate(words):
+        role = "header" if not number else "leader" if number <= len(image.leader) else "follower"
+        content = describe_control(word, profile) if number else describe_header(word, profile)
+        content += _describe_infrared(word) if role == "follower" else ""
+        bits = coloured_bits(word, CONTROL if number else HEADER, f"{content}\n")
+        rows.append((number, translated(f"role-{role}"), f"{word:08X}", bits))
+    columns = ("number", "for", "hexadecimal", "content")
     title = translated("words-table-title", count=len(words), bytes=len(words) * 4)
-    table = Table(title=title, title_justify="left", show_lines=True)
-    fields = ", ".join(field.name for field in CONTROL.fields)
-    table.caption = translated("words-table-caption", fields=fields)
-    table.caption_justify = "left"
-    table.add_column("#", justify="right", no_wrap=True)
-    table.add_column(translated("column-for"), no_wrap=True)
-    table.add_column(translated("column-hexadecimal"), no_wrap=True)
-    table.add_column(translated("column-content"))
-    header = Text(describe_header(words[0], profile) + "\n") + coloured_bits(words[0], HEADER)
-    table.add_row("0", translated("role-header"), f"{words[0]:08X}", header)
-    for number, word in enumerate(words[1:], start=1):
-        leads = number <= len(image.leader)
-        content = describe_control(word, profile) + ("" if leads else _describe_infrared(word))
-        role = translated("role-leader") if leads else translated("role-follower")
-        table.add_row(str(number), role, f"{word:08X}", Text(content + "\n") + coloured_bits(word, CONTROL))
-    return table
+    caption = translated("words-table-caption", fields=", ".join(field.name for field in CONTROL.fields))
+    style = {"title": title, "caption": caption, "show_lines": True}
+    return make_table(columns, rows, right=["number"], unbroken=columns[:3], **style)
 
 
 def _describe_infrared(word: int) -> str:
@@ -99,28 +130,29 @@ def fields_table(word: int, word_format: WordFormat, warnings: Iterable[Phrase])
     """Make a table of the fields of one word: bits, raw value, meaning."""
     lines = [translated("warning-line", code=warning.key, warning=warning) for warning in warnings]
     title = translated("fields-table-title", format=word_format.name, word=word)
-    table = Table(title=title, title_justify="left", caption="\n".join(lines) or None, caption_justify="left")
-    for name in ("bits", "field", "raw", "meaning", "source"):
-        table.add_column(translated(f"column-{name}"), justify="right" if name in ("bits", "raw") else "left")
-    for field in word_format.fields:
-        meaning = _meaning(word_format, field)
-        table.add_row(_bits(field), field.name, str(word >> field.low & field.raw_mask), meaning, field.source)
-    return table
+    columns = ("bits", "field", "raw", "meaning", "source")
+    rows = [
+        (_bits(each), each.name, word >> each.low & each.raw_mask, _meaning(word_format, each), each.source)
+        for each in word_format.fields
+    ]
+    return make_table(columns, rows, right=("bits", "raw"), title=title, caption="\n".join(lines) or None)
 
 
 def format_table(word_format: WordFormat) -> Table:
     """Make a table of the fields of a format: bits, allowed values with their unit, meaning."""
     title = translated("format-table-title", format=word_format.name, fingerprint=fingerprint_text(word_format))
-    table = Table(title=title, title_justify="left")
-    table.add_column(translated("column-bits"), justify="right", no_wrap=True)
-    table.add_column(translated("column-field"), no_wrap=True)
-    for name in ("allowed", "meaning", "source"):
-        table.add_column(translated(f"column-{name}"))
-    for field in word_format.fields:
-        allowed = f"{field.allowed.sentence(current_language())} {field.unit}".rstrip()
-        meaning = _meaning(word_format, field)
-        table.add_row(_bits(field), *map(Text, (field.name, allowed, meaning, field.source)))
-    return table
+    columns = ("bits", "field", "allowed", "meaning", "source")
+    rows = [
+        (
+            _bits(each),
+            each.name,
+            f"{each.allowed.sentence(current_language())} {each.unit}".rstrip(),
+            _meaning(word_format, each),
+            each.source,
+        )
+        for each in word_format.fields
+    ]
+    return make_table(columns, rows, right=["bits"], unbroken=("bits", "field"), title=title)
 
 
 def fingerprint_text(word_format: WordFormat) -> str:

@@ -4,25 +4,27 @@ from collections import deque
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from motorcade.cli import pages
-from motorcade.cli.car import BoardName, CarOptions, Role
+from motorcade.cli.car import BoardName, CarOptions, open_parts, revoked_keys
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
     CarNumber,
     GpioChip,
     ImageProfile,
+    InsecureLan,
     Json,
-    Language,
+    JsonInPipes,
     OptionalFile,
+    Role,
     TcpPortNumber,
     current_language,
+    exclude_each_other,
     image_for,
     print_json,
     print_lines,
@@ -30,7 +32,6 @@ from motorcade.cli.options import (
     profile_named,
     quoted,
     translated,
-    wants_json,
 )
 from motorcade.cli.pages import CameraName, KeysFile, LogFile
 from motorcade.errors import MotorcadeError, Phrase
@@ -41,10 +42,8 @@ if TYPE_CHECKING:
     from motorcade.boards.computer import BatteryFile
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
-    from motorcade.cli.car import CarParts
     from motorcade.cli.serving import Note
     from motorcade.config.profile import Profile
-    from motorcade.drive.keys import RevokedKeys
 
 _AXES = ("throttle", "steering", "seconds")
 _LONGEST_S = 3600.0
@@ -55,32 +54,27 @@ Car = Annotated[str, typer.Argument(metavar="HOST[:PORT]")]
 TelemetryPort = Annotated[int | None, typer.Option(min=1, max=65535)]
 CarName = Annotated[str | None, typer.Option("--car")]
 OptionalTcpPort = Annotated[int | None, typer.Option(min=0, max=65535)]
-
-
-class ByteOrder(StrEnum):
-    """Of the four bytes of a command."""
-
-    BIG = "big"
-    LITTLE = "little"
+# Of the four bytes of a command.
+ByteOrder = Literal["big", "little"]
 
 
 @app.command("serve")
 def _serve(
-    board: BoardName = BoardName.SIMULATED,
+    board: BoardName = "simulated",
     host: str = "127.0.0.1",
     port: TcpPortNumber = 5005,
     telemetry_port: OptionalTcpPort = None,
     keys: KeysFile = None,
     revoked: Path | None = None,
     log: LogFile = None,
-    insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
-    byte_order: ByteOrder = ByteOrder.BIG,
+    insecure_lan: InsecureLan = False,
+    byte_order: ByteOrder = "big",
     arming: Annotated[bool, typer.Option("--arming")] = False,
     pins: OptionalFile = None,
     gpio_chip: GpioChip = None,
     watchdog: Path | None = None,
     battery: OptionalFile = None,
-    role: Role = Role.LEADER,
+    role: Role = "leader",
     number: CarNumber = 0,
     upload_serial: str = "",
     upload_tcp: str = "",
@@ -88,38 +82,48 @@ def _serve(
     voice: str = "",
     voice_map: OptionalFile = None,
     web: OptionalTcpPort = None,
-    camera: CameraName = CameraName.NONE,
+    camera: CameraName = "none",
     mat: OptionalFile = None,
     program: OptionalFile = None,
     profile: ImageProfile = None,
-    language: Language = "",
     as_json: Json = False,
 ) -> None:
     import asyncio
 
+    from motorcade.boards.computer import BatteryFile
     from motorcade.cli.serving import ServeOptions, serve
+    from motorcade.config.pins import load_pins
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.keys import name_in, server_context
     from motorcade.drive.listener import bind
     from motorcade.fleet.places import DRIVE, announced
 
-    options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map, insecure_lan=insecure_lan)
-    if keys and insecure_lan:
-        raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
-    if (pins is None) != (board == BoardName.SIMULATED):
+    exclude_each_other(keys=keys, insecure_lan=insecure_lan)
+    if (pins is None) != (board == "simulated"):
         raise MotorcadeError("pins-and-board")
     if pins and (mat or program):
         raise MotorcadeError("options-of-simulated-cars")
-    _check_options(options, pins is not None)
-    options = options._replace(keys=keys, revoked=revoked)
-    from motorcade.boards.computer import BatteryFile
-
+    options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
+    if not pins and options != CarOptions():
+        raise MotorcadeError("options-of-real-cars")
+    exclude_each_other(upload_serial=upload_serial, upload_tcp=upload_tcp)
+    if revoked and not keys:
+        raise MotorcadeError("revoked-without-keys")
+    options = options._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
     chosen = profile_named(profile or DEFAULT_PROFILE)
     measured = BatteryFile(battery) if battery else None
     tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
     notes: deque[Note] = deque()
-    refused = _open_revoked(keys, revoked)
+    refused = revoked_keys(keys, revoked) if keys else None
+
+    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        """Note uploads and faults of a real car's program."""
+        if kind == "image":
+            notes.append(Phrase("serve-image", bytes=word))
+        elif kind == "fault":
+            notes.append(str(detail))
+
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
@@ -127,9 +131,11 @@ def _serve(
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
-        parts = _open_parts(resources, options, chosen, notes) if pins else None
+        parts = open_parts(resources, options, chosen, observe) if pins else None
         if pins and parts:
-            car = _open_real(parts, pins, chosen, gpio_chip, watchdog, measured)
+            with needs_extra("pins", "pi"):
+                from motorcade.boards.linux.programmed_drive import open_drive
+            car: DriveBoard = open_drive(parts.equipment, load_pins(pins), chosen, gpio_chip, watchdog, measured)
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = image_for(program, profile) if program else (bytes(4), chosen)
@@ -154,52 +160,6 @@ def _serve(
             asyncio.run(serve(car, chosen, serving))
     if not as_json:
         print_lines([translated("serve-ended")])
-
-
-def _open_revoked(keys: Path | None, file: Path | None) -> "RevokedKeys | None":
-    """The drivers' keys that the car doesn't take, in ``file`` or beside its own. Raises MotorcadeError."""
-    from motorcade.drive.keys import REVOKED, RevokedKeys
-
-    if keys is None:
-        if file:
-            raise MotorcadeError("revoked-without-keys")
-        return None
-    return RevokedKeys(file or keys.with_name(REVOKED), is_expected=file is not None)
-
-
-def _check_options(options: CarOptions, is_real: bool) -> None:
-    if not is_real and options._replace(insecure_lan=False) != CarOptions():
-        raise MotorcadeError("options-of-real-cars")
-    if options.serial and options.tcp:
-        raise MotorcadeError("options-exclude-each-other", first="--upload-serial", second="--upload-tcp")
-
-
-def _open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", notes: "deque[Note]") -> "CarParts":
-    """Open a real car's equipment; uploads and faults of its program are noted. Raises MotorcadeError."""
-    from motorcade.cli.car import open_parts
-
-    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        if kind == "image":
-            notes.append(Phrase("serve-image", bytes=word))
-        elif kind == "fault":
-            notes.append(str(detail))
-
-    return open_parts(resources, options, profile, observe)
-
-
-def _open_real(
-    parts: "CarParts",
-    pins: Path,
-    profile: "Profile",
-    gpio_chip: int | None,
-    watchdog: Path | None,
-    battery: "BatteryFile | None",
-) -> "DriveBoard":
-    with needs_extra("pins", "pi"):
-        from motorcade.boards.linux.programmed_drive import open_drive
-    from motorcade.config.pins import load_pins
-
-    return open_drive(parts.equipment, load_pins(pins), profile, gpio_chip, watchdog, battery)
 
 
 def _open_simulated(
@@ -228,7 +188,6 @@ def _connect(
     car_name: CarName = None,
     throttle: Annotated[float, typer.Option(min=0.05, max=1)] = 0.4,
     hold_ms: Annotated[int, typer.Option(min=100, max=1000)] = 250,
-    language: Language = "",
 ) -> None:
     with needs_extra("keyboard", "drive"):
         from motorcade.cli.drive_terminal import DriveTerminal, check_terminal
@@ -250,8 +209,7 @@ def _send(
     telemetry_port: TelemetryPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     from motorcade.drive.blocking_client import BlockingDriveClient
 
@@ -268,7 +226,7 @@ def _send(
             if telemetry.state == "discharged":
                 raise MotorcadeError("is-discharged", car=car, battery_mv=telemetry.battery_mv)
             raise MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")
-    if wants_json(as_json):
+    if as_json:
         print_json(telemetry._asdict())
     else:
         seconds, state = sum(seconds for seconds, _ in parsed), Phrase(f"car-state-{telemetry.state}")
@@ -282,26 +240,26 @@ def _keys(
     driver: list[str] | None = None,
     revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
-    if sum(map(bool, (car or driver, revoke, list_all))) > 1:
-        raise MotorcadeError("options-exclude-each-other", first="--revoke", second="--list / --car / --driver")
+    for named in ({"car": car}, {"driver": driver}):
+        exclude_each_other(revoke=revoke, list=list_all, **named)
     if list_all:
         _list_keys(folder, as_json)
         return
     if revoke:
         file = revoke_drivers(folder, revoke)
         sentence = translated("keys-revoked", names=", ".join(revoke), file=file)
-        print_result({"revoked": revoke, "file": str(file)}, sentence, wants_json(as_json))
+        print_result({"revoked": revoke, "file": str(file)}, sentence, as_json)
         return
     if not car and not driver:
         raise MotorcadeError("nobody-named")
-    named = (each.partition("@") for each in car or ())
-    cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named]
+    named_hosts = (each.partition("@") for each in car or ())
+    cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
     made = make_keys(folder, cars, driver or [], datetime.now(UTC))
-    if wants_json(as_json):
+    if as_json:
         print_json([str(file) for file in made])
         return
     for file in made:
@@ -322,7 +280,7 @@ def _list_keys(folder: Path, as_json: bool) -> None:
         }
         for each in list_keys(folder)
     ]
-    if wants_json(as_json):
+    if as_json:
         print_json(rows)
         return
     for row in rows:

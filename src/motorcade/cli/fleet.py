@@ -1,4 +1,4 @@
-"""What the commands of several cars do. A file of its own, because asyncio is slow to import."""
+"""What the commands of several cars do. A file of its own, because asyncio and Rich are slow to import."""
 
 import asyncio
 import re
@@ -8,10 +8,15 @@ from binascii import crc32
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import typer
+from rich.console import Console
+from rich.live import Live
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.table import Table
+from rich.text import Text
 
+from motorcade.cli.console import make_table, print_table
 from motorcade.cli.options import (
     DEFAULT_PROFILE,
     Search,
@@ -20,19 +25,17 @@ from motorcade.cli.options import (
     print_json,
     print_note,
     print_result,
-    print_table,
     translated,
-    wants_json,
 )
+from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.fleet.cars import MOST_CARS, Cars
+from motorcade.fleet.contact import CarStatus, Verdict
+from motorcade.fleet.finding import Finder
+from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from motorcade.fleet.cars import Cars
-    from motorcade.fleet.contact import CarStatus, Verdict
-    from motorcade.fleet.finding import Finder
+from motorcade.sockets import allow_files
+from motorcade.words.request import GO, STOP
 
 _DRAW_S = 0.2
 _LOOK_S = 0.02
@@ -47,30 +50,27 @@ _FREE_LINES = 4
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
 
 
-def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: bool, as_json: bool) -> None:
+async def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: bool, as_json: bool) -> None:
     """Upload to many cars, and print a verdict for each; end with an exit code unless all have it."""
-    verdicts = asyncio.run(_load(image, names, search, baud, f"{crc32(image):08x}" if resume else ""))
-    if wants_json(as_json):
-        rows = [each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts]
-        print_json(rows)
+    checksum = f"{crc32(image):08x}"
+    verdicts = await _load(image, names, search, baud, checksum if resume else "")
+    if as_json:
+        print_json([each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts])
     else:
-        print_table(_verdict_table(verdicts, f"{crc32(image):08x}"))
+        rows = []
+        for each in verdicts:
+            holds = translated(f"load-{each.holds}", crc32=checksum)
+            why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
+            rows.append((each.car, each.where, f"{holds}\n{why}".strip()))
+        print_table(make_table(("name", "where", "verdict"), rows))
     failed = [each.error for each in verdicts if each.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
 
 
 @asynccontextmanager
-async def _looking(
-    search: Search, names: Sequence[str] = (), baud: int = 115200
-) -> "AsyncIterator[tuple[Cars, Finder]]":
+async def _looking(search: Search, names: Sequence[str] = (), baud: int = 115200) -> AsyncIterator[tuple[Cars, Finder]]:
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
-    from motorcade.drive.keys import client_context
-    from motorcade.fleet.cars import MOST_CARS, Cars
-    from motorcade.fleet.finding import Finder
-    from motorcade.fleet.places import place_of
-    from motorcade.sockets import allow_files
-
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
     tls = client_context(search.keys, takes_chips=True) if search.keys else None
     allow_files(MOST_CARS)
@@ -80,21 +80,17 @@ async def _looking(
             yield cars, finder
 
 
-def act(search: Search, names: Sequence[str], kind: str, new: str = "") -> None:
+async def act(search: Search, names: Sequence[str], kind: str, new: str = "") -> None:
     """Look for these cars, and ask as soon as all are found: `motorcade.fleet.cars.Cars.ask`. Raises MotorcadeError."""
-
-    async def run() -> None:
-        async with _looking(search, names) as (cars, _):
-            await _found(cars, names, search.seconds, search.listen_s)
-            await cars.ask(names, kind, new)
-
-    asyncio.run(run())
+    async with _looking(search, names) as (cars, _):
+        await _found(cars, names, search)
+        await cars.ask(names, kind, new)
 
 
-async def _found(cars: "Cars", names: Sequence[str], within_s: float, listen_s: float) -> None:
+async def _found(cars: Cars, names: Sequence[str], search: Search) -> None:
     """Wait until cars of these names are found and answer. Raises MotorcadeError where they aren't in time."""
-    end_s = time.monotonic() + within_s
-    listened_s = time.monotonic() + listen_s
+    end_s = time.monotonic() + search.seconds
+    listened_s = time.monotonic() + search.listen_s
     while time.monotonic() < end_s:
         try:
             known = all(each.is_known.is_set() for each in cars.named(names))
@@ -107,26 +103,8 @@ async def _found(cars: "Cars", names: Sequence[str], within_s: float, listen_s: 
     cars.named(names)
 
 
-def order(kind: str, search: Search, as_json: bool) -> None:
+async def order(kind: str, search: Search, as_json: bool) -> None:
     """Stop all cars that are found, or let them go; then tell which haven't confirmed it."""
-    count, missing = asyncio.run(_order(kind, search))
-    if not count:
-        raise MotorcadeError("no-cars-found")
-    names = [each.name for each in missing]
-    lines = [translated(f"cars-{kind}", count=count - len(missing))]
-    if missing:
-        lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_PROBLEMS]), count=len(missing))
-        problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
-        lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
-    print_result({"cars": count, "missing": names}, "\n".join(lines), wants_json(as_json))
-    if missing:
-        raise typer.Exit(NO_ANSWER)
-
-
-async def _order(kind: str, search: Search) -> "tuple[int, list[CarStatus]]":
-    """Return how many cars there are, and those that haven't confirmed the order."""
-    from motorcade.words.request import GO, STOP
-
     async with _looking(search) as (cars, finder):
         begin_s = time.monotonic()
         cars.order(STOP if kind == "stop" else GO)
@@ -135,7 +113,17 @@ async def _order(kind: str, search: Search) -> "tuple[int, list[CarStatus]]":
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
         count = len(cars.contacts)
         _note(finder)
-    return count, missing
+    if not count:
+        raise MotorcadeError("no-cars-found")
+    names = [each.name for each in missing]
+    lines = [translated(f"cars-{kind}", count=count - len(missing))]
+    if missing:
+        lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_PROBLEMS]), count=len(missing))
+        problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
+        lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
+    print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
+    if missing:
+        raise typer.Exit(NO_ANSWER)
 
 
 def _program_names() -> dict[str, str]:
@@ -149,12 +137,9 @@ def _program_names() -> dict[str, str]:
     return names
 
 
-def print_cars(search: Search) -> None:
+async def print_cars(search: Search) -> None:
     """Print what is known of all cars as JSON."""
-    asyncio.run(_print_cars(search, _program_names()))
-
-
-async def _print_cars(search: Search, programs: dict[str, str]) -> None:
+    programs = _program_names()
     async with _looking(search) as (cars, finder):
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
@@ -166,17 +151,9 @@ async def _print_cars(search: Search, programs: dict[str, str]) -> None:
     print_json(rows)
 
 
-def show_cars(search: Search) -> None:
+async def show_cars(search: Search) -> None:
     """Draw the live table until Ctrl-C or q; s stops all cars, g lets them go."""
-    asyncio.run(_show_cars(search, _program_names()))
-
-
-async def _show_cars(search: Search, programs: dict[str, str]) -> None:
-    from rich.live import Live
-
-    from motorcade.words.request import GO, STOP
-
-    loop = asyncio.get_running_loop()
+    loop, programs = asyncio.get_running_loop(), _program_names()
     async with _looking(search) as (cars, finder):
         ended = asyncio.Event()
         actions = {"s": lambda: cars.order(STOP), "g": lambda: cars.order(GO), "q": ended.set}
@@ -219,12 +196,7 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
             thread.join(_DRAW_S * 5)
 
 
-def _table(rows: "Sequence[CarStatus]", finder: "Finder", programs: dict[str, str]) -> "Table":
-    from rich.table import Table
-
-    table = Table(*(translated(f"cars-column-{name}") for name in _COLUMNS), title_justify="left")
-    for row in rows:
-        table.add_row(*_cells(row, programs.get(row.crc32 or "", "")))
+def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) -> Table:
     counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
     others = [f"{each.name} ({each.address})" for each in finder.others.values()]
     lines = [counted, translated("cars-keys")]
@@ -234,24 +206,19 @@ def _table(rows: "Sequence[CarStatus]", finder: "Finder", programs: dict[str, st
     lines += problems[:_MOST_PROBLEMS]
     if finder.problem:
         lines.append(finder.problem.sentence(current_language()))
-    from rich.text import Text
-
-    table.caption = Text("\n".join(lines))
-    table.caption_justify = "left"
-    return table
+    cells = (_cells(row, programs.get(row.crc32 or "", "")) for row in rows)
+    return make_table(_COLUMNS, cells, caption=Text("\n".join(lines)))
 
 
-def _cells(row: "CarStatus", program: str) -> "list[Any]":
-    """Return a row's cells; text of a stranger is no markup. ``program`` is the name of the car's, if it is known."""
-    from rich.text import Text
-
+def _cells(row: CarStatus, program: str) -> list[Text]:
+    """Return a row's cells. ``program`` is the name of the car's, if it is known."""
     image = "" if row.crc32 is None else translated("cars-program", words=row.words or 0, crc32=row.crc32)
     silent = "cars-silent" if row.silent_s is None else "cars-away"
     seen = translated(silent, seconds=round(row.silent_s or 0)) if row.away else translated("cars-here")
     cells = [
         row.name,
         "" if row.number is None else str(row.number),
-        str(Phrase(f"role-{row.role}").sentence(current_language())) if row.role in ("leader", "follower") else "",
+        Phrase(f"role-{row.role}").sentence(current_language()) if row.role in ("leader", "follower") else "",
         row.board or row.kind,
         row.where,
         f"{program}\n{image}".strip(),
@@ -263,14 +230,11 @@ def _cells(row: "CarStatus", program: str) -> "list[Any]":
     return [Text(cell, style="" if not row.away else "dim") for cell in cells]
 
 
-async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, skips: str) -> "list[Verdict]":
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
-
+async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, skips: str) -> list[Verdict]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
     console = Console(stderr=True)
     async with _looking(search, names, baud) as (cars, finder):
-        await _found(cars, names, search.seconds, search.listen_s)
+        await _found(cars, names, search)
         contacts = cars.named(names)
         _note(finder)
         if not contacts:
@@ -299,18 +263,6 @@ async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, s
             return await cars.load(image, names, advance if console.is_terminal else lambda *_: None, skips)
 
 
-def _verdict_table(verdicts: "Sequence[Verdict]", checksum: str) -> "Table":
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(*(translated(f"cars-column-{name}") for name in ("name", "where", "verdict")))
-    for each in verdicts:
-        holds = translated(f"load-{each.holds}", crc32=checksum)
-        why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
-        table.add_row(Text(each.car), Text(each.where), Text(f"{holds}\n{why}".strip()))
-    return table
-
-
-def _note(finder: "Finder") -> None:
+def _note(finder: Finder) -> None:
     if finder.problem:
         print_note(finder.problem.sentence(current_language()))

@@ -1,21 +1,19 @@
 """Commands about missions: missions, check, search."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from motorcade.cli.options import (
     CarNumber,
-    Json,
-    Language,
+    Jobs,
+    JsonInPipes,
     current_language,
     print_json,
     print_lines,
     print_note,
-    print_table,
     translated,
-    wants_json,
     write_file,
 )
 from motorcade.cli.runs import ended_by_sentences
@@ -24,8 +22,6 @@ from motorcade.extras import needs_extra
 from motorcade.outcomes import FINE, PROGRAM_ERROR
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from motorcade.missions.check import Result
     from motorcade.missions.model import Mission
 
@@ -39,11 +35,11 @@ app = typer.Typer()
 
 
 @app.command("missions")
-def _missions(language: Language = "", as_json: Json = False) -> None:
+def _missions(as_json: JsonInPipes = False) -> None:
     from motorcade.missions.document import LITERATURE, missions, shortest_programs
 
     found, shortest = missions() + missions(LITERATURE), shortest_programs()
-    if wants_json(as_json):
+    if as_json:
         print_json(
             [
                 {
@@ -57,8 +53,23 @@ def _missions(language: Language = "", as_json: Json = False) -> None:
                 for each in found
             ]
         )
-    else:
-        print_table(_missions_table(found, shortest))
+        return
+    from motorcade.cli.console import make_table, print_table
+
+    rows = [
+        (
+            Phrase(f"mission-path-{each.document['path']}").sentence(current_language()),
+            each.id,
+            each.name.sentence(current_language()),
+            _stars(each.stars),
+            # What a search has found, and after how many runs.
+            translated("shortest-found", **shortest[each.id]) if each.id in shortest else None,
+        )
+        for each in found
+    ]
+    columns = ("path", "mission", "name", "stars", "shortest")
+    title = translated("missions-title", count=len(found))
+    print_table(make_table(columns, rows, unbroken=("path", "mission", "stars"), title=title))
 
 
 @app.command("check")
@@ -66,13 +77,12 @@ def _check(
     mission: Annotated[str, typer.Argument(metavar="MISSION")],
     program: Annotated[str, typer.Argument(metavar="PROGRAM")],
     output: Annotated[Path | None, typer.Option("-o", "--output", dir_okay=False)] = None,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     wanted = _named(mission)
     if Path(program).is_dir():
         with needs_extra("simulating", "world"):
-            passed = _check_folder(wanted, Path(program), output, wants_json(as_json))
+            passed = _check_folder(wanted, Path(program), output, as_json)
         raise typer.Exit(FINE if passed else PROGRAM_ERROR)
     with needs_extra("simulating", "world"):
         try:
@@ -82,10 +92,10 @@ def _check(
             raise MotorcadeError("mission-program-not-valid", file=program, reason=reason) from None
     for note in wanted.beside_mat():
         print_note(note.sentence(current_language()))
-    if wants_json(as_json):
+    if as_json:
         print_json(result.to_dict(current_language()))
     else:
-        print_table(_result_table(wanted, result))
+        _print_result(wanted, result)
     raise typer.Exit(FINE if result.stars else PROGRAM_ERROR)
 
 
@@ -96,16 +106,15 @@ def _search(
     method: Method = "map-elites",
     output: Annotated[Path | None, typer.Option("-o", "--output", file_okay=False)] = None,
     seed: CarNumber = 0,
-    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
+    jobs: Jobs = 0,
     scheduler: str = "",
     ahead: Annotated[int, typer.Option(min=1, max=10_000)] = 8,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     wanted = _named(mission)
     folder = output or Path(f"{wanted.id}-search")
     with ended_by_sentences(folder, "search"):
-        from motorcade.cli.console import drawing_texts, progress_bar
+        from motorcade.cli.console import drawing_texts, make_table, print_table, progress_bar
         from motorcade.experiments.run import on_a_cluster, on_this_computer
         from motorcade.lab.search import Search, do_task, opened_archive
         from motorcade.missions.check import check_program
@@ -121,7 +130,7 @@ def _search(
                 search.best.draw(picture, translated("search-title", **title))
             briefest = search.shortest()
             shortest = briefest and briefest.blocks
-    if wants_json(as_json):
+    if as_json:
         best = [
             {
                 "file": str(path),
@@ -135,16 +144,19 @@ def _search(
         ]
         print_json({"runs": search.done, "shortest": shortest, "picture": str(picture), "best": best})
         return
-    from rich.table import Table
-
-    table = Table(title=translated("search-title", **title), title_justify="left")
-    for name in ("grade", "stars", "blocks", "coverage", "words-a-minute", "project"):
-        table.add_column(translated(f"column-{name}"), no_wrap=name == "project")
-    for path, each, result in found:
-        mean = each.mean
-        numbers = f"{result.grade:.4f}", _stars(len(result.stars)), str(each.blocks), f"{mean.coverage:.0%}"
-        table.add_row(*numbers, f"{mean.words:.0f}", str(path))
-    print_table(table)
+    rows = [
+        (
+            f"{result.grade:.4f}",
+            _stars(len(result.stars)),
+            each.blocks,
+            f"{each.mean.coverage:.0%}",
+            f"{each.mean.words:.0f}",
+            path,
+        )
+        for path, each, result in found
+    ]
+    columns = ("grade", "stars", "blocks", "coverage", "words-a-minute", "project")
+    print_table(make_table(columns, rows, unbroken=["project"], title=translated("search-title", **title)))
     lines = [translated("search-shortest", count=shortest)] if shortest else [translated("search-without-stars")]
     print_lines([*lines, translated("search-is-drawn", picture=picture)])
 
@@ -172,9 +184,7 @@ def _result(mission: "Mission", program: str) -> "Result":
 
 def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json: bool) -> bool:
     """Check all files of a folder, write the report, and print it; return whether each has a star."""
-    from rich.table import Table
-
-    from motorcade.cli.console import progress_bar
+    from motorcade.cli.console import make_table, print_table, progress_bar
     from motorcade.missions.report import check_files, files_of, report_in, to_csv, to_html
 
     language = current_language()
@@ -201,48 +211,36 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
         ]
         print_json({"page": str(written[".html"]), "table": str(written[".csv"]), "files": rows})
     else:
-        table = Table(title=translated("check-folder-title", name=mission.name, folder=folder), title_justify="left")
-        for name in ("file", "stars", "why"):
-            table.add_column(translated(f"column-{name}"), no_wrap=name == "stars")
+        title = translated("check-folder-title", name=mission.name, folder=folder)
+        cells = []
         for each in checked:
             lost = [goal.why.sentence(language) for goal in each.result.goals if not goal.met] if each.result else []
             why = each.problem.sentence(language) if each.problem else " ".join(lost)
-            table.add_row(each.name, _stars(len(each.result.stars)) if each.result else "–", why)
-        print_table(table)
+            cells.append((each.name, _stars(len(each.result.stars)) if each.result else None, why))
+        print_table(make_table(("file", "stars", "why"), cells, unbroken=["stars"], title=title))
         print_lines([translated("check-folder-written", page=written[".html"], table=written[".csv"])])
     return all(each.result and each.result.stars for each in checked)
 
 
-def _missions_table(found: "tuple[Mission, ...]", shortest: dict[str, dict[str, Any]]) -> "Table":
-    from rich.table import Table
-
-    table = Table(title=translated("missions-title", count=len(found)), title_justify="left")
-    for name in ("path", "mission", "name", "stars", "shortest"):
-        table.add_column(translated(f"column-{name}"), no_wrap=name not in ("name", "shortest"))
-    # What a search has found, and after how many runs.
-    for each in found:
-        path = Phrase(f"mission-path-{each.document['path']}").sentence(current_language())
-        few = translated("shortest-found", **shortest[each.id]) if each.id in shortest else "–"
-        table.add_row(path, each.id, each.name.sentence(current_language()), _stars(each.stars), few)
-    return table
-
-
-def _result_table(mission: "Mission", result: "Result") -> "Table":
-    from rich.table import Table
-
+def _print_result(mission: "Mission", result: "Result") -> None:
+    from motorcade.cli.console import make_table, print_table
     from motorcade.missions.report import asked_goals
 
     language = current_language()
+    rows = [
+        (
+            _stars(each.star),
+            asked,
+            translated("goal-is-met") if each.met else translated("goal-is-lost", seed=each.seed),
+            f"{each.grade:.2f}",
+            f"{each.t_ms / 1000:g}",
+            each.why.sentence(language),
+        )
+        for asked, each in asked_goals(mission, result, language)
+    ]
+    columns = ("star", "goal", "result", "grade", "time", "why")
     title = translated("check-title", name=mission.name, stars=_stars(len(result.stars)))
-    table = Table(title=title, title_justify="left")
-    for name in ("star", "goal", "result", "grade", "time", "why"):
-        table.add_column(translated(f"column-{name}"), no_wrap=name not in ("goal", "why"))
-    for asked, each in asked_goals(mission, result, language):
-        shown = translated("goal-is-met") if each.met else translated("goal-is-lost", seed=each.seed)
-        numbers = f"{each.grade:.2f}", f"{each.t_ms / 1000:g}"
-        row = (_stars(each.star), asked, shown, *numbers, each.why.sentence(language))
-        table.add_row(*row)
-    return table
+    print_table(make_table(columns, rows, unbroken=("star", "result", "grade", "time"), title=title))
 
 
 def _stars(count: int) -> str:

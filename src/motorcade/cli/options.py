@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -22,7 +22,7 @@ from motorcade.locales import FIRST, catalogue, command_line_text, languages, sy
 from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
-    from rich.console import Console, RenderableType
+    from rich.console import Console
 
     from motorcade.config.profile import Profile
     from motorcade.fleet.places import Place
@@ -47,8 +47,14 @@ def request_language(language: str) -> str:
     return language
 
 
-Language = Annotated[str, typer.Option(callback=request_language)]
+def wants_json(as_json: bool) -> bool:
+    """Return whether to print JSON: --json is given, or standard output is no terminal."""
+    return as_json or sys.stdout is None or not sys.stdout.isatty()
+
+
+# Whether to print JSON: where it is asked for; or also where no terminal shows what is printed.
 Json = Annotated[bool, typer.Option("--json")]
+JsonInPipes = Annotated[bool, typer.Option("--json", callback=wants_json)]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]
@@ -59,8 +65,11 @@ TcpPortNumber = Annotated[int, typer.Option(min=0, max=65535)]
 # The profile of an image. A project names its own, so the option has no default.
 ImageProfile = Annotated[str | None, typer.Option("--profile")]
 CarNumber = Annotated[int, typer.Option(min=0, max=(1 << 32) - 1)]
+InsecureLan = Annotated[bool, typer.Option("--insecure-lan")]
 CarList = Annotated[Path | None, typer.Option("--list", exists=True, dir_okay=False)]
 Seconds = Annotated[float, typer.Option(min=0.1, max=3600)]
+Jobs = Annotated[int, typer.Option(min=0, max=1024)]
+Role = Literal["leader", "follower"]
 
 
 class Search(NamedTuple):
@@ -82,17 +91,19 @@ class Search(NamedTuple):
         return 0.0 if self.file else min(_LISTEN_S, self.seconds)
 
 
+def exclude_each_other(**given: Any) -> None:
+    """Raise MotorcadeError where more than one of the options is given; each has a name of Python's."""
+    names = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
+    if len(names) > 1:
+        raise MotorcadeError("options-exclude-each-other", first=names[0], second=names[1])
+
+
 def listed(file: Path | None) -> "list[Place]":
     """Return the places in a list of cars, or in the usual one where none is named. Raises MotorcadeError."""
     from motorcade.fleet.places import read_list
 
     file = file or (_USUAL_LIST if _USUAL_LIST.is_file() else None)
     return read_list(file) if file else []
-
-
-def wants_json(as_json: bool) -> bool:
-    """Return whether to print JSON: --json is given, or standard output is no terminal."""
-    return as_json or sys.stdout is None or not sys.stdout.isatty()
 
 
 def print_json(data: Any) -> None:
@@ -115,16 +126,6 @@ def print_result(data: Any, sentence: str, as_json: bool) -> None:
         print_json(data)
     else:
         print_lines([sentence])
-
-
-def print_table(table: "RenderableType") -> None:
-    """Print what Rich draws on standard output."""
-    from rich.console import Console
-
-    console = Console()
-    with console.capture() as drawn:
-        console.print(table)
-    print_lines([drawn.get().removesuffix("\n")])
 
 
 def print_lines(lines: Iterable[str]) -> None:

@@ -9,18 +9,18 @@ import threading
 import webbrowser
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from motorcade.cli.options import (
     CarList,
+    InsecureLan,
     Json,
-    Language,
     Output,
     TcpPortNumber,
+    exclude_each_other,
     listed,
     print_note,
     print_result,
@@ -45,17 +45,9 @@ studio_app = typer.Typer()
 KeysFile = Annotated[Path | None, typer.Option(dir_okay=False)]
 LogFile = Annotated[Path | None, typer.Option("--log", dir_okay=False)]
 PageKeys = Annotated[Path | None, typer.Option("--https", dir_okay=False)]
-InsecureLan = Annotated[bool, typer.Option("--insecure-lan")]
 Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL")]
-
-
-class CameraName(StrEnum):
-    """Where a real car's pictures come from."""
-
-    NONE = "none"
-    AUTO = "auto"
-    PICAMERA2 = "picamera2"
-    OPENCV = "opencv"
+# Where a real car's pictures come from.
+CameraName = Literal["none", "auto", "picamera2", "opencv"]
 
 
 def https(keys: Path | None) -> ssl.SSLContext | None:
@@ -94,9 +86,9 @@ def open_camera(name: CameraName) -> "Source | None":
     """A real car's camera. Raises MotorcadeError where the requested camera isn't there."""
     from motorcade.cameras.broadcast import OpenCvCamera, PiCamera, find_camera
 
-    if name == CameraName.NONE:
+    if name == "none":
         return None
-    return {CameraName.AUTO: find_camera, CameraName.PICAMERA2: PiCamera, CameraName.OPENCV: OpenCvCamera}[name]()
+    return {"auto": find_camera, "picamera2": PiCamera, "opencv": OpenCvCamera}[name]()
 
 
 def load_page() -> None:
@@ -177,7 +169,7 @@ def _remote(
     from motorcade.drive.listener import bind
 
     check_page()
-    _check_options(page_keys, insecure_lan)
+    exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
     named = named_cars(cars, camera or (), keys)
     with bind(host, port, "remote") as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
@@ -195,11 +187,6 @@ def _remote(
 def print_problem(problem: MotorcadeError) -> None:
     """Print on standard error what a server does without, such as a log."""
     print_note(problem.sentence())
-
-
-def _check_options(page_keys: Path | None, insecure_lan: bool) -> None:
-    if page_keys and insecure_lan:
-        raise MotorcadeError("options-exclude-each-other", first="--https", second="--insecure-lan")
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
@@ -248,7 +235,7 @@ def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
 
 
 @studio_app.command("site")
-def _site(output: Output, language: Language = "", as_json: Json = False) -> None:
+def _site(output: Output, as_json: Json = False) -> None:
     with needs_extra("site", "studio"):
         from motorcade.browser.site import site_files, write_site
 
@@ -286,7 +273,7 @@ def _studio(
     from motorcade.fleet.places import STUDIO, announced
 
     check_page()
-    _check_options(page_keys, insecure_lan)
+    exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     token = own_token(folder)

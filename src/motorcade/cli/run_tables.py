@@ -8,7 +8,7 @@ import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
 
-from motorcade.cli.console import words_table
+from motorcade.cli.console import make_table, words_table
 from motorcade.cli.options import print_diagnostics, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
@@ -30,24 +30,20 @@ def cars_table(run: Run) -> Table:
     counts = {
         name: np.bincount(events["car"][events["kind"] == k], minlength=world.cars) for k, name in enumerate(KINDS)
     }
-    table = Table(title=translated("cars-table-title", seconds=world.now_ms / 1000), title_justify="left")
-    table.add_column(translated("column-car"), no_wrap=True)
-    for name in ("words", "frames", "heard", "lost", "driven", "x", "y", "heading"):
-        table.add_column(translated(f"column-{name}"), justify="right")
     end, leader = world.snapshot(), translated("role-leader")
-    for car, leads in enumerate(world.mat.starts.leads.tolist()):
-        table.add_row(
-            f"{car}, {leader}" if leads and car else leader if leads else str(car),
-            str(counts["state"][car] + counts["start"][car]),
-            str(counts["frame"][car]),
-            str(counts["heard"][car]),
-            str(counts["lost"][car]),
-            _rounded(run.driven_m[car], 2),
-            _rounded(end.x_m[car], 2),
-            _rounded(end.y_m[car], 2),
+    rows = [
+        (
+            f"{car}, {leader}" if leads and car else leader if leads else car,
+            counts["state"][car] + counts["start"][car],
+            *(counts[name][car] for name in ("frame", "heard", "lost")),
+            *(_rounded(each[car], 2) for each in (run.driven_m, end.x_m, end.y_m)),
             _rounded(math.degrees(end.heading[car]), 0),
         )
-    return table
+        for car, leads in enumerate(world.mat.starts.leads.tolist())
+    ]
+    columns = ("car", "words", "frames", "heard", "lost", "driven", "x", "y", "heading")
+    title = translated("cars-table-title", seconds=world.now_ms / 1000)
+    return make_table(columns, rows, right=columns[1:], unbroken=["car"], title=title)
 
 
 def run_tables(run: Run) -> Group:
@@ -68,14 +64,11 @@ def run_as_dict(run: Run) -> dict[str, object]:
 
 def slots_table(run: Run) -> Table:
     """Make a table of the leaders' slots: how many followers began the word of each, and how late."""
-    table = Table(title=translated("slots-table-title"), title_justify="left")
-    for name in Slot._fields:
-        table.add_column(translated(f"column-slot-{name.replace('_', '-')}"), justify="right")
-    for slot in run.slots[:_MOST_SLOTS]:
-        table.add_row(*("–" if value is None else str(value) for value in slot))
-    if len(run.slots) > _MOST_SLOTS:
-        table.caption = translated("slots-table-more", count=len(run.slots) - _MOST_SLOTS)
-    return table
+    columns = [f"slot-{name.replace('_', '-')}" for name in Slot._fields]
+    more = len(run.slots) - _MOST_SLOTS
+    caption = translated("slots-table-more", count=more) if more > 0 else None
+    title = translated("slots-table-title")
+    return make_table(columns, run.slots[:_MOST_SLOTS], right=columns, title=title, caption=caption)
 
 
 def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
@@ -89,13 +82,11 @@ def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
 
 def _crowd_table(run: Run) -> Table:
     world = run.world
+    counts = {name.replace("_", "-"): f"{int(values[0]):,}" for name, values in world.counts().items()}
+    rows = [(translated(f"counter-{name}"), count) for name, count in counts.items()]
+    rows.append((translated("mean-distance"), _rounded(float(run.driven_m.mean()), 2)))
     title = translated("crowd-table-title", count=world.cars, seconds=world.now_ms / 1000)
-    table = Table(translated("column-counter"), title=title, title_justify="left")
-    table.add_column(translated("column-total"), justify="right")
-    for name, values in world.counts().items():
-        table.add_row(translated(f"counter-{name.replace('_', '-')}"), f"{int(values[0]):,}")
-    table.add_row(translated("mean-distance"), _rounded(float(run.driven_m.mean()), 2))
-    return table
+    return make_table(("counter", "total"), rows, right=["total"], title=title)
 
 
 def print_unheard(run: Run) -> None:

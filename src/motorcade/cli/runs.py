@@ -15,8 +15,9 @@ import typer
 from motorcade.cli.options import (
     CarNumber,
     ImageProfile,
+    Jobs,
     Json,
-    Language,
+    JsonInPipes,
     Output,
     Source,
     current_language,
@@ -26,9 +27,7 @@ from motorcade.cli.options import (
     print_lines,
     print_note,
     print_result,
-    print_table,
     translated,
-    wants_json,
 )
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
@@ -57,8 +56,7 @@ def _simulate(
     mat: Path | None = None,
     record: list[Path] | None = None,
     profile: ImageProfile = None,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     image, chosen = image_for(source, profile)
     if math.isnan(seconds):
@@ -67,7 +65,7 @@ def _simulate(
         raise MotorcadeError("followers-with-mat")
     files = record or []
     with needs_extra("simulating", "world"):
-        from motorcade.cli.console import drawing_texts, progress_bar
+        from motorcade.cli.console import drawing_texts, print_table, progress_bar
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import read_mat
         from motorcade.runs.recording import DATA_ENDING
@@ -83,7 +81,7 @@ def _simulate(
         with progress_bar("done", total_ms) as advance, texts:
             run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
     print_unheard(run)
-    if wants_json(as_json):
+    if as_json:
         print_json(run_as_dict(run))
     else:
         print_table(run_tables(run))
@@ -134,15 +132,14 @@ def _print_damage(recording: "Recording") -> None:
 def _sweep(
     spec: Annotated[Path, typer.Argument(metavar="SPEC.toml", exists=True, dir_okay=False, readable=True)],
     output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False)],
-    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
+    jobs: Jobs = 0,
     scheduler: str = "",
     picture: Path | None = None,
     x: str = "",
     y: str = "",
     colour: str = "",
     capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise MotorcadeError("picture-needs-options")
@@ -167,7 +164,7 @@ def _sweep(
             from motorcade.lab.capsule import write_capsule
 
             write_capsule(capsule, spec.read_bytes(), plan, output)
-    if wants_json(as_json):
+    if as_json:
         result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
         files = {"picture": picture, "capsule": capsule}
         print_json(result | {name: str(file) for name, file in files.items() if file})
@@ -187,9 +184,8 @@ def _sweep(
 def _verify(
     capsule: Annotated[Path, typer.Argument(metavar="CAPSULE.zip", exists=True, dir_okay=False, readable=True)],
     sample: Annotated[int | None, typer.Option(min=1)] = None,
-    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
-    language: Language = "",
-    as_json: Json = False,
+    jobs: Jobs = 0,
+    as_json: JsonInPipes = False,
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
@@ -198,11 +194,11 @@ def _verify(
 
         runs, difference = verify(capsule, sample, on_this_computer(jobs), progress_bar)
     if difference is None:
-        print_result({"runs": runs, "equal": True}, translated("capsule-is-equal", runs=runs), wants_json(as_json))
+        print_result({"runs": runs, "equal": True}, translated("capsule-is-equal", runs=runs), as_json)
         return
     details = difference._asdict()
     result = {"runs": runs, "equal": False, **details, "point": difference.point.sentence(current_language())}
-    print_result(result, translated("capsule-differs", runs=runs, **details), wants_json(as_json))
+    print_result(result, translated("capsule-differs", runs=runs, **details), as_json)
     raise typer.Exit(PROGRAM_ERROR)
 
 

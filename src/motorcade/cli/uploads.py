@@ -3,26 +3,27 @@
 import sys
 from binascii import crc32
 from datetime import UTC, datetime
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from motorcade import __version__
-from motorcade.cli.car import Role
 from motorcade.cli.options import (
     CarList,
     CarNumber,
     ImageProfile,
+    InsecureLan,
     Json,
-    Language,
+    JsonInPipes,
     OptionalFile,
     Output,
+    Role,
     Search,
     Seconds,
     Source,
     current_language,
+    exclude_each_other,
     image_for,
     print_json,
     print_result,
@@ -38,26 +39,20 @@ if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
     from motorcade.upload.transfer import Retry
 
-# The chips of MicroPython cars, as people call them.
+# The chips of MicroPython cars, and what people call them.
+ChipName = Literal["esp32", "rp2040"]
 _TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
 
 app = typer.Typer()
 Port = Annotated[str, typer.Option("--port", "-p")]
 
 
-class ChipName(StrEnum):
-    """The chips of MicroPython cars."""
-
-    ESP32 = "esp32"
-    RP2040 = "rp2040"
-
-
 @app.command("ports")
-def _ports(as_json: Json = False) -> None:
+def _ports(as_json: JsonInPipes = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
     found = ports()
-    if wants_json(as_json):
+    if as_json:
         names = ("device", "description", "hardware", "board")
         print_json([{name: getattr(port, name) for name in names} for port in found])
         return
@@ -79,7 +74,6 @@ def _upload(
     no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
     profile: ImageProfile = None,
-    language: Language = "",
     as_json: Json = False,
 ) -> None:
     from motorcade.cli.console import progress_bar
@@ -87,12 +81,13 @@ def _upload(
 
     image, chosen = image_for(source, profile)
     if to:
-        for name, value in (("--port", port), ("--no-verify", no_verify), ("--dry-run", dry_run)):
-            if value:
-                raise MotorcadeError("options-exclude-each-other", first="--to", second=name)
+        exclude_each_other(to=to, port=port, no_verify=no_verify, dry_run=dry_run)
+        import asyncio
+
         from motorcade.cli.fleet import load
 
-        load(image, to, Search(car_list, keys, seconds), chosen.serial.baud, resume, as_json)
+        search = Search(car_list, keys, seconds)
+        asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -110,9 +105,7 @@ def _upload(
 
 
 @app.command("readback")
-def _readback(
-    output: Output, port: Port = "", profile: str = "classroom", language: Language = "", as_json: Json = False
-) -> None:
+def _readback(output: Output, port: Port = "", profile: str = "classroom", as_json: Json = False) -> None:
     from motorcade.upload.serial_port import readback
 
     baud = profile_named(profile).serial.baud
@@ -126,19 +119,18 @@ def _readback(
 @app.command("install-firmware")
 def _install_firmware(
     port: Port = "",
-    role: Role = Role.LEADER,
+    role: Role = "leader",
     pins: OptionalFile = None,
     number: Annotated[int | None, typer.Option(min=0, max=(1 << 32) - 1)] = None,
     voice_map: OptionalFile = None,
     chip: ChipName | None = None,
     wifi: str = "",
-    insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
+    insecure_lan: InsecureLan = False,
     keys: OptionalFile = None,
     revoked: OptionalFile = None,
     dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
     profile: str = "classroom",
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     chosen = profile_named(profile)
     if (keys or insecure_lan) and not wifi:
@@ -150,8 +142,8 @@ def _install_firmware(
         from motorcade.firmware.car_files import settings_of
 
         voice = load_voice_map(voice_map) if voice_map else None
-        settings = settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
-        if wifi and pin_map.chip.name != ChipName.ESP32:
+        settings = settings_of(pin_map, chosen, role == "leader", number, voice)
+        if wifi and pin_map.chip.name != "esp32":
             raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
         return settings | {"version": __version__} | wireless
 
@@ -163,13 +155,13 @@ def _install_firmware(
     if dry_run:
         if not pins and not chip:
             raise MotorcadeError("chip-missing")
-        _print_plan(settings_for(load_pins(pins) if pins else default_pins(str(chip))), as_json)
+        _print_plan(settings_for(load_pins(pins) if pins else default_pins(chip or "")), as_json)
         return
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
         done = install(port, pins, settings_for, lambda copied, total: advance(copied * 100 // total))
-    if wants_json(as_json):
-        print_json({"port": port, "role": role.value, **done._asdict()})
+    if as_json:
+        print_json({"port": port, "role": role, **done._asdict()})
         return
     key = "files-copied" if done.copied else "files-there-already"
     details = {**done._asdict(), "chip": _TITLES[done.chip], "port": port, "role": Phrase(f"role-{role}")}
@@ -180,12 +172,11 @@ def _install_firmware(
 def _arduino_library(
     output: Output,
     pins: OptionalFile = None,
-    role: Role = Role.LEADER,
+    role: Role = "leader",
     number: CarNumber = 1,
     voice_map: OptionalFile = None,
     profile: str = "classroom",
-    language: Language = "",
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     from motorcade.config.pins import load_pins, load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
@@ -193,12 +184,12 @@ def _arduino_library(
     files = library_files()
     if pins:
         voice = load_voice_map(voice_map) if voice_map else None
-        files |= sketch_files(load_pins(pins), profile_named(profile), role == Role.LEADER, number, voice)
+        files |= sketch_files(load_pins(pins), profile_named(profile), role == "leader", number, voice)
     try:
         write_library(output, files)
     except OSError as problem:
         raise MotorcadeError("file-not-writable", file=output, reason=problem.strerror) from None
-    if wants_json(as_json):
+    if as_json:
         print_json({"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))})
         return
     sketch = OWN_SKETCH if pins else "Uno / Mega"
@@ -209,8 +200,7 @@ def _wifi_settings(
     name: str, insecure_lan: bool, keys: Path | None, revoked: Path | None, dry_run: bool
 ) -> dict[str, Any]:
     """Return what an ESP32 needs for the Wi-Fi ``name``, with the car's keys; nothing secret for a dry run."""
-    if keys and insecure_lan:
-        raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
+    exclude_each_other(keys=keys, insecure_lan=insecure_lan)
     if not (keys or insecure_lan):
         raise MotorcadeError("wifi-without-keys")
     settings: dict[str, Any] = {}
@@ -261,7 +251,7 @@ def _print_plan(settings: dict[str, Any], as_json: bool) -> None:
     from motorcade.firmware.install import car_files
 
     files = car_files(settings)
-    if wants_json(as_json):
+    if as_json:
         listed = [{"path": path, "bytes": len(data)} for path, data in files.items()]
         print_json({"files": listed, "settings": settings})
         return

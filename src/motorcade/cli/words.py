@@ -8,16 +8,14 @@ import typer
 from motorcade.cli.options import (
     ExistingFile,
     Json,
-    Language,
+    JsonInPipes,
     OptionalOutput,
     current_language,
     print_diagnostics,
     print_json,
     print_lines,
-    print_table,
     profile_named,
     translated,
-    wants_json,
     whole_number,
     write_file,
 )
@@ -43,7 +41,7 @@ FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
 def _encode(
     word_format: FormatName,
     values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
-    as_json: Json = False,
+    as_json: JsonInPipes = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -59,17 +57,19 @@ def _encode(
             raise MotorcadeError("field-given-twice", field=name)
         fields[name] = whole_number(value, name)
     word = chosen.complete(chosen.encode(**fields))
-    if wants_json(as_json):
+    if as_json:
         print_json({"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"})
     else:
-        from motorcade.cli.console import coloured_bits
+        from motorcade.cli.console import coloured_bits, print_table
 
         print_table(coloured_bits(word, chosen, f"{word}  0x{word:08X}  "))
 
 
 @app.command("decode", context_settings={"ignore_unknown_options": True})
 def _decode(
-    word_format: FormatName, words: Annotated[list[str], typer.Argument(metavar="WORD...")], as_json: Json = False
+    word_format: FormatName,
+    words: Annotated[list[str], typer.Argument(metavar="WORD...")],
+    as_json: JsonInPipes = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -80,10 +80,10 @@ def _decode(
         word = number + (1 << 32) if -(1 << 31) <= number < 0 else number
         values = chosen.decode(word)
         decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
-    if wants_json(as_json):
+    if as_json:
         print_json([{**each, **_warnings_as_dict(each["warnings"])} for each in decoded])
         return
-    from motorcade.cli.console import fields_table
+    from motorcade.cli.console import fields_table, print_table
 
     for each in decoded:
         print_table(fields_table(each["word"], chosen, each["warnings"]))
@@ -94,10 +94,8 @@ def _warnings_as_dict(warnings: list[Phrase]) -> dict[str, list[str]]:
 
 
 @app.command("compile")
-def _compile(
-    project: ExistingFile, output: OptionalOutput = None, language: Language = "", as_json: Json = False
-) -> None:
-    from motorcade.cli.console import words_table
+def _compile(project: ExistingFile, output: OptionalOutput = None, as_json: JsonInPipes = False) -> None:
+    from motorcade.cli.console import print_table, words_table
     from motorcade.program.diagnostics import ProgramError, has_errors
     from motorcade.program.files import compile_project, read_file
 
@@ -110,7 +108,7 @@ def _compile(
     failed = has_errors(diagnostics)
     if output and not failed:
         write_file(output, compiled.image, project)
-    if wants_json(as_json):
+    if as_json:
         print_json(
             {
                 "words": list(words),
@@ -130,7 +128,6 @@ def _decompile(
     image: ExistingFile,
     profile: str = "classroom",
     python: Annotated[bool, typer.Option("--python")] = False,
-    language: Language = "",
     as_json: Json = True,
 ) -> None:
     from motorcade.program.decompiler import decompile
@@ -142,7 +139,7 @@ def _decompile(
 
 
 @app.command("inspect")
-def _inspect(image: ExistingFile, profile: str = "classroom", language: Language = "", as_json: Json = False) -> None:
+def _inspect(image: ExistingFile, profile: str = "classroom", as_json: Json = False) -> None:
     from motorcade.program.files import words_in
     from motorcade.words.formats import CONTROL, HEADER
     from motorcade.words.image import parse_image
@@ -150,7 +147,7 @@ def _inspect(image: ExistingFile, profile: str = "classroom", language: Language
     words = words_in(image)
     leader_states = len(parse_image(words).leader)
     if not as_json:
-        from motorcade.cli.console import words_table
+        from motorcade.cli.console import print_table, words_table
 
         print_table(words_table(words, profile_named(profile)))
         return
@@ -164,11 +161,11 @@ def _inspect(image: ExistingFile, profile: str = "classroom", language: Language
 
 
 @app.command("formats")
-def _formats(as_json: Json = False) -> None:
-    from motorcade.cli.console import fingerprint_text, format_table
+def _formats(as_json: JsonInPipes = False) -> None:
+    from motorcade.cli.console import fingerprint_text, format_table, print_table
     from motorcade.words.formats import FORMATS
 
-    if wants_json(as_json):
+    if as_json:
         print_json([_format_as_dict(each, fingerprint_text(each)) for each in FORMATS])
         return
     for word_format in FORMATS:
