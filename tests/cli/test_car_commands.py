@@ -1,23 +1,18 @@
 """The command simulate, with its exit codes."""
 
 import json
-import os
-import subprocess
-import sys
 from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
-from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
+from support.command_line import PARADE, Terminal, data, imported_by, refusal, run
 
 # One state: forward at 200 mm/s for 1 s; and a follower's word.
 LEADER_ONLY = bytes.fromhex("01000000 64800000")
 MATS = Path(__file__).parents[2] / "examples" / "mats"
 IMAGE = bytes.fromhex("01010100 64800000 E4800000")
-OK = b"OK words=3 crc32=aaa3b7a2\n"
 EVENT_KINDS = {"state", "start", "over", "frame", "heard", "lost"}
-posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
 @pytest.fixture
@@ -113,9 +108,6 @@ def test_an_option_out_of_range_is_a_usage_error(option):
 
 
 def test_simulating_needs_no_drawing_library_without_a_picture():
-    reporting = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
-    command = [INSTALLED, "simulate", str(PARADE), "--seconds", "0"]
-    ran = subprocess.run(command, env=reporting, capture_output=True, text=True, check=True, timeout=60)
-    imported = {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
+    imported = imported_by("simulate", PARADE, "--seconds", "0")
     assert "motorcade.engine.world" in imported
     assert not imported & {"matplotlib", "pyarrow", "mcap", "serial"}

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from support.command_line import INSTALLED, PARADE, Terminal, run
+from support.command_line import INSTALLED, PARADE, Terminal, refusal, run
 
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
 LIT = {"led": {"which": 1, "seconds": 1}}
@@ -177,27 +177,21 @@ def test_a_profile_that_was_asked_for_and_is_not_there_gets_one_sentence(tmp_pat
     image = tmp_path / "it.image"
     image.write_bytes(bytes(4))
     for command in ("decompile", "inspect", "simulate"):
-        ran = run(command, image, "--profile", "racer")
-        assert (ran.code, ran.out) == (2, "")
-        assert only_line(ran.err) == "motorcade: there is no profile 'racer'; built in: classroom, e-puck"
+        said = refusal(2, command, image, "--profile", "racer")
+        assert said == "there is no profile 'racer'; built in: classroom, e-puck"
 
 
 @pytest.mark.parametrize("typed", ["compile", "decompile", "inspect", "simulate", "upload --port no-such-port"])
 def test_a_file_that_is_not_there_and_a_directory_are_usage_errors(typed, tmp_path):
     for path, says in ((tmp_path / "nothing.json", "there is no file"), (tmp_path, "is a folder")):
-        ran = run(*typed.split(), path)
-        assert (ran.code, ran.out) == (2, "")
-        assert says in ran.err
-        assert "Traceback" not in ran.err
+        assert says in refusal(2, *typed.split(), path)
 
 
 def test_a_file_that_is_neither_a_project_nor_an_image_is_named(tmp_path):
     letter = tmp_path / "square.txt"
     letter.write_text("from motorcade import Program")
     for command in ("simulate", "upload"):
-        ran = run(command, letter)
-        assert (ran.code, ran.out) == (2, "")
-        assert "square.txt is no program: " in only_line(ran.err)
+        assert "square.txt is no program: " in refusal(2, command, letter)
 
 
 def test_python_text_is_a_program_for_every_command(tmp_path):
@@ -211,9 +205,7 @@ def test_python_text_is_a_program_for_every_command(tmp_path):
 
 @pytest.mark.parametrize("name", ["missing/it.image", "."])
 def test_an_output_that_cannot_be_written_is_a_usage_error(tmp_path, name):
-    ran = run("compile", PARADE, "-o", tmp_path / name)
-    assert (ran.code, ran.out) == (2, "")
-    assert "can't be written" in only_line(ran.err)
+    assert "can't be written" in refusal(2, "compile", PARADE, "-o", tmp_path / name)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="names are always text on Windows")

@@ -8,24 +8,15 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from motorcade import __version__
 from motorcade.config import profile
 from motorcade.words.formats import CONTROL
-from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
+from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
 HEAVY = ("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic")
 OTHER_ROOMS = ("motorcade.program", "motorcade.engine", "motorcade.upload", "motorcade.cli.console")
-
-
-def imported_by(*arguments):
-    """The modules that the installed command imports, by Python's own report."""
-    reporting = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
-    ran = subprocess.run([INSTALLED, *arguments], env=reporting, capture_output=True, text=True, check=True, timeout=60)
-    return {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
 
 
 def under(modules, roots):
@@ -164,16 +155,6 @@ def test_a_word_may_be_negative_or_hexadecimal(way):
     assert decoded["fields"] == CONTROL.decode(0xFFFFFFFB)._asdict()
 
 
-# Words themselves are tested in tests/words.
-@settings(max_examples=max(settings().max_examples // 4, 1))
-@given(st.sampled_from(["control", "drive"]), st.integers(0, 0xFFFFFFFF))
-def test_what_decode_prints_encode_takes(name, bits):
-    # Of a drive word's bits those stay free that are never refused: code is 1, the angle at most 127.
-    word = bits if name == "control" else 1 << 28 | bits & 0x07FFFFFF
-    (decoded,) = data("decode", name, word)
-    assert data("encode", name, *(f"{field}={raw}" for field, raw in decoded["fields"].items()))["word"] == word
-
-
 def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
     table = run("decode", "header", "0x03030200", stdout=Terminal()).out
     assert "header word 50528768 = 0x03030200" in table
@@ -265,11 +246,16 @@ def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):
 
 
 @pytest.mark.parametrize("name", ["zh_CN.UTF-8", "zh", "Chinese (Simplified)_China.936"])
-def test_tables_are_in_the_language_of_the_system(monkeypatch, name):
+def test_tables_are_in_the_language_of_the_system_unless_another_is_named(monkeypatch, name):
+    command = ("decode", "drive", "0x128CB000")
     monkeypatch.setenv("LC_ALL", name)
-    shown = run("decode", "drive", "0x128CB000", stdout=Terminal()).out
+    shown = run(*command, stdout=Terminal()).out
     assert "drive 码字 311209984" in shown
     assert "舵机角度" in shown
+    # Each command takes the option, and those above it do, too.
+    for asked in ((*command, "--language", "en"), ("--language", "en", *command)):
+        assert "drive word 311209984" in run(*asked, stdout=Terminal()).out
+    assert refusal(2, *command, "--language", "fr") == "'fr' is not one of en, zh"
 
 
 @pytest.mark.parametrize("word", ["0x" + "9" * 9000, "9" * 9000, "0x" + "9" * 70], ids=len)

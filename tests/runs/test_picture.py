@@ -12,7 +12,7 @@ from motorcade.mats.model import Line
 from motorcade.runs import drawing, plots
 from motorcade.runs.drawing import pictures_in
 from motorcade.runs.plots import SIZES, Thinned, draw_film, draw_tracks
-from motorcade.runs.recording import LEADER, Description, InMemoryRecording, rgb
+from motorcade.runs.recording import LEADER, InMemoryRecording, rgb
 from support.recorded_run import crowd, record, world
 
 
@@ -153,7 +153,3 @@ def test_a_film_that_fails_leaves_the_old_file(recording, tmp_path, monkeypatch)
         draw_film(recording, tmp_path / "run.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["run.gif"]
     assert (tmp_path / "run.gif").read_bytes() == b"old"
-
-
-def test_a_description_is_read_back_from_its_texts(recording):
-    assert Description.from_texts(recording.about.to_texts()) == recording.about

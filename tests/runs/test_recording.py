@@ -184,14 +184,6 @@ def test_an_interrupted_run_leaves_a_complete_recording(tmp_path):
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_an_older_recording_stays_until_the_new_one_is_complete(tmp_path):
-    path = tmp_path / "run.mcap"
-    record([path], world(seeds=1), duration_ms=200)
-    with Recorder(path, world(seeds=2)):
-        assert open_recording(path).about.seed == 1
-    assert open_recording(path).about.seed == 2
-
-
 # files that are refused
 
 

@@ -59,6 +59,13 @@ def refusal(code, *arguments):
     return line.removeprefix("motorcade: ")
 
 
+def imported_by(*arguments):
+    """The modules that the installed command imports, by Python's own report."""
+    reporting = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
+    ran = subprocess.run([INSTALLED, *arguments], env=reporting, capture_output=True, text=True, check=True, timeout=60)
+    return {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
+
+
 @contextlib.contextmanager
 def started(*arguments, program=(sys.executable, "-m", "motorcade")):
     """A command in a process of its own, and the line of JSON by which it says that it is ready; it is killed at last.

@@ -94,7 +94,7 @@ def _serve(
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.config.pins import load_pins
     from motorcade.drive.activity_log import logging_to
-    from motorcade.drive.keys import name_in, server_context
+    from motorcade.drive.keys import https_context, name_in, server_context
     from motorcade.drive.listener import bind
     from motorcade.fleet.places import DRIVE, announced
 
@@ -112,7 +112,7 @@ def _serve(
     options = options._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
     chosen = profile_named(profile or DEFAULT_PROFILE)
     measured = BatteryFile(battery) if battery else None
-    tls = server_context(keys) if keys else None
+    tls, page_tls = (server_context(keys), https_context(keys)) if keys else (None, None)
     second = telemetry_port if telemetry_port is not None else port and port + 1
     notes: deque[Note] = deque()
     refused = revoked_keys(keys, revoked) if keys else None
@@ -142,7 +142,7 @@ def _serve(
             car, pictures = _open_simulated(resources, chosen, mat, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
-        serve_page = partial(pages.serving_page, page, host, pages.https(keys), pictures) if page else None
+        serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
         serving = ServeOptions(
             commands, telemetry, tls, refused, written, byte_order, as_json, serve_page, parts, notes
         )

@@ -115,14 +115,13 @@ def _search(
     folder = output or Path(f"{wanted.id}-search")
     with ended_by_sentences(folder, "search"):
         from motorcade.cli.console import drawing_texts, make_table, print_table, progress_bar
-        from motorcade.experiments.run import on_a_cluster, on_this_computer
+        from motorcade.experiments.run import chosen_workers
         from motorcade.lab.search import Search, do_task, opened_archive
         from motorcade.missions.check import check_program
 
         search = Search(wanted, method, runs, seed, ahead)
-        workers = on_a_cluster(scheduler, do_task) if scheduler else on_this_computer(jobs, do_task)
         with opened_archive(folder, search.contents) as archive:
-            search.run(archive, workers, progress_bar)
+            search.run(archive, chosen_workers(scheduler, jobs, do_task), progress_bar)
             found = [(path, each, check_program(wanted, each.program)) for path, each in search.save_best(folder)]
             picture = folder / "archive.png"
             title = {"name": wanted.name, "runs": search.done, "method": method}

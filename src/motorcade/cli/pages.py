@@ -50,15 +50,6 @@ Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL
 CameraName = Literal["none", "auto", "picamera2", "opencv"]
 
 
-def https(keys: Path | None) -> ssl.SSLContext | None:
-    """HTTPS with a car's keys file; None without one. Raises MotorcadeError."""
-    if keys is None:
-        return None
-    from motorcade.drive.keys import https_context
-
-    return https_context(keys)
-
-
 def check_reach(listener: socket.socket, keys: Path | None, insecure_lan: bool, refusal: str, warning: str) -> None:
     """Refuse an address that others reach without keys, unless ``insecure_lan`` allows it; then print a warning.
 
@@ -78,8 +69,10 @@ def check_reach(listener: socket.socket, keys: Path | None, insecure_lan: bool, 
 
 def _page_tls(listener: socket.socket, keys: Path | None, insecure_lan: bool) -> ssl.SSLContext | None:
     """HTTPS of a page of its own, or None where plain HTTP is allowed. Raises MotorcadeError."""
+    from motorcade.drive.keys import https_context
+
     check_reach(listener, keys, insecure_lan, "page-without-https", "page-insecure")
-    return https(keys)
+    return https_context(keys) if keys else None
 
 
 def open_camera(name: CameraName) -> "Source | None":

@@ -144,6 +144,9 @@ def _sweep(
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise MotorcadeError("picture-needs-options")
     with ended_by_sentences(output):
+        from motorcade.cli.console import drawing_texts, progress_bar
+        from motorcade.experiments.run import chosen_workers, run_sweep
+
         if capsule:
             from motorcade.runs.recording import check_writable
 
@@ -153,9 +156,8 @@ def _sweep(
             from motorcade.experiments.picture import check_picture
 
             check_picture(plan.sweep, picture, x, y, colour)
-        ran = _run(plan, output, jobs, scheduler)
+        ran = run_sweep(plan, output, chosen_workers(scheduler, jobs), progress_bar)
         if picture:
-            from motorcade.cli.console import drawing_texts
             from motorcade.experiments.picture import draw_sweep
 
             with drawing_texts():
@@ -216,14 +218,6 @@ def _plan(spec: Path, with_digests: bool) -> "Plan":
     mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
     with progress_bar("checked", wanted.cells) as advance:
         return Plan(wanted, programs, mats, __version__, advance, with_digests=with_digests)
-
-
-def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
-    from motorcade.cli.console import progress_bar
-    from motorcade.experiments.run import on_a_cluster, on_this_computer, run_sweep
-
-    workers = on_a_cluster(scheduler) if scheduler else on_this_computer(jobs)
-    return run_sweep(plan, output, workers, progress_bar)
 
 
 def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]":

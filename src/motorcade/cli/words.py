@@ -81,16 +81,15 @@ def _decode(
         values = chosen.decode(word)
         decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
     if as_json:
-        print_json([{**each, **_warnings_as_dict(each["warnings"])} for each in decoded])
+        for each in decoded:
+            each["warning_codes"] = [warning.key for warning in each["warnings"]]
+            each["warnings"] = [str(warning) for warning in each["warnings"]]
+        print_json(decoded)
         return
     from motorcade.cli.console import fields_table, print_table
 
     for each in decoded:
         print_table(fields_table(each["word"], chosen, each["warnings"]))
-
-
-def _warnings_as_dict(warnings: list[Phrase]) -> dict[str, list[str]]:
-    return {"warnings": [str(warning) for warning in warnings], "warning_codes": [warning.key for warning in warnings]}
 
 
 @app.command("compile")

@@ -90,60 +90,56 @@ class _Axis:
     Attributes:
         label: of the axis.
         of: each run's place.
-        places: how many places there are.
-        names: of the places, where the axis is a list.
-        edges: of the bins, where the axis is a scale.
+        edges: of the places.
+        names: of the places, where the axis is a list; else it is a scale.
         logarithmic: whether the scale is.
     """
 
     label: str
     of: NDArray[np.int64]
-    places: int
+    edges: Numbers
     names: tuple[str, ...] = ()
-    edges: Numbers | None = None
     logarithmic: bool = False
 
     @property
+    def places(self) -> int:
+        return len(self.edges) - 1
+
+    @property
     def middles(self) -> Numbers:
-        if self.edges is None:
-            return np.arange(self.places, dtype=np.float64)
         below, above = self.edges[:-1], self.edges[1:]
         return np.sqrt(below * above) if self.logarithmic else (below + above) / 2
 
     def show(self, axis_of: Any, set_scale: Callable[[str], None]) -> None:
-        if self.edges is not None:
-            if self.logarithmic:
-                set_scale("log")
-                axis_of.set_major_locator(LogLocator(subs=(1, 2, 5)))
-                axis_of.set_minor_formatter(NullFormatter())
-            axis_of.set_major_formatter("{x:g}")
+        if self.names:
+            every = math.ceil(self.places / _MOST_TICKS)
+            slant = 20 if sum(map(len, self.names[::every])) > _MOST_LETTERS else 0
+            axis_of.set_ticks(range(0, self.places, every), self.names[::every], rotation=slant)
             return
-        every = math.ceil(self.places / _MOST_TICKS)
-        slant = 20 if sum(map(len, self.names[::every])) > _MOST_LETTERS else 0
-        axis_of.set_ticks(range(0, self.places, every), self.names[::every], rotation=slant)
+        if self.logarithmic:
+            set_scale("log")
+            axis_of.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis_of.set_minor_formatter(NullFormatter())
+        axis_of.set_major_formatter("{x:g}")
 
 
 def _axis(sweep: Sweep, name: str, column: pa.ChunkedArray, bins: int) -> _Axis:
     """Find the places of the values of a column; drawn values, and more than _MOST_PLACES, are put into ``bins``."""
     encoded = column.combine_chunks().dictionary_encode(null_encoding="encode")
     different = encoded.dictionary.to_pylist()
-    drawn = sweep.points.ranges if isinstance(sweep.points, Sample) else {}
-    limits = drawn.get(name)
+    limits = sweep.points.ranges.get(name) if isinstance(sweep.points, Sample) else None
     numbers = all(isinstance(each, int | float) for each in different)
     if numbers and (len(different) > _MOST_PLACES or (limits and isinstance(different[0], float))):
-        return _binned(name, column.to_numpy(), bins, bool(limits and limits.logarithmic))
+        logarithmic = bool(limits and limits.logarithmic)
+        values = column.to_numpy()
+        edges = (np.geomspace if logarithmic else np.linspace)(values.min(), values.max(), bins + 1).astype(np.float64)
+        of = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, bins - 1)
+        return _Axis(name, of, edges, logarithmic=logarithmic)
     order = list(range(len(different)))
     if not any(isinstance(each, str) for each in different):
         order.sort(key=lambda index: (different[index] is None, different[index]))
     names = tuple(_shown(different[index]) for index in order)
-    return _Axis(name, np.argsort(order)[encoded.indices.to_numpy()], len(order), names)
-
-
-def _binned(name: str, values: Numbers, bins: int, logarithmic: bool) -> _Axis:
-    spaced = np.geomspace if logarithmic else np.linspace
-    edges = spaced(values.min(), values.max(), bins + 1)
-    of = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, bins - 1)
-    return _Axis(name, of, bins, edges=edges, logarithmic=logarithmic)
+    return _Axis(name, np.argsort(order)[encoded.indices.to_numpy()], np.arange(len(order) + 1.0) - 0.5, names)
 
 
 def _shown(value: object) -> str:
@@ -163,8 +159,7 @@ def _heat(sweep: Sweep, figure: Figure, axes: Axes, data: pa.Table, names: tuple
     total = np.bincount(place, values[known], minlength=up.places * across.places)
     with np.errstate(invalid="ignore"):
         mean = (total / count).reshape(up.places, across.places)
-    edges = [np.arange(each.places + 1) - 0.5 if each.edges is None else each.edges for each in (across, up)]
-    mesh = axes.pcolormesh(*edges, np.ma.masked_invalid(mean), cmap="viridis")
+    mesh = axes.pcolormesh(across.edges, up.edges, np.ma.masked_invalid(mean), cmap="viridis")
     figure.colorbar(mesh, ax=axes, label=picture_text("picture-mean", measure=_measure(names[2])))
     across.show(axes.xaxis, axes.set_xscale)
     up.show(axes.yaxis, axes.set_yscale)

@@ -121,7 +121,7 @@ class Store:
         """Whether the complete table is there."""
         if not self.path.exists():
             return False
-        self._check(contents_of(self.path), self.path.name, Phrase("other-table-name"))
+        self._check(_contents_of(self.path), self.path.name, Phrase("other-table-name"))
         return True
 
     @contextmanager
@@ -131,9 +131,7 @@ class Store:
         with locked(self.folder / _LOCK, MotorcadeError("sweep-is-running", file=self.path)):
             manifest = self.folder / _MANIFEST
             if manifest.exists():
-                contents = _contents(manifest.read_bytes())
-                if contents is None:
-                    raise MotorcadeError("sweep-file-damaged", file=manifest)
+                contents = _contents(manifest.read_bytes(), MotorcadeError("sweep-file-damaged", file=manifest))
                 self._check(contents, self.folder.name, Phrase("other-table-or-delete"))
             else:
                 replace_file(manifest, json.dumps(self._plan.contents, indent=1).encode())
@@ -187,15 +185,12 @@ def read_rows(path: Path | BinaryIO, columns: list[str] | None = None) -> pa.Tab
         return pq.read_table(path, columns=columns, page_checksum_verification=True)
 
 
-def contents_of(path: Path) -> dict[str, str]:
+def _contents_of(path: Path) -> dict[str, str]:
     """Read what a sweep's table was made from. Raises MotorcadeError where the file is no such table, and OSError."""
     refusal = MotorcadeError("not-a-sweep-table", file=path)
     with _damaged_as(refusal):
         metadata = pq.read_schema(path).metadata or {}
-    contents = _contents(metadata.get(_CONTENTS, b"null"))
-    if contents is None:
-        raise refusal
-    return contents
+    return _contents(metadata.get(_CONTENTS, b""), refusal)
 
 
 @contextmanager
@@ -212,12 +207,12 @@ def _damaged_as(refusal: MotorcadeError) -> Iterator[None]:
         raise refusal from None
 
 
-def _contents(data: bytes) -> dict[str, str] | None:
-    """Return `Plan.contents` from its JSON; None where ``data`` is nothing like it."""
+def _contents(data: bytes, refusal: MotorcadeError) -> dict[str, str]:
+    """Return `Plan.contents` from its JSON; raise ``refusal`` where ``data`` is nothing like it."""
     try:
         return msgspec.json.decode(data, type=dict[str, str])
     except (msgspec.DecodeError, RecursionError, UnicodeError):
-        return None
+        raise refusal from None
 
 
 def on_this_computer(jobs: int, work: Work = run_task) -> Workers:
@@ -246,6 +241,11 @@ def on_this_computer(jobs: int, work: Work = run_task) -> Workers:
             pool.shutdown(cancel_futures=True)
 
     return run
+
+
+def chosen_workers(scheduler: str, jobs: int, work: Work = run_task) -> Workers:
+    """Make workers of the Dask scheduler at an address, or without one of this computer."""
+    return on_a_cluster(scheduler, work) if scheduler else on_this_computer(jobs, work)
 
 
 def _next(left: Iterator[int | None], count: int) -> Iterator[int]:
