@@ -17,7 +17,7 @@ from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
-from motorcade.mats.model import Starts, flags
+from motorcade.mats.model import flags
 from motorcade.missions.check import grade_of
 from motorcade.missions.document import built_in_mission
 from motorcade.missions.model import Mission
@@ -113,15 +113,13 @@ class SteppedWorlds:
     """
 
     def __init__(self, task: Task, worlds: int, options: Options) -> None:
-        program, reward, step_ms = options.program, options.reward, options.step_ms
-        mission = built_in_mission(task) if isinstance(task, str) else task
-        self._mission = mission if isinstance(mission, Mission) else None
-        mat, profile = (mission.mat, mission.profile) if isinstance(mission, Mission) else (mission, None)
+        program, step_ms = options.program, options.step_ms
+        task = built_in_mission(task) if isinstance(task, str) else task
+        mission = task if isinstance(task, Mission) else None
+        mat, profile = (task.mat, task.profile) if isinstance(task, Mission) else (task, None)
         self._image = compile_program(program, profile).image if program else _NO_PROGRAM
         if program is None:
-            starts = mat.starts
-            nobody = flags([False] * len(starts))
-            mat = replace(mat, starts=Starts(starts.x_m, starts.y_m, starts.heading, nobody, starts.groups))
+            mat = replace(mat, starts=replace(mat.starts, leads=flags([False] * len(mat.starts))))
         if step_ms < mat.tick_ms or step_ms % mat.tick_ms:
             raise MotorcadeError("step-not-in-ticks", step_ms=step_ms, tick_ms=mat.tick_ms)
         self.agents = np.flatnonzero(~np.asarray(mat.starts.leads))
@@ -130,14 +128,14 @@ class SteppedWorlds:
         self._set_actions(options.actions)
         self._has_pose = options.pose
         self.columns = _SENSED | _HEARD | (_POSE if self._has_pose else {})
-        self._reward = reward
-        watches = self._mission if reward is None else None
-        self.world = World(mat, [self._image], profile, seeds=range(worlds), events=watches is not None)
-        self._watched = watches
+        self._reward = options.reward
+        # The mission whose grade gives the rewards.
+        self._watched = mission if options.reward is None else None
+        self.world = World(mat, [self._image], profile, seeds=range(worlds), events=self._watched is not None)
         self._has_begun = False
         self._next_seed = secrets.randbelow(_SEEDS)
         self._step_ms = step_ms
-        length_s = options.seconds or (self._mission.duration_ms / 1000 if self._mission else _MAT_S)
+        length_s = options.seconds or (mission.duration_ms / 1000 if mission else _MAT_S)
         self._end_ms = math.ceil(length_s * 1000 / step_ms) * step_ms
         self._range_m = self.world.profile.body.ultrasonic_range_mm / 1000
 
