@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import queue
-import shlex
 import signal
 import socket
 import sys
@@ -188,16 +187,3 @@ def test_a_drawing_never_replaces_its_pin_file(tmp_path):
     copy.write_text(PINS.read_text(encoding="utf-8"), encoding="utf-8")
     assert "choose another name" in refusal(2, "car", "wiring", copy, "-o", copy)
     assert copy.read_text(encoding="utf-8") == PINS.read_text(encoding="utf-8")
-
-
-@pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")
-def test_the_service_starts_a_car_and_stops_its_wheels(tmp_path):
-    unit = (PINS.parent / "motorcade-car.service").read_text(encoding="utf-8")
-    for key, subcommand in (("ExecStart", "run"), ("ExecStopPost", "neutral")):
-        (line,) = [line for line in unit.splitlines() if line.startswith(f"{key}=")]
-        program, *arguments = shlex.split(line.removeprefix(f"{key}="))
-        assert program.endswith("/bin/motorcade")
-        assert arguments[:2] == ["car", subcommand]
-        installed = {"/etc/motorcade/pins.toml": str(PINS), "/var/lib/motorcade/car.image": str(tmp_path / "car.image")}
-        # Only the hardware is missing here.
-        assert refusal(3, *[installed.get(argument, argument) for argument in arguments])

@@ -135,9 +135,10 @@ def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp
 
 
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")
-def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("service", "start"), [("car", ["car", "run"]), ("drive", ["drive", "serve", "--port", "0"])])
+def test_a_service_starts_a_car_and_stops_its_wheels(service: str, start: list[str], tmp_path: Path) -> None:
     make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], [], datetime.now(UTC))
-    unit = (LINUX / "motorcade-drive.service").read_text(encoding="utf-8").splitlines()
+    unit = (LINUX / f"motorcade-{service}.service").read_text(encoding="utf-8").splitlines()
     installed = {
         "/etc/motorcade/pins.toml": str(LINUX / "pins.toml"),
         "${CREDENTIALS_DIRECTORY}/car.pem": str(tmp_path / "car-ada.pem"),
@@ -146,7 +147,7 @@ def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path)
         "/etc/motorcade/revoked.txt": str(tmp_path / "revoked.txt"),
         "7700": "0",
     }
-    for key, begins in (("ExecStart", ["drive", "serve", "--port", "0"]), ("ExecStopPost", ["car", "neutral"])):
+    for key, begins in (("ExecStart", start), ("ExecStopPost", ["car", "neutral"])):
         (line,) = [line.removeprefix(f"{key}=") for line in unit if line.startswith(f"{key}=")]
         program, *arguments = shlex.split(line)
         assert program.endswith("/bin/motorcade")

@@ -39,7 +39,7 @@ from motorcade.extras import needs_extra
 from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
-    from motorcade.boards.computer import BatteryFile
+    from motorcade.boards.computer import BatteryFile, Observer
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.serving import Note
@@ -116,14 +116,6 @@ def _serve(
     second = telemetry_port if telemetry_port is not None else port and port + 1
     notes: deque[Note] = deque()
     refused = revoked_keys(keys, revoked) if keys else None
-
-    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        """Note uploads and faults of a real car's program."""
-        if kind == "image":
-            notes.append(Phrase("serve-image", bytes=word))
-        elif kind == "fault":
-            notes.append(str(detail))
-
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
@@ -131,7 +123,7 @@ def _serve(
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
-        parts = open_parts(resources, options, chosen, observe) if pins else None
+        parts = open_parts(resources, options, chosen, _noting(notes)) if pins else None
         if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
@@ -160,6 +152,18 @@ def _serve(
             asyncio.run(serve(car, chosen, serving))
     if not as_json:
         print_lines([translated("serve-ended")])
+
+
+def _noting(notes: "deque[Note]") -> "Observer":
+    """Return what notes the uploads to a real car, and faults of its program."""
+
+    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        if kind == "image":
+            notes.append(Phrase("serve-image", bytes=word))
+        elif kind == "fault":
+            notes.append(str(detail))
+
+    return observe
 
 
 def _open_simulated(

@@ -101,25 +101,23 @@ class Recorder:
         self._due_ms = world.now_ms
         self._last_ms = -1
         self._sinks = [each for each in targets if isinstance(each, Sink)]
-        in_memory = [each for each in self._sinks if isinstance(each, InMemoryRecording)]
+        self._kept = next((each for each in self._sinks if isinstance(each, InMemoryRecording)), None)
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
         for path in paths:
             check_writable(path, (DATA_ENDING, FILM_ENDING, *PICTURE_ENDINGS))
         self._files = [path for path in paths if path.suffix.lower() == DATA_ENDING]
         self._drawings = [path for path in paths if path not in self._files]
         about = Description.of(world, every_ms)
-        self._spooled = SpooledRecording(about) if self._drawings and not self._files and not in_memory else None
-        if self._spooled:
-            self._sinks.append(self._spooled)
-        self._in_memory = in_memory[0] if in_memory else self._spooled
-        try:
+        with ExitStack() as opened:
+            if self._drawings and not self._files and not self._kept:
+                self._kept = spooled = SpooledRecording(about)
+                opened.callback(spooled.remove)
+                self._sinks.append(spooled)
+            opened.callback(self._close)
             for path in self._files:
                 self._sinks.append(_new_file(path, about))
             self(world)
-        except BaseException:
-            self._close()
-            self._remove_spooled()
-            raise
+            self._opened = opened.pop_all()
 
     def __enter__(self) -> Self:
         return self
@@ -152,17 +150,13 @@ class Recorder:
         drawings, self._drawings = self._drawings, []
         for number, path in enumerate(drawings):
             before_ms = number * self._last_ms
-            recording = self._in_memory or open_recording(self._files[0])
+            recording = self._kept or open_recording(self._files[0])
             draw(recording, path, lambda done_ms, before_ms=before_ms: progress(before_ms + done_ms))  # type: ignore[misc]
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        try:
+        with self._opened:
             if kind is None:
                 self.draw()
-            else:
-                self._close()
-        finally:
-            self._remove_spooled()
 
     def _record_moment(self, world: "World") -> None:
         moment = world.snapshot().in_single_precision()
@@ -177,10 +171,6 @@ class Recorder:
         with writing(*self._files), ExitStack() as closing:
             for sink in sinks:
                 closing.callback(sink.close)
-
-    def _remove_spooled(self) -> None:
-        if self._spooled:
-            self._spooled.remove()
 
 
 @needs_extra("recording", "runs")
