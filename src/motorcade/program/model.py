@@ -272,7 +272,7 @@ def _step_from(document: dict[str, Any]) -> Step:
         content = {"steps": tuple(_steps_from(content))}
     elif kind == RepeatStep.kind:
         content["steps"] = tuple(_steps_from(content["steps"]))
-    return KINDS[kind].of_checked({**document, **content})
+    return KINDS[kind](**content, **{name: document[name] for name in COMMON if name in document})
 
 
 def _step_as_dict(step: Step) -> dict[str, Any]:

@@ -8,7 +8,7 @@ docs/programs.md (`scripts/step_files.py`).
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 from motorcade.config.check import Schema, allowed, choice, fits, flag, number, whole
@@ -84,15 +84,6 @@ class Step:
         for each in declared.inputs:
             if each.bits:
                 setattr(cls, each.name, _field_of(each))
-
-    @classmethod
-    def of_checked(cls, values: dict[str, Any]) -> "Step":
-        """Return a step of values that have been checked already; the constructor would check them again."""
-        step = object.__new__(cls)
-        for each in fields(cls):
-            default = None if each.default is MISSING else each.default
-            object.__setattr__(step, each.name, values.get(each.name, default))
-        return step
 
     @property
     def inside(self) -> tuple["Step", ...]:
