@@ -26,7 +26,7 @@ from motorcade import (
     wait,
 )
 from motorcade.locales import languages
-from motorcade.program.model import align, with_ids_of, without_ids
+from motorcade.program.model import align, bare, with_ids_of
 from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
 from support.command_line import run
@@ -55,14 +55,6 @@ program = Program(  # the program
 if __name__ == "__main__":
     show(program)  # shown
 '''
-
-
-def bare(program):
-    """The program without the blocks that its steps came from."""
-    told = program.followers
-    if told:
-        told = Followers(map(without_ids, told.steps), told.accept_ir, told.forward, told.dwell_seconds, told.tagged)
-    return Program(map(without_ids, program.leader), told, program.profile)
 
 
 def comments_in(text):
@@ -217,6 +209,9 @@ def test_steps_that_stay_keep_their_blocks(before, after):
     )
     steps = [forward(number + 1, id=str(number)) for number in range(3)]
     assert [each.id for each in with_ids_of(Program([wait(9), *steps[1:]]), Program(steps)).leader] == [None, "1", "2"]
+    # Another step has named the block already.
+    named = Program([forward(2), wait(9, id="1")])
+    assert [each.id for each in with_ids_of(named, Program(steps)).leader] == [None, "1"]
 
 
 def test_moved_and_changed_steps_are_found_again():

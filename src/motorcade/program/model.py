@@ -343,6 +343,13 @@ def without_ids(step: Step) -> Step:
     return replace(step, id=None, **changes) if changes or step.id is not None else step
 
 
+def bare(program: Program) -> Program:
+    """Return a program without the blocks that its steps came from."""
+    told = program.followers
+    followers = told and replace(told, steps=tuple(map(without_ids, told.steps)))
+    return Program(map(without_ids, program.leader), followers, program.profile)
+
+
 def with_ids_of(program: Program, before: Program) -> Program:
     """Return ``program`` with the ids that its steps have in ``before``; steps with an id of their own keep it."""
     taken = {step.id for _, step in placed_steps(program) if step.id is not None}

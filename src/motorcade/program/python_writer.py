@@ -9,7 +9,7 @@ from typing import Any
 
 from motorcade.program import steps
 from motorcade.program.blocks import plain
-from motorcade.program.model import Followers, Program, align, without_ids
+from motorcade.program.model import Followers, Program, align, bare, without_ids
 from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
 from motorcade.program.python_syntax import Comment, PythonSource
 from motorcade.program.steps import COMMON, Step
@@ -32,22 +32,12 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
     read.
     """
     old = read_python(text) if isinstance(text, str) else text
-    if _content(old.program) == _content(program):
+    if bare(old.program) == bare(program):
         return old.source.text
     writer = _Writer(old)
     call = writer.program(program)
     text = old.source.text[: old.root.start] + call + old.source.text[old.root.end :]
     return _with_imports(text, old, writer.used)
-
-
-def _content(program: Program) -> tuple[Any, ...]:
-    """What a program says, without the ids of its blocks."""
-    told = program.followers
-    return (
-        tuple(without_ids(each) for each in program.leader),
-        told and (tuple(without_ids(each) for each in told.steps), _settings_of(told)),
-        program.profile,
-    )
 
 
 def _settings_of(followers: Followers) -> dict[str, Any]:
