@@ -7,9 +7,10 @@ from typing import Any
 
 from motorcade.car.brain import NO_LED
 from motorcade.config.check import Schema
+from motorcade.devices.declaration import Column
 from motorcade.engine import moment
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.mats.schema import FLOORS, mat_schema
+from motorcade.mats.schema import FLOORS, THINGS, mat_schema
 from motorcade.service import history
 
 _HEAD = """/** Mats and pictures of worlds. Written by scripts/generate.py; don't edit. */
@@ -32,10 +33,16 @@ def world_types() -> str:
         if key not in ("format", "name")
     }
     mat = [f"  {key}?: {kind};" for key, kind in fields.items()]
+    # A voice has no body that could be drawn.
+    placed = [each for each in THINGS if each.shape != "speech"]
     return "\n".join(
         [
             _HEAD,
             *(_interface(key.capitalize(), schema) for key, schema in lists.items()),
+            _constant(
+                "SHAPES", {each.key: each.shape for each in placed}, "How things on a mat are given, the lowest first."
+            ),
+            _constant("FLAT", [each.key for each in placed if each.is_flat], "Marks on the floor, in nobody's way."),
             _constant("FLOOR_NAMES", FLOORS, "What a floor and the things on it may look like."),
             "export type FloorName = (typeof FLOOR_NAMES)[number];\n",
             "/** A motorcade-mat/1 document with all its keys. */\nexport interface Mat extends MatDocument {",
@@ -81,10 +88,10 @@ def _columns() -> str:
     )
 
 
-def _limits(column: moment.Column | None) -> str:
+def _limits(column: Column | None) -> str:
     if column is None:
         return ""
-    limits = "" if column.least is None else f"{column.least:.3g} to {column.most:.3g}"
+    limits = "{:.3g} to {:.3g}".format(*column.limits) if column.limits else ""
     return f"  // {' '.join(part for part in (column.unit, limits) if part)}" if column.unit or limits else ""
 
 

@@ -11,13 +11,14 @@ ROOT = Path(__file__).parent.parent
 # A bumper: no bit is free, so it takes that of the PIR sensor.
 BUMPER = '''"""The bumper: two switches at the front."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, Sense, StepKind, seconds
+from motorcade.devices.declaration import *
+
+TOUCHED = Column("touched", "uint8", "uint8", limits=(0, 3))
 
 BUMPER = Device(
     "bumper",
     bits=(Bits("bumper", 12, 12, "stands still while something is touched", "made up"),),
-    group="bumper",
-    hue=300,
+    group=("bumper", 300),
     steps=(
         StepKind(
             "bumper",
@@ -28,20 +29,26 @@ BUMPER = Device(
             accompanies=True,
         ),
     ),
-    methods=(Method("touches", "Return which switches are closed.", returns="bits", missing="0"),),
+    methods=(Method("touches", "Return which switches are closed.", returns="bits", missing="0", shown=TOUCHED),),
     senses=(Sense("touches", "touches", "the switches that are closed, 1 the left plus 2 the right one"),),
     parts=(
         Part("bumper", "GND", (Role("left", False, "NO left"), Role("right", False, "NO right")), read_by="touches"),
     ),
+    things=(Thing("kerb", "kerbs", "ends", "the kerb"),),
 )
 '''
 PROBE = """
+from scripts.world_types import world_types
+
 from motorcade import bumper, compile_program, decompile, Program, together, forward
 from motorcade.car.board import Board
 from motorcade.car.senses import NOTHING
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.arduino_library import settings_header
 from motorcade.config.profile import built_in_profile
+from motorcade.engine.moment import PICTURED, moment_bytes
+from motorcade.mats import parse_mat
+from motorcade.mats.document import document_of
 from motorcade.words.formats import CONTROL
 
 class Touched(Board):
@@ -55,6 +62,10 @@ print(words[1] >> 12 & 1, decompile(words).leader == program.leader)
 car = 'format = "motorcade-pins/1"\\nname = "B"\\nchip = "arduino-uno"\\n'
 pins = parse_pins(car + "[bumper]\\nleft = 18\\nright = 13\\n", "b.toml")
 print("{18, 13},  // bumper" in settings_header(pins, built_in_profile("classroom")))
+table = "[[kerb]]\\nfrom_m = [0, 1]\\nto_m = [2, 3]\\n"
+mat = parse_mat('format = "motorcade-mat/1"\\nname = "m"\\n' + table, "m", "TOML")
+print(mat.kerbs, document_of(mat)["kerb"], PICTURED["touched"], moment_bytes(4))
+print("touched: Uint8Array;  // 0 to 3" in world_types(), '"kerb": "ends"' in world_types())
 """
 
 
@@ -80,14 +91,21 @@ def copy(tmp_path):
     brain = tmp_path / "src/motorcade/car/brain.py"
     text = brain.read_text(encoding="utf-8").replace('CONTROL.field("pir")', 'CONTROL.field("bumper")')
     brain.write_text(text.replace("senses.person", "senses.touches"), encoding="utf-8")
+    for name, field, more in (
+        ("mats/model.py", "patches: tuple[Corners, ...] = ()\n", "kerbs: tuple[Wall, ...] = ()\n"),
+        ("engine/moment.py", "sends: Flags\n", "touched: Bytes\n"),
+    ):
+        path = tmp_path / "src/motorcade" / name
+        path.write_text(path.read_text(encoding="utf-8").replace(field, f"{field}    {more}"), encoding="utf-8")
     return tmp_path
 
 
-def test_a_declared_device_reaches_words_steps_boards_pins_and_arduino(copy):
+def test_a_declared_device_reaches_words_steps_boards_pins_arduino_mats_and_pictures(copy):
     assert run(copy, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")[0] == 0
     code, said = run(copy, "-c", PROBE)
     assert code == 0, said
-    assert said.split("\n")[:3] == ["12 0 0 2", "1 True", "True"]
+    kerb = "((0.0, 1.0, 2.0, 3.0),) [{'from_m': [0.0, 1.0], 'to_m': [2.0, 3.0]}] uint8 72"
+    assert said.split("\n")[:5] == ["12 0 0 2", "1 True", "True", kerb, "True True"]
     header = (copy / "firmware/arduino/src/MotorcadeBoard.h").read_text(encoding="utf-8")
     assert "virtual uint8_t touches() { return 0; }" in header
     assert "sees_person" not in header

@@ -18,8 +18,8 @@ STEP = "[t_s, x, y], t_s from 0 to 1000000 s, x and y from -2000 to 2000 m"
 PATH = f"a list of 1 to 10000 {STEP}"
 CORNERS = f"a list of 3 to 1000 {POINT}"
 METRES = "allowed: a number from -2000 to 2000 metres"
-MARKS = "line, spot, patch"
-TABLE = f"format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, {MARKS}, person, voice, car, crowd, physics"
+MARKS = "line, patch, spot"
+TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polygon, voice, person, car, crowd, physics"
 
 
 @pytest.mark.parametrize(

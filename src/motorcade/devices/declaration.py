@@ -3,7 +3,8 @@
 A device is data: `motorcade.devices` lists those that there are. These follow from it: fields of words and frames
 (`words.formats`), steps with their blocks, Python names and tables of the documentation (`program.steps`), the
 record of what a car senses (`car.senses`), methods of a board (`car.board`, MotorcadeBoard.h) and their checks, tables
-of pin files, and what the Arduino library reads. CONTRIBUTING.md says how a device is added.
+of pin files, what the Arduino library reads, things on a mat (`mats.schema` and the page's editor), and columns of
+recordings and pictures (`engine.moment`). CONTRIBUTING.md says how a device is added.
 """
 
 
@@ -131,6 +132,38 @@ class StepKind:
         self.group = group
 
 
+class Column:
+    """What all cars show of something at a moment: a column of recordings and pictures (`motorcade.engine.moment`).
+
+    Args:
+        name: the field of `motorcade.engine.moment.Moment`.
+        dtype: NumPy's name of its type in a world.
+        packed: its type in recordings and, where ``is_pictured``, in pictures; "bool" is a flag there.
+        is_pictured: whether pictures have it as a column.
+        unit: of its numbers.
+        limits: the least and the greatest of its numbers; None: those of the type.
+        recorded: its name in recordings, where that is another one.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        dtype: str,
+        packed: str,
+        is_pictured: bool = True,
+        unit: str = "",
+        limits: "tuple[float, float] | None" = None,
+        recorded: str = "",
+    ) -> None:
+        self.name = name
+        self.dtype = dtype
+        self.packed = packed
+        self.is_pictured = is_pictured
+        self.unit = unit
+        self.limits = limits
+        self.recorded = recorded or name
+
+
 class Method:
     """A method of a board.
 
@@ -140,6 +173,7 @@ class Method:
         arguments: (name, smallest, largest) of each argument, all integers.
         returns: the type that it returns: int, bool, a list of frames, or None.
         missing: what it returns where the hardware isn't there.
+        shown: the column of recordings and pictures that shows what it sets or returns.
     """
 
     def __init__(
@@ -149,12 +183,14 @@ class Method:
         arguments: "tuple[tuple[str, int, int], ...]" = (),
         returns: str = "None",
         missing: str = "",
+        shown: "Column | None" = None,
     ) -> None:
         self.name = name
         self.about = about
         self.arguments = arguments
         self.returns = returns
         self.missing = missing
+        self.shown = shown
 
 
 class Sense:
@@ -217,36 +253,56 @@ class Part:
         self.read_by = read_by
 
 
+class Thing:
+    """A kind of things on a mat, which cars meet with a device: a table of a mat's file, and of the page's editor.
+
+    Args:
+        key: its table.
+        field: the attribute of `motorcade.mats.Mat` that holds all of them.
+        shape: how one is given: ends, round, corners, line, walk or speech (`motorcade.mats.schema.SHAPES`).
+        phrase: what one is, for the titles of the schema.
+        is_flat: whether it is a mark on the floor, in nobody's way.
+    """
+
+    def __init__(self, key: str, field: str, shape: str, phrase: str, is_flat: bool = False) -> None:
+        self.key = key
+        self.field = field
+        self.shape = shape
+        self.phrase = phrase
+        self.is_flat = is_flat
+
+
 class Device:
     """Something that a car has, with all that other packages need to know of it.
 
     Args:
         name: its name.
         bits: its fields of a control word.
-        group: the name of its part of a word, for colours and for what can't start together.
-        hue: the colour of this part in the page, in degrees.
+        group: the name of its part of a word, for what can't start together, and the hue in degrees of this part's
+            colour in the page.
         steps: the kinds of steps that fill its fields.
         methods: its methods of a board.
         senses: what a car senses by it.
         parts: what is wired to the car's computer.
+        things: what a mat has for it.
     """
 
     def __init__(
         self,
         name: str,
         bits: "tuple[Bits, ...]" = (),
-        group: str = "",
-        hue: int = 0,
+        group: "tuple[str, int]" = ("", 0),
         steps: "tuple[StepKind, ...]" = (),
         methods: "tuple[Method, ...]" = (),
         senses: "tuple[Sense, ...]" = (),
         parts: "tuple[Part, ...]" = (),
+        things: "tuple[Thing, ...]" = (),
     ) -> None:
         self.name = name
         self.bits = bits
-        self.group = group
-        self.hue = hue
+        self.group, self.hue = group
         self.steps = steps
         self.methods = methods
         self.senses = senses
         self.parts = parts
+        self.things = things

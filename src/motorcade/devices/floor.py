@@ -1,6 +1,19 @@
 """The floor sensors: two under the front of the car, which a word can make the motor obey (first bit of c8)."""
 
-from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Part, Role, Sense, StepKind, seconds
+from motorcade.devices.declaration import (
+    Bits,
+    Block,
+    Call,
+    Device,
+    Input,
+    Method,
+    Part,
+    Role,
+    Sense,
+    StepKind,
+    Thing,
+    seconds,
+)
 from motorcade.devices.motor import SECONDS
 
 # Standing still needs no sense of the floor.
@@ -9,8 +22,7 @@ _SPEED = Input("speed", "motor_speed", menu="speed", first=2, least=1)
 FLOOR = Device(
     "floor",
     bits=(Bits("floor", 11, 11, "the motor obeys dark and light floor", "protocol, section 11"),),
-    group="floor",
-    hue=95,
+    group=("floor", 95),
     steps=(
         StepKind(
             "follow_line",
@@ -69,5 +81,10 @@ FLOOR = Device(
             supply_5_v="5 V, GND",
             read_by="dark_floor",
         ),
+    ),
+    things=(
+        Thing("line", "lines", "line", "a dark line on the floor", is_flat=True),
+        Thing("patch", "patches", "corners", "a dark patch", is_flat=True),
+        Thing("spot", "spots", "round", "a round dark spot", is_flat=True),
     ),
 )

@@ -1,6 +1,6 @@
 """Infrared: a leader sends words, and followers receive them and pass them on (c1, c2)."""
 
-from motorcade.devices.declaration import Bits, Device, Method, Part, Role
+from motorcade.devices.declaration import Bits, Column, Device, Method, Part, Role
 
 INFRARED = Device(
     "infrared",
@@ -8,7 +8,7 @@ INFRARED = Device(
         Bits("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
         Bits("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
     ),
-    group="infrared",
+    group=("infrared", 0),
     methods=(
         Method(
             "received_frames",
@@ -18,7 +18,13 @@ INFRARED = Device(
             missing="()",
         ),
         Method("senses_carrier", "Return whether other cars send infrared here now.", returns="bool", missing="False"),
-        Method("is_sending", "Return whether this car sends a frame now.", returns="bool", missing="False"),
+        Method(
+            "is_sending",
+            "Return whether this car sends a frame now.",
+            returns="bool",
+            missing="False",
+            shown=Column("sends", "uint8", "bool", is_pictured=False),
+        ),
         Method(
             "send_frame",
             "Begin to send 32 bits by infrared; called only while nothing is being sent.",

@@ -1,6 +1,6 @@
 """The LEDs: four lights, of which a word lights one (c4)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Input, Method, Part, Role, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Column, Device, Input, Method, Part, Role, StepKind, seconds
 
 LED = Device(
     "led",
@@ -8,8 +8,7 @@ LED = Device(
         Bits("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
         Bits("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
     ),
-    group="led",
-    hue=41,
+    group=("led", 41),
     steps=(
         StepKind(
             "led",
@@ -18,7 +17,14 @@ LED = Device(
             inputs=(Input("which", "led_which", menu="light"), seconds("led_duration")),
         ),
     ),
-    methods=(Method("set_led", "Light LED 0 to 3 and no other; 4 for none.", (("which", 0, 4),)),),
+    methods=(
+        Method(
+            "set_led",
+            "Light LED 0 to 3 and no other; 4 for none.",
+            (("which", 0, 4),),
+            shown=Column("led", "uint8", "uint8", limits=(0, 4)),
+        ),
+    ),
     parts=(
         Part("leds", "GND", tuple([Role(f"led_{which}", True, f"LED {which}", needed=False) for which in range(4)])),
     ),

@@ -1,6 +1,18 @@
 """The motor: two wheels that drive forward or turn on the spot (c3); and the chassis of a car that somebody drives."""
 
-from motorcade.devices.declaration import Bits, Block, Call, Device, Input, Method, Part, Role, StepKind, seconds
+from motorcade.devices.declaration import (
+    Bits,
+    Block,
+    Call,
+    Column,
+    Device,
+    Input,
+    Method,
+    Part,
+    Role,
+    StepKind,
+    seconds,
+)
 
 DIRECTIONS = ("forward", "left", "right", "random")
 SPEED = Input("speed", "motor_speed", menu="speed", first=2)
@@ -26,8 +38,7 @@ MOTOR = Device(
         Bits("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", "motor_enable"),
         Bits("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", "motor_enable"),
     ),
-    group="motor",
-    hue=219,
+    group=("motor", 219),
     steps=(
         StepKind(
             "drive",
@@ -59,6 +70,8 @@ MOTOR = Device(
             "set_wheels",
             "Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stop) to 3.",
             (("direction", 0, 2), ("speed_level", 0, 3)),
+            # direction * 4 + speed level; direction 3 where somebody drives the car.
+            shown=Column("wheels", "uint8", "uint8", limits=(0, 15)),
         ),
     ),
     parts=(wheel_motor("left_motor", ("IN1", "IN2", "ENA")), wheel_motor("right_motor", ("IN3", "IN4", "ENB"))),

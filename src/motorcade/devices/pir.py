@@ -1,12 +1,11 @@
 """The PIR sensor: it detects people, for whom a word can make a car stand still (c7)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, Sense, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, Sense, StepKind, Thing, seconds
 
 PIR = Device(
     "pir",
     bits=(Bits("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),),
-    group="pir",
-    hue=22,
+    group=("pir", 22),
     steps=(
         StepKind(
             "pir",
@@ -22,4 +21,5 @@ PIR = Device(
     ),
     senses=(Sense("person", "sees_person", "1 while a person is near, else 0"),),
     parts=(Part("pir", "5 V, GND", (Role("output", False, "OUT"),), read_by="sees_person"),),
+    things=(Thing("person", "people", "walk", "the person"),),
 )

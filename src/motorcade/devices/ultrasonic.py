@@ -1,6 +1,18 @@
 """The ultrasonic sensor: it measures the distance of obstacles, which a word can make a car avoid (c5)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Input, Method, Part, Role, Sense, StepKind, seconds
+from motorcade.devices.declaration import (
+    Bits,
+    Block,
+    Device,
+    Input,
+    Method,
+    Part,
+    Role,
+    Sense,
+    StepKind,
+    Thing,
+    seconds,
+)
 
 ULTRASONIC = Device(
     "ultrasonic",
@@ -9,8 +21,7 @@ ULTRASONIC = Device(
         Bits("avoid_radius", 17, 16, "level 0 (nearest) to 3", "seed 000, c5", "avoid_enable"),
         Bits("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", "avoid_enable"),
     ),
-    group="avoid",
-    hue=166,
+    group=("avoid", 166),
     steps=(
         StepKind(
             "avoid",
@@ -37,5 +48,10 @@ ULTRASONIC = Device(
             "5 V, GND",
             (Role("trigger", True, "TRIG"), Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO")),
         ),
+    ),
+    things=(
+        Thing("wall", "walls", "ends", "the wall"),
+        Thing("disc", "discs", "round", "a round obstacle"),
+        Thing("polygon", "polygons", "corners", "a solid obstacle"),
     ),
 )

@@ -1,12 +1,11 @@
 """The microphone: it hears 'stop' and 'go', which a word can make a car obey (c6)."""
 
-from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, StepKind, seconds
+from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Role, StepKind, Thing, seconds
 
 VOICE = Device(
     "voice",
     bits=(Bits("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),),
-    group="voice",
-    hue=263,
+    group=("voice", 263),
     steps=(
         StepKind(
             "voice",
@@ -30,4 +29,5 @@ VOICE = Device(
         ),
     ),
     parts=(Part("voice", "3.3 V, GND", (Role("receive", False, "TX"),)),),
+    things=(Thing("voice", "voices", "speech", "the word"),),
 )

@@ -1,8 +1,8 @@
 """What the cars of a world show at a moment, and what happened: the one table of each, and their bytes.
 
 The kernels' arrays, the bytes of pictures and of stored moments, the columns of recordings and the page's decoder
-follow from `Moment`. A new column needs a line there, and one in the kernel ``read_moment``. Bytes are little-endian.
-This module needs no NumPy.
+follow from COLUMNS, to which devices add what their methods set or return. A new column needs a line in `Moment`
+besides, and one in the kernel ``read_moment``. Bytes are little-endian. This module needs no NumPy.
 """
 
 import math
@@ -11,8 +11,10 @@ from array import array
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
+from motorcade.devices import DEVICES
+from motorcade.devices.declaration import Column
 from motorcade.engine.backend import Backend, BackendArray
 from motorcade.engine.state import Bytes, Flags, Metres, Words
 
@@ -24,27 +26,6 @@ NO_INDEX = 0xFFFF
 # before; it is to drive forward, and what it touches lets it go no further.
 FLAGS = {"runs": 1, "sends": 2, "lost": 4, "heard": 8, "stuck": 16}
 RUNS, SENDS, LOST, HEARD, STUCK = FLAGS.values()
-
-
-class Column(NamedTuple):
-    """What a column of a moment holds.
-
-    Attributes:
-        dtype: NumPy's name of its type in a world.
-        packed: its type in recordings and, where `is_pictured`, in pictures; "bool" is a flag there.
-        is_pictured: whether pictures have it as a column.
-        unit: of its numbers.
-        least, most: the range of its numbers; None: that of the type.
-        recorded: its name in recordings, where that is another one.
-    """
-
-    dtype: str
-    packed: str
-    is_pictured: bool = True
-    unit: str = ""
-    least: float | None = None
-    most: float | None = None
-    recorded: str = ""
 
 
 class Moment(NamedTuple):
@@ -66,16 +47,14 @@ class Moment(NamedTuple):
     """
 
     t_ms: int
-    x_m: Annotated[Metres, Column("float64", "float32", unit="m")]
-    y_m: Annotated[Metres, Column("float64", "float32", unit="m")]
-    heading: Annotated[
-        Metres, Column("float64", "float32", unit="rad", least=-math.pi, most=math.pi, recorded="heading_rad")
-    ]
-    word: Annotated[Words, Column("uint32", "uint32", is_pictured=False)]
-    runs: Annotated[Flags, Column("uint8", "bool", is_pictured=False, least=0, most=1)]
-    wheels: Annotated[Bytes, Column("uint8", "uint8", least=0, most=15)]
-    led: Annotated[Bytes, Column("uint8", "uint8", least=0, most=4)]
-    sends: Annotated[Flags, Column("uint8", "bool", is_pictured=False, least=0, most=1)]
+    x_m: Metres
+    y_m: Metres
+    heading: Metres
+    word: Words
+    runs: Flags
+    wheels: Bytes
+    led: Bytes
+    sends: Flags
     counts: Mapping[str, int] = _NONE
 
     def map(self, change: Callable[[str, Any], Any]) -> Self:
@@ -91,7 +70,7 @@ class Moment(NamedTuple):
         import numpy as np
 
         lists = {
-            each.recorded or name: (
+            each.recorded: (
                 np.round(getattr(self, name).astype(float), 6) if each.packed == "float32" else getattr(self, name)
             ).tolist()
             for name, each in COLUMNS.items()
@@ -107,11 +86,15 @@ def _singles(column: Any) -> Any:
     return np.asarray(column, np.float32)
 
 
-COLUMNS: Mapping[str, Column] = {
-    name: hint.__metadata__[0]
-    for name, hint in get_type_hints(Moment, include_extras=True).items()
-    if hasattr(hint, "__metadata__")
-}
+_COLUMNS = (
+    Column("x_m", "float64", "float32", unit="m"),
+    Column("y_m", "float64", "float32", unit="m"),
+    Column("heading", "float64", "float32", unit="rad", limits=(-math.pi, math.pi), recorded="heading_rad"),
+    Column("word", "uint32", "uint32", is_pictured=False),
+    Column("runs", "uint8", "bool", is_pictured=False),
+    *(method.shown for device in DEVICES for method in device.methods if method.shown),
+)
+COLUMNS: Mapping[str, Column] = {each.name: each for each in _COLUMNS}
 """The columns of a moment by name."""
 
 if TYPE_CHECKING:

@@ -3,9 +3,10 @@
 import math
 from array import array
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.crowd import Crowd, place_crowd
 from motorcade.mats.geometry import Budget, Points, SweepLine, close_pair, obstructed
 from motorcade.mats.model import Corners, Line, Mat, Person, Physics, Point, Starts, Voice, flags, floats
-from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, SHORTEST_M, mat_schema
+from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, SHORTEST_M, THINGS, mat_schema
 
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 _MOST_HEADING = 1e6
@@ -59,14 +60,7 @@ def mat_of(document: Any, file: Text) -> Mat:
         tick_ms=checked["tick_ms"],
         size_m=_floats(checked.get("size_m")),
         walled=checked["edge"] == "wall",
-        walls=tuple((*wall["from_m"], *wall["to_m"]) for wall in _floats(checked["wall"])),
-        discs=tuple((*disc["centre_m"], disc["radius_m"]) for disc in _floats(checked["disc"])),
-        polygons=tuple(polygon["corners_m"] for polygon in _floats(checked["polygon"])),
-        lines=tuple(Line(**line) for line in _floats(checked["line"])),
-        spots=tuple((*spot["centre_m"], spot["radius_m"]) for spot in _floats(checked["spot"])),
-        patches=tuple(patch["corners_m"] for patch in _floats(checked["patch"])),
-        people=tuple(Person(**person) for person in _floats(checked["person"])),
-        voices=tuple(_voice(**voice) for voice in _floats(checked["voice"])),
+        **{each.field: tuple(map(_SHAPES[each.shape][0], _floats(checked[each.key]))) for each in THINGS},
         physics=Physics(**_floats(checked["physics"])),
     )
     check_outlines(mat, file)
@@ -134,14 +128,7 @@ def document_of(mat: Mat) -> dict[str, Any]:
         "name": mat.name,
         "tick_ms": mat.tick_ms,
         "edge": "wall" if mat.walled else "open",
-        "wall": [{"from_m": wall[:2], "to_m": wall[2:]} for wall in mat.walls],
-        "disc": [{"centre_m": [x, y], "radius_m": radius} for x, y, radius in mat.discs],
-        "polygon": [{"corners_m": corners} for corners in mat.polygons],
-        "line": [asdict(line) for line in mat.lines],
-        "spot": [{"centre_m": [x, y], "radius_m": radius} for x, y, radius in mat.spots],
-        "patch": [{"corners_m": corners} for corners in mat.patches],
-        "person": [asdict(person) for person in mat.people],
-        "voice": [{"at_s": voice.at_s, "word": voice.word} | _area_of(voice) for voice in mat.voices],
+        **{each.key: list(map(_SHAPES[each.shape][1], getattr(mat, each.field))) for each in THINGS},
         "physics": {key: value for key, value in asdict(mat.physics).items() if value is not None},
     }
     if mat.size_m is not None:
@@ -168,10 +155,6 @@ def _without_numpy(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def _area_of(voice: Voice) -> dict[str, Any]:
-    return {} if voice.radius_m is None else {"centre_m": [voice.x_m, voice.y_m], "radius_m": voice.radius_m}
-
-
 def _floats(value: Any) -> Any:
     """Return a part of a document with its numbers as floats and its lists as tuples, at every depth."""
     if isinstance(value, dict):
@@ -183,6 +166,22 @@ def _floats(value: Any) -> Any:
 
 def _voice(at_s: float, word: str, centre_m: Point = (0.0, 0.0), radius_m: float | None = None) -> Voice:
     return Voice(at_s, word, *centre_m, radius_m)
+
+
+def _table_of_voice(voice: Voice) -> dict[str, Any]:
+    area = {} if voice.radius_m is None else {"centre_m": (voice.x_m, voice.y_m), "radius_m": voice.radius_m}
+    return {"at_s": voice.at_s, "word": voice.word, **area}
+
+
+# Of each shape: a thing as `Mat` holds it, from its table; and its table.
+_SHAPES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], dict[str, Any]]]] = {
+    "ends": (lambda it: (*it["from_m"], *it["to_m"]), lambda wall: {"from_m": wall[:2], "to_m": wall[2:]}),
+    "round": (lambda it: (*it["centre_m"], it["radius_m"]), lambda disc: {"centre_m": disc[:2], "radius_m": disc[2]}),
+    "corners": (itemgetter("corners_m"), lambda corners: {"corners_m": corners}),
+    "line": (lambda it: Line(**it), asdict),
+    "walk": (lambda it: Person(**it), asdict),
+    "speech": (lambda it: _voice(**it), _table_of_voice),
+}
 
 
 def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any]], file: Text) -> Starts:

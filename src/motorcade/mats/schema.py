@@ -1,8 +1,10 @@
 """The schema of a mat's file: every key, what it is (its ``title``), what is allowed, and its default."""
 
+from collections.abc import Callable, Mapping
 from functools import cache
 
 from motorcade.config.check import Schema, allowed_as, choice, flag, line, list_of, number, table, whole
+from motorcade.devices import DEVICES
 
 FORMAT = "motorcade-mat/1"
 FARTHEST_M = 2000
@@ -29,14 +31,7 @@ def mat_schema() -> Schema:
             size_m=_size("the mat's width and height; its lower left corner is the origin"),
             edge=choice("open", "wall", title="what the mat's edge is", default="open"),
             floor=choice(*FLOORS, title="what the floor and the things on it look like", default=FLOORS[0]),
-            wall=_tables("wall", _wall()),
-            disc=_tables("disc", _disc()),
-            polygon=_tables("polygon", _polygon()),
-            line=_tables("line", _line()),
-            spot=_tables("spot", _spot()),
-            patch=_tables("patch", _patch()),
-            person=_tables("person", _person()),
-            voice=_tables("voice", _voice()),
+            **{each.key: _tables(each.key, SHAPES[each.shape](each.phrase)) for each in THINGS},
             car=_tables("car", _car()),
             crowd=_tables("crowd", _crowd()),
             physics=_physics(),
@@ -44,55 +39,46 @@ def mat_schema() -> Schema:
     }
 
 
-def _wall() -> Schema:
-    return table(from_m=_point("where the wall begins"), to_m=_point("where the wall ends"))
+def _ends(what: str) -> Schema:
+    return table(from_m=_point(f"where {what} begins"), to_m=_point(f"where {what} ends"))
 
 
-def _disc() -> Schema:
-    return table(centre_m=_point("the centre of a round obstacle"), radius_m=_radius("the radius of a round obstacle"))
+def _round(what: str) -> Schema:
+    return table(centre_m=_point(f"the centre of {what}"), radius_m=_radius(f"the radius of {what}"))
 
 
-def _polygon() -> Schema:
-    return table(corners_m=_corners("the corners of a solid obstacle, in order"))
+def _corners(what: str) -> Schema:
+    return table(corners_m=_points("a corner", 3, f"the corners of {what}, in order"))
 
 
-def _line() -> Schema:
-    points = list_of(_point("a point"), 2, 1000, title="the points of a dark line on the floor, in order")
+def _line(what: str) -> Schema:
     return table(
-        points_m=allowed_as("mat-corners", points, minimum=2, maximum=1000, most=FARTHEST_M),
+        points_m=_points("a point", 2, f"the points of {what}, in order"),
         width_m=number(SHORTEST_M, 1, "metres", title="how wide the line is", default=0.03),
         bend_m=number(0, FARTHEST_M, "metres", title="the radius of the arcs at its corners", default=0.0),
         closed=flag(title="whether it goes on from its last point to its first", default=False),
     )
 
 
-def _spot() -> Schema:
-    return table(centre_m=_point("the centre of a round dark spot"), radius_m=_radius("the radius of a dark spot"))
+def _points(one: str, least: int, title: str) -> Schema:
+    points = list_of(_point(one), least, 1000, title=title)
+    return allowed_as("mat-corners", points, minimum=least, maximum=1000, most=FARTHEST_M)
 
 
-def _patch() -> Schema:
-    return table(corners_m=_corners("the corners of a dark patch, in order"))
-
-
-def _corners(title: str) -> Schema:
-    corners = list_of(_point("a corner"), 3, 1000, title=title)
-    return allowed_as("mat-corners", corners, minimum=3, maximum=1000, most=FARTHEST_M)
-
-
-def _person() -> Schema:
+def _walk(what: str) -> Schema:
     step = list_of(_coordinate(), 3, 3, title="a time and a point", prefixItems=[number(0, LAST_S, "seconds")])
     step = allowed_as("mat-step", step, last=LAST_S, most=FARTHEST_M)
-    path = list_of(step, 1, 10000, title="when the person is where; they walk straight from point to point")
+    path = list_of(step, 1, 10000, title=f"when {what} is where; they walk straight from point to point")
     return table(
         path=allowed_as("mat-path", path, minimum=1, maximum=10000, last=LAST_S, most=FARTHEST_M),
         repeats=flag(title="whether the path begins again at its end", default=False),
     )
 
 
-def _voice() -> Schema:
+def _speech(what: str) -> Schema:
     return table(
         ("centre_m", "radius_m"),
-        at_s=number(0, LAST_S, "seconds", title="when it is said"),
+        at_s=number(0, LAST_S, "seconds", title=f"when {what} is said"),
         word=choice("stop", "go", title="what is said"),
         centre_m=_point("the centre of the area in which it is heard"),
         radius_m=_radius("how far from centre_m it is heard"),
@@ -165,3 +151,16 @@ def _size(title: str) -> Schema:
 
 def _tables(name: str, items: Schema) -> Schema:
     return allowed_as("list-of-tables", list_of(items, default=[]), name=name)
+
+
+# What the devices declare; what is flat lies below all else.
+THINGS = tuple(sorted((each for device in DEVICES for each in device.things), key=lambda thing: not thing.is_flat))
+# The table of a thing of each shape.
+SHAPES: Mapping[str, Callable[[str], Schema]] = {
+    "ends": _ends,
+    "round": _round,
+    "corners": _corners,
+    "line": _line,
+    "walk": _walk,
+    "speech": _speech,
+}

@@ -24,8 +24,9 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
+from motorcade.devices.declaration import Column
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
-from motorcade.engine.moment import COLUMNS, Column, Moment
+from motorcade.engine.moment import COLUMNS, Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.recording import (
     EVENT_FIELDS,
@@ -222,9 +223,8 @@ _SCENE_UPDATE = {"title": "foxglove.SceneUpdate", **_schema_like(_example())}
 
 def _schema_of(column: Column) -> dict[str, Any]:
     kind = {"float32": "number", "bool": "boolean"}.get(column.packed, "integer")
-    limits = {} if kind == "boolean" else {"minimum": column.least, "maximum": column.most}
-    items = {"type": kind, **{name: value for name, value in limits.items() if value is not None}}
-    return {"type": "array", "items": items}
+    limits = zip(("minimum", "maximum"), column.limits or (), strict=False)
+    return {"type": "array", "items": {"type": kind, **dict(limits)}}
 
 
 _CARS = {
@@ -233,7 +233,7 @@ _CARS = {
     "properties": {
         "t_ms": {"type": "integer"},
         "number": {"type": "array", "items": {"type": "integer"}},
-        **{each.recorded or name: _schema_of(each) for name, each in COLUMNS.items()},
+        **{each.recorded: _schema_of(each) for each in COLUMNS.values()},
     },
 }
 _EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in EVENT_FIELDS}
@@ -336,7 +336,7 @@ class McapRecording:
             if topic == "/counts":
                 counts = message
                 continue
-            columns = {name: np.array(message[each.recorded or name], each.packed) for name, each in COLUMNS.items()}
+            columns = {name: np.array(message[each.recorded], each.packed) for name, each in COLUMNS.items()}
             yield Moment(t_ms, **columns, counts=counts)
 
     def events(self) -> Iterator[NDArray[np.void]]:

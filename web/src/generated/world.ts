@@ -4,6 +4,29 @@ import type { MatDocument } from "./messages";
 
 export type Point = readonly [number, number];
 
+export interface Line {
+  /** The points of a dark line on the floor, in order. */
+  points_m: readonly Point[];
+  /** How wide the line is. */
+  width_m?: number;
+  /** The radius of the arcs at its corners. */
+  bend_m?: number;
+  /** Whether it goes on from its last point to its first. */
+  closed?: boolean;
+}
+
+export interface Patch {
+  /** The corners of a dark patch, in order. */
+  corners_m: readonly Point[];
+}
+
+export interface Spot {
+  /** The centre of a round dark spot. */
+  centre_m: Point;
+  /** The radius of a round dark spot. */
+  radius_m: number;
+}
+
 export interface Wall {
   /** Where the wall begins. */
   from_m: Point;
@@ -23,38 +46,8 @@ export interface Polygon {
   corners_m: readonly Point[];
 }
 
-export interface Line {
-  /** The points of a dark line on the floor, in order. */
-  points_m: readonly Point[];
-  /** How wide the line is. */
-  width_m?: number;
-  /** The radius of the arcs at its corners. */
-  bend_m?: number;
-  /** Whether it goes on from its last point to its first. */
-  closed?: boolean;
-}
-
-export interface Spot {
-  /** The centre of a round dark spot. */
-  centre_m: Point;
-  /** The radius of a dark spot. */
-  radius_m: number;
-}
-
-export interface Patch {
-  /** The corners of a dark patch, in order. */
-  corners_m: readonly Point[];
-}
-
-export interface Person {
-  /** When the person is where; they walk straight from point to point. */
-  path: readonly (readonly [number, number, number])[];
-  /** Whether the path begins again at its end. */
-  repeats?: boolean;
-}
-
 export interface Voice {
-  /** When it is said. */
+  /** When the word is said. */
   at_s: number;
   /** What is said. */
   word: "stop" | "go";
@@ -62,6 +55,13 @@ export interface Voice {
   centre_m?: Point;
   /** How far from centre_m it is heard. */
   radius_m?: number;
+}
+
+export interface Person {
+  /** When the person is where; they walk straight from point to point. */
+  path: readonly (readonly [number, number, number])[];
+  /** Whether the path begins again at its end. */
+  repeats?: boolean;
 }
 
 export interface Car {
@@ -92,6 +92,12 @@ export interface Crowd {
   seed?: number;
 }
 
+/** How things on a mat are given, the lowest first. */
+export const SHAPES = {"line": "line", "patch": "corners", "spot": "round", "wall": "ends", "disc": "round", "polygon": "corners", "person": "walk"} as const;
+
+/** Marks on the floor, in nobody's way. */
+export const FLAT = ["line", "patch", "spot"] as const;
+
 /** What a floor and the things on it may look like. */
 export const FLOOR_NAMES = ["table", "classroom", "city", "night", "moon", "plain"] as const;
 
@@ -103,14 +109,14 @@ export interface Mat extends MatDocument {
   size_m?: Point;
   edge?: "open" | "wall";
   floor?: FloorName;
+  line?: readonly Line[];
+  patch?: readonly Patch[];
+  spot?: readonly Spot[];
   wall?: readonly Wall[];
   disc?: readonly Disc[];
   polygon?: readonly Polygon[];
-  line?: readonly Line[];
-  spot?: readonly Spot[];
-  patch?: readonly Patch[];
-  person?: readonly Person[];
   voice?: readonly Voice[];
+  person?: readonly Person[];
   car?: readonly Car[];
   crowd?: readonly Crowd[];
   physics?: { collisions?: boolean; line_of_sight?: boolean; capture_ratio?: number; beam_half_angle_deg?: number; bit_error_rate?: number; wheel_noise?: number; };

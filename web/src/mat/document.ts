@@ -1,31 +1,20 @@
 /** Edits of a mat document: each returns a new document and leaves the old one unchanged. */
 
-import type { Disc, FloorName, Line, Mat, Patch, Person, Point, Polygon, Spot, Wall } from "../generated/world";
+import { type Disc, FLAT, type FloorName, type Line, type Mat, type Person, type Point, type Polygon, SHAPES, type Wall } from "../generated/world";
 
 export { FLOOR_NAMES } from "../generated/world";
 export type { Car, Crowd, Disc, FloorName, Line, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
 
-interface Pieces {
-  line: Line;
-  patch: Patch;
-  spot: Spot;
-  wall: Wall;
-  disc: Disc;
-  polygon: Polygon;
-  person: Person;
-}
-export type FurnitureKind = keyof Pieces;
+export type FurnitureKind = keyof typeof SHAPES;
+type Pieces = { [K in FurnitureKind]: NonNullable<Mat[K]>[number] };
 export type Piece = Pieces[FurnitureKind];
 
-/** How a kind of piece is given: by two ends, a centre and a radius, corners, times and points, or the points of a line. */
-const SHAPES = { line: "line", patch: "corners", spot: "round", wall: "ends", disc: "round", polygon: "corners", person: "walk" } as const;
 /** The lowest first: cars drive over what is flat. */
 export const FURNITURE = Object.keys(SHAPES) as readonly FurnitureKind[];
-const FLAT: ReadonlySet<FurnitureKind> = new Set(["line", "patch", "spot"]);
 
 /** Whether a kind of piece is a mark on the floor, in nobody's way. */
 export function isFlat(kind: FurnitureKind): boolean {
-  return FLAT.has(kind);
+  return (FLAT as readonly FurnitureKind[]).includes(kind);
 }
 
 export function shapeOf(kind: FurnitureKind): (typeof SHAPES)[FurnitureKind] {
@@ -141,18 +130,13 @@ export function reshaped(mat: Mat, id: PieceId, handle: number, [x, y]: Point): 
 const WALK_S = 4;
 /** The radius of a new road's bends. */
 export const BEND_M = 0.25;
-const box = (x: number, y: number): Polygon => ({
-  corners_m: [shift([x, y], -0.2, -0.15), shift([x, y], 0.2, -0.15), shift([x, y], 0.2, 0.15), shift([x, y], -0.2, 0.15)],
-});
-const round = (x: number, y: number): Disc => ({ centre_m: [rounded(x), rounded(y)], radius_m: 0.15 });
-const NEW_PIECES: { [K in FurnitureKind]: (x: number, y: number) => Pieces[K] } = {
+/** A new piece of each shape. */
+const NEW_PIECES: Record<(typeof SHAPES)[FurnitureKind], (x: number, y: number) => Piece> = {
   line: (x, y) => ({ points_m: [shift([x, y], -0.5, 0), shift([x, y], 0.5, 0)], bend_m: BEND_M }),
-  patch: box,
-  spot: round,
-  wall: (x, y) => ({ from_m: [rounded(x - 0.4), rounded(y)], to_m: [rounded(x + 0.4), rounded(y)] }),
-  disc: round,
-  polygon: box,
-  person: (x, y) => ({
+  ends: (x, y) => ({ from_m: [rounded(x - 0.4), rounded(y)], to_m: [rounded(x + 0.4), rounded(y)] }),
+  round: (x, y) => ({ centre_m: [rounded(x), rounded(y)], radius_m: 0.15 }),
+  corners: (x, y) => ({ corners_m: [shift([x, y], -0.2, -0.15), shift([x, y], 0.2, -0.15), shift([x, y], 0.2, 0.15), shift([x, y], -0.2, 0.15)] }),
+  walk: (x, y) => ({
     path: [
       [0, rounded(x - 0.5), rounded(y)],
       [WALK_S, rounded(x + 0.5), rounded(y)],
@@ -163,7 +147,7 @@ const NEW_PIECES: { [K in FurnitureKind]: (x: number, y: number) => Pieces[K] } 
 };
 
 export function newPiece(kind: FurnitureKind, [x, y]: Point): Piece {
-  return NEW_PIECES[kind](x, y);
+  return NEW_PIECES[SHAPES[kind]](x, y);
 }
 
 export function added(mat: Mat, kind: FurnitureKind, at: Point): { mat: Mat; id: PieceId } {
