@@ -29,7 +29,8 @@ from motorcade.mats.model import way_of
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
 # A sensor in a cell knows of all marks that are nearer than this.
 MARGIN_UM = 60_000.0
-_CELL_UM = 60_000.0
+# With smaller cells, the lists of a road network outgrow a processor's caches.
+_CELL_UM = 400_000.0
 # Places are whole µm: a place right on an edge is dark, however its distance is rounded.
 _TIE_UM = 0.5
 # Places and ways are rounded to µm.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
-from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
+from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS, to_heading
 from motorcade.engine.state import MOST_PARTS, NOBODY, SPARE, Around, Buffer, Cars, Cells, People, Place, Rules, Voices
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
@@ -138,7 +138,7 @@ def standing_of(mat: Mat, images: int) -> Standing:
     return Standing(
         x=buffer_of("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
         y=buffer_of("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
-        heading=buffer_of("uint32", [round(each / math.tau * FULL_TURN) % FULL_TURN for each in starts.heading]),
+        heading=buffer_of("uint32", [to_heading(each) for each in starts.heading]),
         number=buffer_of("uint32", range(len(starts))),
         program=buffer_of(
             "uint8",
