@@ -160,7 +160,7 @@ class SharedMat:
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session
         async with session.lock:
-            world = await session.in_thread(partial(build_world, message, session.control.boards, _MOST_CARS, images))
+            world = await session.in_thread(partial(build_world, message, session.fleet.boards, _MOST_CARS, images))
             session.mat = document
             self._started = list(self._images)
             self._begin(world)

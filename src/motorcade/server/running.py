@@ -375,14 +375,11 @@ def names_of(listener: socket.socket, host: str) -> list[str]:
     name = socket.gethostname().lower()
     others = [name, f"{name.partition('.')[0]}.local", socket.getfqdn().lower()]
     # A page can't be opened at the unspecified address ('all addresses').
-    return others + names if _address(listener).is_unspecified else names + others
+    address = ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])
+    return others + names if address.is_unspecified else names + others
 
 
 def url_of(host: str, port: int, token: str | None = None, page: str = "/", scheme: str = "http") -> str:
     """Return a page's address."""
     query = f"?token={token}" if token else ""
     return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{page}{query}"
-
-
-def _address(listener: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    return ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])

@@ -3,8 +3,6 @@
 import asyncio
 from functools import partial
 
-import pytest
-
 from motorcade.server.studio.sessions import do_in_turn
 from support.mock_clock import mock_clock
 
@@ -32,14 +30,3 @@ async def test_where_all_worlds_are_late_requests_come_between_and_pictures_are_
     assert max(pictures) - min(pictures) <= 1
     for task in playing:
         task.cancel()
-
-
-def test_a_job_that_fails_ends_its_turn():
-    turns = asyncio.Lock()
-
-    async def run():
-        with pytest.raises(ZeroDivisionError):
-            await do_in_turn(turns, lambda: 1 // 0)
-        return await do_in_turn(turns, lambda: "done")
-
-    assert asyncio.run(run()) == "done"

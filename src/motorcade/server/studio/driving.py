@@ -13,7 +13,7 @@ from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
-from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.session import CarControl
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
@@ -40,61 +40,6 @@ class _DrivenCar:
     control: CarControl
     beating: asyncio.Task[None] | None = None
     pages: int = 0
-
-
-class ManualControl:
-    """The cars of one world that somebody drives, or drove and has not given back to their program.
-
-    Attributes:
-        boards: for the world, the setpoints of the cars that somebody drives.
-    """
-
-    def __init__(self) -> None:
-        self.boards = DrivenCars()
-        self._cars: dict[int, _DrivenCar] = {}
-
-    def connect(self, car: int, profile: Profile, page: str) -> ControlSession:
-        """Connect a page to a car, which runs its program until somebody drives. Raises MotorcadeError."""
-        driven = self._cars.get(car)
-        if driven is None:
-            control = CarControl(self.boards.board(car, has_program=True), monotonic_ms, profile)
-            driven = self._cars[car] = _DrivenCar(control)
-            _resume(control)
-        driven.pages += 1
-        if driven.beating is None:
-            driven.beating = asyncio.create_task(_beat(driven.control))
-        return driven.control.session(page, address_of(page), left=partial(self._leave, car))
-
-    def give_back(self, car: int) -> None:
-        """Give a car back to its program; lift its emergency stop where no page is connected that could.
-
-        Raises MotorcadeError where somebody drives it.
-        """
-        driven = self._cars.get(car)
-        if driven is None:
-            return
-        _resume(driven.control, clears=not driven.pages)
-        self._remove_if_idle(car)
-
-    def give_back_all(self) -> None:
-        """Give back all cars to which no page is connected, except those that the emergency stop holds."""
-        for car, driven in list(self._cars.items()):
-            if not driven.pages and driven.control.telemetry().state != "stopped":
-                self.give_back(car)
-
-    def _leave(self, car: int) -> None:
-        driven = self._cars[car]
-        driven.pages -= 1
-        if not driven.pages and driven.beating:
-            # No deadline remains: the car stands still, or its program runs.
-            driven.beating.cancel()
-            driven.beating = None
-        self._remove_if_idle(car)
-
-    def _remove_if_idle(self, car: int) -> None:
-        driven = self._cars[car]
-        if not driven.pages and driven.control.telemetry().state == "program":
-            del self._cars[car]
 
 
 async def _beat(control: CarControl) -> None:
@@ -140,7 +85,6 @@ class PageWorld(WorldSession):
         forget_timer: removes the session unless a page connects again.
         lock: for the task that uses the session, which is not safe for threads.
         changed: set when there may be something to show.
-        control: the cars that somebody drives, or drove.
         fleet: its cars, for pages of the remote.
         mat: the document of its mat, as it is now; None before there is a world.
         sent: the last answer of each type that its page was sent, pictures as bytes; for others who watch.
@@ -157,9 +101,8 @@ class PageWorld(WorldSession):
         past_bytes: tuple[int, int] = PAST_BYTES,
         allowed: tuple[type, ...] = (object,),
     ) -> None:
-        self.control = ManualControl()
         self.fleet = SessionFleet(self)
-        super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars), past_bytes)
+        super().__init__(key, lambda message: build_world(message, self.fleet.boards, most_cars), past_bytes)
         self._workers = workers
         self.visitor, self.allowed = visitor, allowed
         self.mat: MatDocument | None = None
@@ -204,10 +147,16 @@ class PageWorld(WorldSession):
 
 
 class SessionFleet(Fleet):
-    """The cars of one page's world."""
+    """The cars of one page's world; some are driven, or were and have not been given back to their program.
+
+    Attributes:
+        boards: for the world, the setpoints of the cars that somebody drives.
+    """
 
     def __init__(self, session: PageWorld) -> None:
         self._session = session
+        self.boards = DrivenCars()
+        self._cars: dict[int, _DrivenCar] = {}
         # A camera exists while a page shows it.
         self._cameras: WeakValueDictionary[int, Camera] = WeakValueDictionary()
 
@@ -219,9 +168,47 @@ class SessionFleet(Fleet):
         return [ListedCar(str(car), car in leaders, True) for car in order[:_MOST_LISTED]]
 
     async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page to a car, which runs its program until somebody drives. Raises MotorcadeError."""
         number = await self._number(car)
         profile = await self._session.work(lambda world: world.simulation.profile)
-        return self._session.control.connect(number, profile, page)
+        driven = self._cars.get(number)
+        if driven is None:
+            control = CarControl(self.boards.board(number, has_program=True), monotonic_ms, profile)
+            driven = self._cars[number] = _DrivenCar(control)
+            _resume(control)
+        driven.pages += 1
+        if driven.beating is None:
+            driven.beating = asyncio.create_task(_beat(driven.control))
+        return driven.control.session(page, address_of(page), left=partial(self._leave, number))
+
+    def give_back(self, car: int) -> None:
+        """Give a car back to its program; lift its emergency stop where no page is connected that could.
+
+        Raises MotorcadeError where somebody drives it.
+        """
+        if driven := self._cars.get(car):
+            _resume(driven.control, clears=not driven.pages)
+            self._remove_if_idle(car)
+
+    def give_back_all(self) -> None:
+        """Give back all cars to which no page is connected, except those that the emergency stop holds."""
+        for car, driven in list(self._cars.items()):
+            if not driven.pages and driven.control.telemetry().state != "stopped":
+                self.give_back(car)
+
+    def _leave(self, car: int) -> None:
+        driven = self._cars[car]
+        driven.pages -= 1
+        if not driven.pages and driven.beating:
+            # No deadline remains: the car stands still, or its program runs.
+            driven.beating.cancel()
+            driven.beating = None
+        self._remove_if_idle(car)
+
+    def _remove_if_idle(self, car: int) -> None:
+        driven = self._cars[car]
+        if not driven.pages and driven.control.telemetry().state == "program":
+            del self._cars[car]
 
     def is_paused(self, car: str) -> bool:
         return self._session.is_paused()

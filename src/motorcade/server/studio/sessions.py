@@ -301,16 +301,16 @@ class PageWorlds:
         elif isinstance(message, SetWorld):
             async with session.lock:
                 world = await session.in_thread(lambda: session.make_world(message), self._builder)
-                session.control.give_back_all()
+                session.fleet.give_back_all()
                 session.mat = message.mat
                 answers = session.begin(world)
                 session.sent.clear()
                 self._put_all(session, page, answers)
         else:
             if isinstance(message, Reset):
-                session.control.give_back_all()
+                session.fleet.give_back_all()
             elif isinstance(message, Resume):
-                session.control.give_back(message.car)
+                session.fleet.give_back(message.car)
             async with session.lock:
                 limiter = self._builder if isinstance(message, _LONG) else None
                 answers = await session.in_thread(lambda: session.receive(message), limiter)
