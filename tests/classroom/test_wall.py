@@ -11,6 +11,7 @@ from motorcade.classroom.messages import DrawnWall, Wall
 from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures
 from motorcade.engine.moment import first_cars, moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
+from motorcade.server.studio import sessions
 from motorcade.service.missions import mission_goals
 from motorcade.service.world_messages import Hello
 from support.class_page import PASSWORD, class_room
@@ -271,3 +272,11 @@ def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
         goal.text["zh"] for goal in mission_goals(built_in_mission("follow-me"))
     ]
     assert room.teacher.ask("teacher/end", password=PASSWORD) == {}
+
+
+def test_the_shared_mat_stays_when_its_page_leaves(room, monkeypatch, caplog):
+    monkeypatch.setattr(sessions, "GRACE_S", 0)
+    with room.teacher.open("teacher/mat") as shown:
+        shown.until("wall")
+    assert room.teacher.ask("teacher/about")["signed_in"]
+    assert caplog.text == ""

@@ -11,6 +11,7 @@ import pytest
 from packaging.requirements import Requirement
 from starlette.applications import Starlette
 from starlette.routing import WebSocketRoute
+from starlette.testclient import TestClient
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -77,6 +78,12 @@ def test_where_pupils_have_taken_all_places_the_teacher_gets_one_and_keeps_it(mo
             with suppress(Exception):
                 opened(pages, address, "eve")
         assert answers(teacher)
+
+
+def test_pupils_behind_one_router_have_a_rate_of_requests_each():
+    app = RequestFilter(Starlette(), ServerSettings(requests_a_second=1, clock=lambda: 0.0), None, holder)
+    client = TestClient(app, base_url="http://127.0.0.1:7700")
+    assert [client.get(f"/?who={who}").status_code for who in ("eve", "eve", "eve", "mia")] == [404, 404, 429, 404]
 
 
 @pytest.mark.parametrize(

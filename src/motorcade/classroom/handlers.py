@@ -48,13 +48,11 @@ class Handlers:
     Args:
         running: the class.
         worlds: the pupils' worlds.
-        stop: of the cars that are driven; None where there are none.
+        stop: of the cars that are driven.
         programmed: the cars that run programs.
     """
 
-    def __init__(
-        self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop | None, programmed: CarList
-    ) -> None:
+    def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop, programmed: CarList) -> None:
         self._running = running
         self._room = running.room
         self._pairs = running.pairs
@@ -350,14 +348,13 @@ class Handlers:
         self._room.stop_cars(True)
         self._programmed.order(STOP)
         self._running.show_changes()
-        return await self._stop.stop() if self._stop else []
+        return await self._stop.stop()
 
     @request("teacher/release-all")
     async def release_all(self) -> None:
         """Let pupils drive again, and programs begin anew."""
         self._programmed.order(GO)
-        if self._stop:
-            await self._stop.release()
+        await self._stop.release()
         self._room.stop_cars(False)
 
     @request("teacher/end", stores=True)
