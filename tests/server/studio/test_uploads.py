@@ -2,11 +2,8 @@
 
 import base64
 import json
-import os
-import select
 import sys
-import threading
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 
 import pytest
 from starlette.testclient import TestClient
@@ -22,17 +19,14 @@ from motorcade.upload import transfer as talk
 from motorcade.upload.serial_port import BARE, BOARD, PortInfo
 from motorcade.upload.transfer import holds_phrase
 from motorcade.words import upload as protocol
-from motorcade.words.request import CHECK_BYTES, check_words, ready_line
-from motorcade.words.upload import CHECK, CarEnd
-from motorcade.words.upload import IMAGE as STORE
-from support.check_requests import read_check
+from motorcade.words.request import CHECK_BYTES
+from support.played_car import IMAGE, PlayedCar
 from support.strategies import CLASSROOM
+from support.upload_ends import NO_PROGRAM, Car
 
 HERE = "http://127.0.0.1:7700"
 SOCKETS = "ws://127.0.0.1:7700/api"
-IMAGE = bytes.fromhex("01000000 64800000")
 LONG = bytes.fromhex("FF000000" + "64800000" * 255)
-NO_PROGRAM = bytes(4)
 POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
@@ -80,36 +74,10 @@ def failure(received: list[dict]) -> tuple[str, str]:
 @contextmanager
 def played(monkeypatch, answer: bytes):
     """List a port whose car receives images of IMAGE's length and gives a fixed answer to each."""
-    import pty
-    import tty
-
-    end, other = pty.openpty()
-    tty.setraw(other)
-    name = os.ttyname(other)
-    monkeypatch.setattr(uploads, "ports", lambda: [PortInfo(name, "a board", "")])
-    over, ending = os.pipe()
-
-    def take(count: int) -> bytes:
-        data = b""
-        while len(data) < count and over not in select.select([end, over], [], [])[0]:
-            data += os.read(end, count - len(data))
-        return data
-
-    def act() -> None:
-        while len(request := take(CHECK_BYTES)) == CHECK_BYTES:
-            os.write(end, ready_line(check_words(*read_check(request)), NO_PROGRAM))
-            take(len(IMAGE))
-            os.write(end, answer)
-
-    car = threading.Thread(target=act)
-    car.start()
-    try:
-        yield name
-    finally:
-        os.close(ending)
-        car.join(60)
-        for each in (end, other, over):
-            os.close(each)
+    with closing(PlayedCar("pty")) as car:
+        monkeypatch.setattr(uploads, "ports", lambda: [PortInfo(car.port, "a board", "")])
+        car.take(answer)
+        yield car.port
 
 
 def test_the_ports_are_those_of_the_computer_and_a_virtual_one(client, monkeypatch) -> None:
@@ -220,8 +188,11 @@ def test_every_failure_has_the_pages_name_of_the_port(client, monkeypatch, code)
     assert ("keeps the image that it had" in received["sentence"]["en"]) == (code != "no-such-port")
 
 
-def carry(client, wanted: dict, answers, chunks: list[bytes] | None = None) -> tuple[list[dict], bytes]:
-    """Carry bytes to a car and back as the page does; give the server's answers and the bytes that reached the car."""
+def carry(client, wanted: dict, car: Car | None, now_ms: int = 0) -> tuple[list[dict], bytes]:
+    """Carry bytes to a car and back as the page does; give the server's answers and the bytes that reached the car.
+
+    An answer comes in two pieces. Without a car the port is silent.
+    """
     received, reached = [], b""
     with client.websocket_connect(f"{SOCKETS}/serial") as socket:
         socket.send_json(wanted)
@@ -231,46 +202,28 @@ def carry(client, wanted: dict, answers, chunks: list[bytes] | None = None) -> t
                 return received, reached
             if message.get("bytes"):
                 reached += message["bytes"]
-                for answer in answers(message["bytes"]):
-                    socket.send_bytes(answer)
+                answer = car.take(message["bytes"], now_ms)[1] if car else b""
+                for piece in filter(None, (answer[:5], answer[5:])):
+                    socket.send_bytes(piece)
             else:
                 received.append(json.loads(message["text"]))
-
-
-class Car:
-    """A car's answer to the bytes that reach it."""
-
-    def __init__(self, held: bytes = NO_PROGRAM):
-        self._end = CarEnd()
-        self.held = held
-        self.now_ms = 0
-
-    def __call__(self, data: bytes):
-        self._end.receive_data(data, self.now_ms)
-        while event := self._end.next_event():
-            if event.kind == STORE:
-                self.held = event.image
-            answer = ready_line(event.answer, self.held) if event.kind == CHECK else event.answer
-            yield from [answer[:5], answer[5:]] if answer else [self.held]
 
 
 def test_an_image_goes_through_a_port_of_the_page_and_back(client) -> None:
     car = Car()
     received, reached = carry(client, {"image": base64_of(LONG)}, car)
-    assert car.held == LONG
+    assert car.stored == LONG
     assert reached[CHECK_BYTES:] == LONG
     assert progress(received[:-1]) == len(LONG)
     assert received[-1]["outcome"] == "verified"
-    car.now_ms += protocol.SILENCE_MS
-    assert carry(client, {"readback": True}, car)[0] == [{"outcome": "image", "image": base64_of(LONG)}]
+    read, _ = carry(client, {"readback": True}, car, protocol.SILENCE_MS)
+    assert read == [{"outcome": "image", "image": base64_of(LONG)}]
 
 
 def test_a_silent_car_at_a_port_of_the_page_is_reported(client) -> None:
-    assert failure(carry(client, {"image": base64_of(IMAGE)}, lambda data: [])[0])[0] == "no-answer"
-    assert failure(carry(client, {"readback": True}, lambda data: [])[0])[0] == "nothing-to-read"
-    assert carry(client, {"image": base64_of(IMAGE), "verify": False}, lambda data: [])[0][-1] == {
-        "outcome": "not-verified"
-    }
+    assert failure(carry(client, {"image": base64_of(IMAGE)}, None)[0])[0] == "no-answer"
+    assert failure(carry(client, {"readback": True}, None)[0])[0] == "nothing-to-read"
+    assert carry(client, {"image": base64_of(IMAGE), "verify": False}, None)[0][-1] == {"outcome": "not-verified"}
 
 
 def test_a_page_that_leaves_during_a_transfer_disturbs_no_other(client) -> None:
