@@ -18,7 +18,7 @@ from motorcade.engine.moment import first_cars, moment_bytes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds
-from motorcade.service.history import HEADER_BYTES, header_of
+from motorcade.service.history import HEADER_BYTES, header_of, renumbered
 from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import (
@@ -148,8 +148,7 @@ class _Onlooker:
                 if self._numbered - self.drawn >= _MOST_UNDER_WAY:
                     continue
                 self._numbered += 1
-                header = header_of(answer)._replace(number=self._numbered)
-                answers.append(bytes(header) + answer[HEADER_BYTES:])
+                answers.append(renumbered(answer, self._numbered))
             else:
                 answers.append(answer)
             self._sent[kind] = answer

@@ -65,6 +65,11 @@ def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, momen
     return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, rows, lost) + moment + events
 
 
+def renumbered(picture: bytes, number: int) -> bytes:
+    """Return a picture with another number."""
+    return _HEADER.pack(*header_of(picture)._replace(number=number)) + picture[HEADER_BYTES:]
+
+
 class History:
     """Moments and events by time, each up to a number of bytes; the oldest are dropped."""
 
