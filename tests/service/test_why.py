@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program, World, led, wait
 from motorcade import forward as ahead
 from motorcade.config.profile import built_in_profile
+from motorcade.engine.events import FRAME
+from motorcade.engine.moment import unpack_events
 from motorcade.locales import languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.mats.geometry import Obstacle
@@ -25,6 +27,7 @@ from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import open_world
 from motorcade.service.why import in_the_way
 from motorcade.service.world_messages import SetWorld
+from motorcade.words.infrared import word_of
 
 SECONDS = 9
 DIAMETER_M = built_in_profile("classroom").body.diameter_mm / 1000
@@ -233,6 +236,22 @@ def test_a_car_that_did_not_listen_listens_after_the_remedy():
     studio.run(5000)
     assert studio.details(1).lost["deaf"] > 1
     assert played(remedied(given, 1, found), studio.now_ms).details(1).lost["deaf"] == 0
+
+
+def test_a_car_that_missed_the_newest_message_has_another_word_than_the_one_that_is_sent():
+    studio = played(project([(0, 0, 0), (0.5, 0, 0), (0.5, 0.3, 0)], forward=True), 0)
+    sent, behind = None, []
+    while studio.now_ms < 20_000:
+        sent = next((word_of(each.word) for each in sent_by_the_leader(studio.run(20))), sent)
+        details = studio.details(2)
+        if details.why.code.startswith("why-behind"):
+            behind.append(int(details.word, 16) != sent)
+    assert behind
+    assert all(behind)
+
+
+def sent_by_the_leader(events):
+    return [each for each in unpack_events(events) if (each.kind, each.car) == (FRAME, 0)]
 
 
 def test_where_two_send_at_once_no_button_is_offered():
