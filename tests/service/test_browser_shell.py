@@ -12,6 +12,8 @@ from support.pictures import Picture
 from support.world_page import MAT, SET
 
 KEY = "ab" * 16
+# All transfers of a test together take less.
+MOST_S = 60
 
 
 class Clock:
@@ -128,6 +130,7 @@ def transfer(shell, clock, number, order):
     sent += shell.receive(number, json.dumps(order))
     while (wait_s := shell.wait_s(number)) >= 0:
         clock.now_s += max(wait_s, 0.001)
+        assert clock.now_s < MOST_S, "it has ended"
         sent += shell.advance(number)
     shell.close(number)
     return [json.loads(each) for each in sent]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left, open_table, right, wait
-from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
+from motorcade.engine.events import KINDS
+from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS, unpack_events
 from motorcade.mats import Starts
 from motorcade.service.history import FIRST, MOST_EVENTS, PAST, PAST_BYTES
 from motorcade.service.studio_world import StudioWorld
@@ -254,3 +255,12 @@ def test_furniture_and_moves_reach_the_world() -> None:
     shown = Picture(on.picture(0))
     assert shown.happened("heard")
     assert (shown.moment.y_m[1], shown.moment.heading[1]) == pytest.approx((0.4, np.pi / 2))
+
+
+def test_the_details_of_a_moment_are_of_what_happened_before_it() -> None:
+    on = playback()
+    on.receive(Step(100))
+    events = [event for batch in on.events() for event in unpack_events(batch) if event.car == 1]
+    heard = [event.t_ms for event in events if KINDS[event.kind] == "heard"]
+    then = on.world.details_then(1, heard[-1], on.newest()[1], events)
+    assert (then.last_frame.t_ms, then.heard) == (heard[-2], len(heard) - 1)
