@@ -1,15 +1,11 @@
 """The command `motorcade studio`, and its server in a process of its own."""
 
-import http.client
-import http.cookiejar
 import json
 import socket
 import ssl
 import stat
 import subprocess
 import sys
-import urllib.error
-import urllib.request
 from collections import deque
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -17,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from unittest import mock
 
+import httpx2 as httpx
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -36,25 +33,21 @@ def studio(tmp_path_factory):
         yield running
 
 
-def answer(studio, method, path, body=None, **headers):
+def answer(studio, path, body=b"{}", **headers):
     """The status and the JSON of an answer."""
-    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=60)
-    connection.request(method, path, body, studio.cookie | headers)
-    response = connection.getresponse()
-    data = response.read()
-    connection.close()
-    return response.status, json.loads(data)
+    answered = httpx.post(f"{studio.base}api/{path}", content=body, headers=studio.cookie | headers, timeout=60)
+    return answered.status_code, answered.json()
 
 
 def test_the_printed_address_answers(studio):
-    assert answer(studio, "POST", "/api/projects/list") == (200, [])
+    assert answer(studio, "projects/list") == (200, [])
     assert studio.base == f"http://127.0.0.1:{studio.port}/"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps a user's files from others by other means")
 def test_other_users_of_the_computer_need_the_token_and_cannot_read_it(studio):
-    assert answer(studio, "POST", "/api/projects/list", Cookie="")[0] == 401
-    assert answer(studio, "POST", "/api/projects/list", Cookie=f"motorcade_{studio.port}=guessed")[0] == 401
+    assert answer(studio, "projects/list", Cookie="")[0] == 401
+    assert answer(studio, "projects/list", Cookie=f"motorcade_{studio.port}=guessed")[0] == 401
     with pytest.raises(InvalidStatus):
         connect(f"ws://127.0.0.1:{studio.port}/api/world?session={SESSION}")
     assert stat.S_IMODE((Path(studio.library) / ".token").stat().st_mode) == 0o600
@@ -66,12 +59,12 @@ def half_sent(running):
         head = f"POST /api/open HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: {running.cookie['Cookie']}\r\n"
         line.sendall(f"{head}Content-Length: 90\r\n\r\n{{".encode())
     # It has begun a process that answers, and the log of the one before is written.
-    assert answer(running, "POST", "/api/open", b'{"text": ""}')[0] == 400
+    assert answer(running, "open", b'{"text": ""}')[0] == 400
 
 
 def test_projects_are_stored_ctrl_c_ends_the_server_without_output_and_the_address_stays_good(tmp_path):
     with started(tmp_path / "mine") as running:
-        assert answer(running, "POST", "/api/projects/write", b'{"name": "a", "project": {"leader": {}}}') == (
+        assert answer(running, "projects/write", b'{"name": "a", "project": {"leader": {}}}') == (
             200,
             {"version": 1, "stays": True},
         )
@@ -117,18 +110,10 @@ def test_other_computers_need_https_and_the_printed_token(tmp_path):
         assert running.url.startswith("https://")
         shown = running.url.partition("/?")[2]
         assert len(shown) > len("token=") + 20
-        browser = urllib.request.build_opener(
-            urllib.request.HTTPSHandler(context=trust),
-            urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()),
-            _NotFollowed(),
-        )
-        base = f"https://127.0.0.1:{running.port}"
-        with pytest.raises(urllib.error.HTTPError, match="401"):
-            browser.open(f"{base}/api/projects/list", b"{}", timeout=60)
-        with pytest.raises(urllib.error.HTTPError, match="303"):
-            browser.open(f"{base}/?{shown}", timeout=60)
-        with browser.open(f"{base}/api/projects/list", b"{}", timeout=60) as response:
-            assert json.load(response) == []
+        with httpx.Client(base_url=f"https://127.0.0.1:{running.port}", verify=trust, timeout=60) as browser:
+            assert browser.post("/api/projects/list").status_code == 401
+            assert browser.get(f"/?{shown}").status_code == 303
+            assert browser.post("/api/projects/list").json() == []
         with socket.create_connection(("127.0.0.1", running.port), 60) as plain, suppress(ConnectionError):
             plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
             assert b"HTTP" not in plain.recv(1000)
@@ -144,13 +129,8 @@ def test_without_https_other_computers_reach_the_page_only_where_that_is_asked_f
     assert "--https" in refusal(2, *studio, *both)
     with started(tmp_path, "--host", "0.0.0.0", "--insecure-lan") as running:
         assert "The page at 0.0.0.0 isn't encrypted" in running.process.stderr.readline()
-        assert answer(running, "POST", "/api/projects/list", Cookie="")[0] == 401
-        assert answer(running, "POST", "/api/projects/list") == (200, [])
-
-
-class _NotFollowed(urllib.request.HTTPRedirectHandler):
-    def redirect_request(self, *arguments):
-        return None
+        assert answer(running, "projects/list", Cookie="")[0] == 401
+        assert answer(running, "projects/list") == (200, [])
 
 
 def test_an_endless_message_is_refused(studio):
