@@ -97,28 +97,32 @@ class Uploads:
         """Do one transfer through a port that the page has opened: binary messages are the port's bytes."""
 
         async def transfer(order: UploadOrder, page: PageSocket) -> None:
-            session = UploadSession(order, secrets.randbelow(256))
-            incoming: asyncio.Queue[bytes | None] = asyncio.Queue()
-            receiving = asyncio.create_task(_receive(socket, incoming))
+            session, came = UploadSession(order, secrets.randbelow(256)), asyncio.Event()
+
+            async def receive() -> None:
+                data: bytes | None = b""
+                while data is not None:
+                    # Anything other than bytes ends the transfer: the page has left, or is faulty.
+                    data = (await socket.receive()).get("bytes") or None
+                    session.receive(data)
+                    came.set()
+
+            receiving = asyncio.create_task(receive())
             try:
-                await self._exchange(page, session, incoming)
+                while True:
+                    for answer in session.advance(self._settings.clock()):
+                        page.put(answer)
+                    if session.is_over:
+                        return
+                    with suppress(TimeoutError):
+                        await asyncio.wait_for(came.wait(), session.wait_s)
+                    came.clear()
             finally:
                 receiving.cancel()
                 with suppress(asyncio.CancelledError):
                     await receiving
 
         await self._answer(socket, transfer)
-
-    async def _exchange(
-        self, page: PageSocket, session: UploadSession, incoming: "asyncio.Queue[bytes | None]"
-    ) -> None:
-        while True:
-            for answer in session.advance(self._settings.clock()):
-                page.put(answer)
-            if session.is_over:
-                return
-            with suppress(TimeoutError):
-                session.receive(await asyncio.wait_for(incoming.get(), session.wait_s))
 
     async def _answer(self, socket: WebSocket, transfer: Callable[[UploadOrder, PageSocket], Awaitable[None]]) -> None:
         await socket.accept()
@@ -156,10 +160,3 @@ def _port(port: str, profile: Profile, car: VirtualCar) -> AbstractContextManage
     if port not in {each.device for each in ports()}:
         raise MotorcadeError("no-such-port", port=port)
     return nullcontext(port)
-
-
-async def _receive(socket: WebSocket, incoming: "asyncio.Queue[bytes | None]") -> None:
-    # Anything other than bytes ends the transfer: the page has left, or is faulty.
-    while data := (await socket.receive()).get("bytes"):
-        incoming.put_nowait(data)
-    incoming.put_nowait(None)
