@@ -68,9 +68,10 @@ class Probe:
         library.set_time(0)
         self.probe = pointer(library.probe_new(is_leader, ctypes.c_uint32(number), content))
 
-    def tick(self, now_ms: int) -> None:
+    def tick(self, now_ms: int, ticks: int = 1) -> None:
         self.library.set_time(ctypes.c_uint32(now_ms * 1000))
-        self.library.probe_tick(self.probe)
+        for _ in range(ticks):
+            self.library.probe_tick(self.probe)
 
     def sent(self) -> bytes:
         data = ctypes.create_string_buffer(1 << 16)
@@ -142,13 +143,11 @@ def test_the_car_answers_any_bytes_as_the_car_in_python_does(plain, script) -> N
     for data, gap_ms in [*script, (b"", 600), (READBACK_REQUEST, 0)]:
         board.came = data
         plain.probe_come(data, len(data))
-        for _ in range(TICKS):
-            car.tick()
-            probe.tick(board.at_ms)
-        board.at_ms += gap_ms
-        for _ in range(3):
-            car.tick()
-            probe.tick(board.at_ms)
+        for gone_ms, ticks in ((gap_ms, TICKS), (0, 3)):
+            for _ in range(ticks):
+                car.tick()
+            probe.tick(board.at_ms, ticks)
+            board.at_ms += gone_ms
     assert probe.sent() == board.sent
     probe.close()
 
@@ -229,20 +228,15 @@ def test_a_cell_that_keeps_nothing_is_found_and_the_old_image_stays(plain) -> No
     probe = Probe(plain, is_leader=True)
     for at_ms, data in ((10, image_of(9, 1)), (700, image_of(9, 2))):
         plain.probe_come(data, len(data))
-        for _ in range(TICKS):
-            probe.tick(at_ms)
+        probe.tick(at_ms, TICKS)
     assert probe.sent().count(b"OK words=9") == 2
     plain.probe_break_cell(probe.probe, 11)
     data = image_of(9, 3)
     plain.probe_come(data, len(data))
-    for _ in range(TICKS):
-        probe.tick(1400)
+    probe.tick(1400, TICKS)
     assert probe.sent() == b"ERR the image could not be stored\n"
     plain.probe_come(READBACK_REQUEST, 4)
-    probe.tick(2100)
-    probe.tick(2101)
-    probe.tick(2102)
-    probe.tick(2103)
+    probe.tick(2100, 4)
     assert probe.sent() == image_of(9, 2)
     probe.close()
 
@@ -265,13 +259,11 @@ def test_the_newer_of_two_images_counts_also_where_generations_wrap(plain, round
         at_ms += 600
         image = image_of(2, number)
         plain.probe_come(image, len(image))
-        for _ in range(6):
-            probe.tick(at_ms)
+        probe.tick(at_ms, 6)
     again = Probe(plain, is_leader=True, content=probe.memory())
     again.tick(1)
     plain.probe_come(READBACK_REQUEST, 4)
-    again.tick(1)
-    again.tick(2)
+    again.tick(1, 2)
     assert again.sent() == image_of(2, rounds - 1)
     probe.close()
     again.close()

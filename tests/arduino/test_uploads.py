@@ -9,7 +9,8 @@ from motorcade.upload.transfer import UploadTransfer
 from motorcade.words.image import words_to_bytes
 from motorcade.words.upload import VERIFIED
 from support import arduino_build, emulated_chips
-from support.emulated_uploads import BAUD, Line, held_image, image_of, run, upload
+from support.emulated_uploads import BAUD, held_image, image_of, run, upload
+from support.faulty_line import Faults
 
 SMALL = words_to_bytes((0x03030200, 0x65880000, 0x64800000, 0x6B000000, 0xA5A80000, 0xA5000000, 0xAB500000))
 # What an Uno and a Mega can hold.
@@ -67,17 +68,12 @@ def test_the_car_has_its_image_after_the_power_was_off(world, add) -> None:
     assert held_image(world, again) == SMALL
 
 
-def test_a_car_that_never_got_an_image_sends_the_empty_one(world, add) -> None:
-    car = add()
-    assert held_image(world, car) == bytes(4)
-
-
 @pytest.mark.parametrize("seed", [0, 2, 5])
 def test_damage_on_the_line_leaves_the_old_image_or_the_new_one(world, add, seed) -> None:
     car = add()
     old, new = SMALL, image_of(40, seed)
     upload(world, car, old)
-    done = run(world, car, UploadTransfer(new, BAUD, number=seed), Line(seed, rate=0.003 * (seed + 1)))
+    done = run(world, car, UploadTransfer(new, BAUD, number=seed), Faults(*[0.001 * (seed + 1)] * 3))
     world.run(3000)
     held = held_image(world, car)
     allowed = {"old": [old], "new": [new], "either": [old, new]}[done.holds]

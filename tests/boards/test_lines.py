@@ -95,25 +95,16 @@ def running_car(kind, store):
         yield line.address
 
 
-@pytest.fixture
-def rig(kind, store):
-    with closing(Rig(kind, store)) as made:
-        yield made
-
-
 # A car whose clock the test moves
 
 
 @every_line
-def test_a_car_without_a_program_returns_the_empty_image(rig):
-    assert rig.readback(4) == NO_PROGRAM
-
-
-@every_line
-def test_a_new_image_is_stored_answered_and_run_at_once(rig, store):
-    assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
-    assert store.load() == NEW
-    assert rig.readback(len(NEW)) == NEW
+def test_a_new_image_is_stored_answered_and_run_at_once(kind, store):
+    with closing(Rig(kind, store)) as rig:
+        assert rig.readback(4) == NO_PROGRAM
+        assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
+        assert store.load() == NEW
+        assert rig.readback(len(NEW)) == NEW
     assert [kind for kind, *_ in rig.events if kind != "frame"] == ["image", "state"]
 
 
@@ -237,17 +228,6 @@ def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):
         rig.client.close()
         rig.client = serial.serial_for_url(rig.line.address, timeout=0)
         assert rig.readback(4) == NO_PROGRAM
-
-
-def test_a_client_that_leaves_in_the_middle_does_not_stop_the_car(store):
-    with closing(Rig("tcp", store)) as rig:
-        rig.client.write(NEW[:6])
-        rig.client.close()
-        rig.tick(5)
-        rig.now_s += 0.6
-        rig.tick()
-        rig.client = serial.serial_for_url(rig.line.address, timeout=0)
-        assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
 
 
 # A serial port

@@ -1,8 +1,8 @@
-"""What a running word does with LEDs, obstacles, people and voices, and what it leaves alone."""
+"""What a running word does with LEDs, obstacles, people, voices and the floor, and what it leaves alone."""
 
 import pytest
 
-from motorcade.car import brain
+from motorcade.car import brain, next_wakeup
 from motorcade.car.senses import NOTHING
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.words.formats import CONTROL
@@ -147,3 +147,92 @@ def test_a_car_of_any_number_draws_random_numbers(number):
     memory = [0] * brain.SIZE
     brain.switch_on(memory, number, 0)
     assert all(brain.draw(memory) for _ in range(3))
+
+
+# The floor: the protocol's section "The floor"
+
+
+FORWARD, LEFT, RIGHT, RANDOM = range(4)
+LIGHT, LEFT_DARK, RIGHT_DARK, BOTH = range(4)
+
+
+def floor_fields(direction, speed=2, duration=2, floor=1, **more):
+    motor = {"motor_enable": 1, "motor_direction": direction, "motor_speed": speed, "motor_duration": duration}
+    return {"floor": floor, **motor, **more}
+
+
+def over_floor(direction, *arguments, **more):
+    return Running(**floor_fields(direction, *arguments, **more))
+
+
+@pytest.mark.parametrize(
+    ("dark", "direction"), [(LIGHT, FORWARD), (LEFT_DARK, LEFT), (RIGHT_DARK, RIGHT), (BOTH, FORWARD)]
+)
+@pytest.mark.parametrize("speed", [1, 2, 3])
+def test_forward_follows_a_line_at_the_level_of_the_word(dark, direction, speed):
+    assert over_floor(FORWARD, speed).wheels(dark_floor=dark) == (direction, speed)
+
+
+@pytest.mark.parametrize("direction", [FORWARD, LEFT, RIGHT])
+@pytest.mark.parametrize("dark", [LIGHT, LEFT_DARK, RIGHT_DARK, BOTH])
+def test_without_the_bit_the_floor_means_nothing(direction, dark):
+    assert over_floor(direction, floor=0).wheels(dark_floor=dark) == (direction, 2)
+
+
+@pytest.mark.parametrize("direction", [LEFT, RIGHT])
+@pytest.mark.parametrize("dark", [LEFT_DARK, RIGHT_DARK, BOTH])
+def test_a_turn_ends_at_a_line_and_stands_until_its_time_is_over(direction, dark):
+    car = over_floor(direction)
+    assert car.wheels(300, dark_floor=LIGHT) == (direction, 2)
+    assert car.wheels(400, dark_floor=dark) == (0, 0)
+    # It stands on, whatever it senses then.
+    assert car.wheels(1900, dark_floor=LIGHT) == (0, 0)
+
+
+@pytest.mark.parametrize("direction", [LEFT, RIGHT])
+def test_a_turn_first_leaves_the_line_under_it(direction):
+    car = over_floor(direction)
+    assert car.wheels(0, dark_floor=BOTH) == car.wheels(199, dark_floor=BOTH) == (direction, 2)
+    assert car.wheels(200, dark_floor=BOTH) == (0, 0)
+    # A car that stands over a line is woken at that moment.
+    assert next_wakeup.word_rest_ms(over_floor(direction).memory, 0, LEVELS) == 200
+
+
+def test_the_next_turn_looks_for_its_own_line():
+    car = over_floor(LEFT, duration=1)
+    assert car.wheels(500, dark_floor=BOTH) == (0, 0)
+    car.begin(1000, **floor_fields(RIGHT))
+    assert car.wheels(1300, dark_floor=LIGHT) == (RIGHT, 2)
+
+
+def test_wandering_stands_on_dark_and_goes_on_with_the_same_draws():
+    on_dark, free = over_floor(RANDOM, duration=3), over_floor(RANDOM, duration=3)
+    for now in range(0, 3000, 100):
+        way = free.wheels(now, dark_floor=LIGHT)
+        if now % 700 < 300:
+            assert on_dark.wheels(now, dark_floor=1 + now // 100 % 3) == (0, 0)
+        else:
+            assert on_dark.wheels(now, dark_floor=LIGHT) == way
+
+
+@pytest.mark.parametrize("direction", [FORWARD, LEFT, RANDOM])
+def test_people_voices_and_obstacles_come_before_the_floor(direction):
+    guarded = {"pir": 1, "voice": 1, "avoid_enable": 1, "avoid_radius": 3, "avoid_duration": 3}
+    assert over_floor(direction, **guarded).wheels(500, dark_floor=LEFT_DARK, person=1) == (0, 0)
+    assert over_floor(direction, **guarded).wheels(500, dark_floor=LEFT_DARK, obstacle_mm=399) == (RIGHT, 2)
+    stopped = over_floor(direction, **guarded)
+    brain.hear_voice(stopped.memory, brain.VOICE_STOP)
+    assert stopped.wheels(500, dark_floor=RIGHT_DARK) == (0, 0)
+
+
+@pytest.mark.parametrize("fields", [floor_fields(FORWARD, speed=0), {"floor": 1, "led_duration": 1}])
+def test_a_car_that_stands_does_not_mind_the_floor(fields):
+    car = Running(**fields)
+    assert car.wheels(100, dark_floor=LEFT_DARK) == (0, 0)
+    assert not brain.minds_floor(car.memory, 100, LEVELS)
+
+
+def test_the_floor_is_watched_as_long_as_the_motor_runs():
+    car = over_floor(FORWARD, duration=1, led_which=1, led_duration=3)
+    assert car.watches(999)
+    assert not car.watches(1000)

@@ -6,38 +6,21 @@ from motorcade.upload.transfer import ReadbackTransfer, Transfer, UploadTransfer
 from motorcade.words.image import words_to_bytes
 from motorcade.words.upload import IMAGE, VERIFIED
 from support.emulated_chips import Chip, World
+from support.faulty_line import Faults, Way
 
 BAUD = 115200
 _LONGEST_MS = 60_000
 
 
-class Line:
-    """A serial line that changes some of the bytes."""
-
-    def __init__(self, seed: int = 0, rate: float = 0.0) -> None:
-        self._random = random.Random(seed)
-        self._rate = rate
-
-    def carry(self, data: bytes) -> bytes:
-        """Return what comes of ``data``: bytes are lost, doubled or changed."""
-        came = bytearray()
-        for byte in data:
-            if self._random.random() >= self._rate:
-                came.append(byte)
-                continue
-            kind = self._random.randrange(3)
-            came += (b"", bytes([byte, byte]), bytes([byte ^ 1 << self._random.randrange(8)]))[kind]
-        return bytes(came)
-
-
-def run(world: World, chip: Chip, transfer: Transfer, line: Line | None = None) -> Transfer:
-    """Run a transfer to its end."""
-    line = line or Line()
+def run(world: World, chip: Chip, transfer: Transfer, faults: Faults | None = None) -> Transfer:
+    """Run a transfer to its end, over a line with ``faults``."""
+    there, back = (Way(faults or Faults(), random.Random(seed)) for seed in (0, 1))
     end_ms = world.now_ms + _LONGEST_MS
     while transfer.outcome is None:
-        data = transfer.step(line.carry(chip.received()), world.now_ms)
-        if data:
-            chip.send(line.carry(data))
+        back.put(chip.received(), world.now_ms)
+        there.put(transfer.step(back.take(world.now_ms), world.now_ms), world.now_ms)
+        if data := there.take(world.now_ms):
+            chip.send(data)
         world.run(1)
         assert world.now_ms < end_ms, "the transfer doesn't end"
     return transfer

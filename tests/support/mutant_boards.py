@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
@@ -15,24 +16,18 @@ def go(direction: int, level: int, power: int = 33) -> str:
     return f"GO {left * level * power} {right * level * power}"
 
 
-def wheels(text: Callable[[int, int], str | None], delay_s: float = 0.0) -> dict[str, Any]:
-    """A board whose set_wheels gives the command ``text``, and none for None."""
+def commands(method: str, text: Callable[..., str | None], delay_s: float = 0.0) -> dict[str, Any]:
+    """A board whose ``method`` gives the command ``text``, and none for None."""
 
-    def set_wheels(self, direction, speed_level):
-        command = text(direction, speed_level)
+    def call(self, *asked):
+        command = text(*asked)
         if command is not None:
             self.tin.command(command, delay_s)
 
-    return {"set_wheels": set_wheels}
+    return {method: call}
 
 
-def leds(text: Callable[[int], str | None], delay_s: float = 0.0) -> dict[str, Any]:
-    def set_led(self, which):
-        command = text(which)
-        if command is not None:
-            self.tin.command(command, delay_s)
-
-    return {"set_led": set_led}
+wheels, leds = partial(commands, "set_wheels"), partial(commands, "set_led")
 
 
 def light(which: int) -> str:

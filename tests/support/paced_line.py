@@ -47,6 +47,3 @@ class PacedLine(Line):
 
     def write(self, data: bytes) -> None:
         self.answered += data
-
-    def close(self) -> None:
-        """There is nothing to close."""

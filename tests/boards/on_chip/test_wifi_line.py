@@ -4,32 +4,24 @@ import asyncio
 import select
 import socket
 import threading
-import time
 from contextlib import contextmanager
 
 import pytest
+from wifi_car import ChipBoard, Clock
 
 from motorcade.boards.on_chip.lines import UsbLine
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
-from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import network_place
 from motorcade.words.request import STOP
-from support.rooms import FIRST, SECOND
+from support.rooms import SECOND
 from support.strategies import CLASSROOM
 from support.waiting import until, wait_until
 
 pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has no poll")
-
-
-class Clock:
-    """MicroPython's module time, as far as a line needs it."""
-
-    def ticks_ms(self):
-        return time.monotonic_ns() // 1_000_000
 
 
 class Cable:
@@ -49,39 +41,6 @@ class Cable:
         pass
 
 
-class ChipBoard(Board):
-    """A slow chip's board at a line."""
-
-    is_leader, levels, kind, name = True, levels_of(CLASSROOM), "esp32", "ada"
-    words_a_tick, bytes_a_tick = 4, 64
-
-    def __init__(self, line):
-        self.line, self.image = line, FIRST
-        self.longest_s = 0.0
-
-    @property
-    def sender(self):
-        return self.line.sender
-
-    def now_ms(self):
-        return Clock().ticks_ms()
-
-    def load_image(self):
-        return self.image
-
-    def store_image(self, data):
-        self.image = data
-
-    def read_serial(self):
-        return self.line.read()
-
-    def write_serial(self, data):
-        self.line.write(data)
-
-    def answer_requests(self, answer):
-        return self.line.answer_requests(answer)
-
-
 class Station:
     """The chip's connection to its network, which is this computer's own here."""
 
@@ -99,7 +58,7 @@ def running():
     cable = Cable()
     announcer = Announcer(Station(), socket, Clock(), "0000002a", port)
     line = WifiLine(cable, socket, select, Clock(), announcer, port)
-    board, ended = ChipBoard(line), threading.Event()
+    board, ended = ChipBoard(line, levels_of(CLASSROOM)), threading.Event()
     car = Car(board)
 
     def run():
