@@ -222,6 +222,35 @@ def test_a_mute_client_gives_way_to_one_that_uploads():
         wait_until(lambda: is_answered(OK_NEW))
 
 
+def test_an_upload_waits_for_what_one_that_left_has_sent():
+    with closing(TcpPort("127.0.0.1", 0)) as line, ExitStack() as clients:
+        at = ("127.0.0.1", int(line.address.rpartition(":")[2]))
+        first, other = (clients.enter_context(socket.create_connection(at, DEADLINE_S)) for _ in range(2))
+
+        def has_come():
+            line.wait(0.001)
+            return line.has_come
+
+        first.sendall(OLD)
+        wait_until(has_come)
+        first.close()
+        other.sendall(NEW)
+        # By now the line has seen both.
+        for _ in range(20):
+            line.wait(0.005)
+        came = []
+
+        def has_read_both():
+            line.wait(0.001)
+            came.append(line.read())
+            return b"".join(came) == OLD + NEW
+
+        wait_until(has_read_both)
+        other.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            other.recv(1)
+
+
 def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):
     with closing(Rig("tcp", store)) as rig:
         assert rig.readback(4) == NO_PROGRAM

@@ -285,6 +285,7 @@ def run_many(cars: Sequence[tuple[ComputerBoard, TcpPort]], stops: Callable[[], 
             ticked_s = time.monotonic()
         for car, line in running:
             if is_due or line.has_come:
+                line.has_come = False
                 car.tick()
 
 

@@ -155,8 +155,10 @@ class TcpPort(NetworkLine, Line):
     Attributes:
         address: ``socket://HOST:PORT``, as pyserial reaches it.
         sender: counts uploaders.
+        has_come: whether something came from a client; who ticks the car then sets it to False.
     """
 
+    has_come = False
     most_clients, most_bytes = 16, 4096
 
     def __init__(
@@ -178,13 +180,6 @@ class TcpPort(NetworkLine, Line):
         super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)
         bound_host, bound_port = listener.getsockname()[:2]
         self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
-
-    @property
-    def has_come(self) -> bool:
-        """Whether requests or bytes of an upload wait for the car, or its uploader has left."""
-        uploader = self._uploader
-        has_upload = uploader is not None and (bool(uploader.upload) or uploader.is_gone)
-        return has_upload or any(client.requests for client in self._clients)
 
     def wait(self, seconds: float) -> None:
         for key, _ in self._poll.select(seconds):
@@ -212,6 +207,10 @@ class TcpPort(NetworkLine, Line):
         if self._tls:
             connection = self._tls.wrap_socket(connection, server_side=True, do_handshake_on_connect=False)
         return super()._opened(connection)
+
+    def _receive(self, client: Client) -> None:
+        self.has_come = True
+        super()._receive(client)
 
     def _received(self, client: Client) -> bytes | None:
         try:
