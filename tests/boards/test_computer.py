@@ -3,10 +3,11 @@
 import os
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run
+from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run, run_many
 from motorcade.boards.lines import Line
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
@@ -72,6 +73,28 @@ def test_a_car_waits_before_each_tick_and_closes_its_voice_at_the_end():
     # A car ticks often enough to sense that the air is free for as long as its profile demands.
     assert max(waits) * 1000 < CLASSROOM.infrared.sense_ms
     assert voice.closed
+
+
+class Port(Line):
+    """A line shared with others: how often its car read from it."""
+
+    has_come, reads = False, 0
+
+    def wait(self, seconds: float) -> None:
+        pass
+
+    def read(self) -> bytes:
+        self.reads += 1
+        return b""
+
+
+def test_of_many_cars_those_are_ticked_for_which_something_came(monkeypatch):
+    monkeypatch.setattr("motorcade.boards.computer.time", SimpleNamespace(monotonic=lambda: 0.0))
+    ports, turns = [Port(), Port()], iter([False, False, True])
+    ports[1].has_come = True
+    boards = [ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), port, None, clock_s=Clock())) for port in ports]
+    run_many(list(zip(boards, ports, strict=True)), lambda: next(turns))
+    assert [port.reads for port in ports] == [0, 1]
 
 
 @pytest.mark.parametrize("fails", [False, True])
