@@ -131,6 +131,15 @@ def test_a_store_keeps_the_last_image(store):
     assert list(store.path.parent.iterdir()) == [store.path]
 
 
+def test_a_store_keeps_the_cars_name_and_gives_none_that_no_car_may_have(store):
+    assert store.load_name() == ""
+    store.save_name("ada")
+    assert ImageStore(store.path).load_name() == "ada"
+    for content in (b"a" * 200, b"ada\n", b"\xff"):
+        store.path.with_name("store.image.name").write_bytes(content)
+        assert store.load_name() == ""
+
+
 @pytest.mark.parametrize("problem", [Crash, OSError])
 def test_a_crash_between_writing_and_replacing_leaves_the_old_image(store, monkeypatch, problem):
     def crash(path, target):
