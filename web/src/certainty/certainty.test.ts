@@ -122,6 +122,23 @@ describe("trials", () => {
     end();
   });
 
+  it("rest as soon as blocks change, and begin anew where the program is the same", () => {
+    vi.useFakeTimers();
+    const { end } = begin();
+    useStudio.setState({ leader: { blocks: "moved" } });
+    expect(closed).toBe(1);
+    expect(useTrials.getState().luck?.works).toBe(18);
+    vi.advanceTimersByTime(1500);
+    listeners.onOpen();
+    expect(sent.map((each) => each.do)).toEqual(["try", "try"]);
+    // What is over stays.
+    listeners.onMessage(JSON.stringify({ is: "luck", works: 180, tried: 200, of: 200, failed: [5, 9] }));
+    useStudio.setState({ leader: { blocks: "moved again" } });
+    expect(closed).toBe(1);
+    end();
+    vi.useRealTimers();
+  });
+
   it("begin nothing without blocks", () => {
     useStudio.setState({ compiled: { ...(compiled("AAAA") as object), states: 0 } as never });
     const end = new TrialStream(new Session()).watch();

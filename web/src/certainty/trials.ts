@@ -61,6 +61,7 @@ export class TrialStream {
     const ends = [
       useStudio.subscribe((now, before) => {
         if (now.compiled?.image !== before.compiled?.image || now.mission !== before.mission || now.profile !== before.profile) this.change();
+        else if (now.leader !== before.leader || now.followers !== before.followers) this.rest();
       }),
       useDraft.subscribe(() => this.change()),
       useMat.subscribe(({ state }, before) => {
@@ -114,6 +115,14 @@ export class TrialStream {
       useTrials.setState(NOTHING);
     }
     if (useMat.getState().state?.playing) this.timer = setTimeout(() => this.play(), REST_MS);
+  }
+
+  /** Blocks have changed: their words come before what is still tried, which begins anew where the program is the same. */
+  private rest(): void {
+    const { luck } = useTrials.getState();
+    if (!this.tried || (luck && luck.tried === luck.of)) return;
+    this.close();
+    this.timer = setTimeout(() => this.begin(), REST_MS);
   }
 
   private play(): void {

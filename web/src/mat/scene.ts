@@ -15,6 +15,7 @@ import { withFloor } from "./floors";
 import { Drawings, hasFastWebGl } from "./graphics";
 import type { Sight } from "./sight";
 import { makeTextures } from "./textures";
+import { areWordsDue } from "../words/compiling";
 import { ZoneLayer } from "./zoneLayer";
 import type { MissionZone } from "../generated/messages";
 
@@ -290,6 +291,10 @@ export class Scene {
   }
 
   private drawNow(): void {
+    if (areWordsDue()) {
+      this.draw();
+      return;
+    }
     const now = performance.now();
     Ticker.system.update(now);
     const slow = this.drawMs > SLOW_MS;

@@ -15,6 +15,14 @@ const COLLECT_MS = 200;
 let collecting: ReturnType<typeof setTimeout>;
 let underWay = false;
 let wanted = false;
+/** When the blocks were sent last. */
+let sentAt = 0;
+/** So long at most nothing else is done before the words of an edit. */
+const PRECEDENCE_MS = 50;
+
+/** Whether the words of an edit are due at any moment, so that what takes long should wait. */
+export const areWordsDue = (): boolean => underWay && performance.now() - sentAt < PRECEDENCE_MS;
+
 /** The project whose blocks the editors were filled with. */
 let filled = 0;
 const edited = new Set<EditorName>();
@@ -70,6 +78,7 @@ async function compileNewest(): Promise<void> {
     wanted = false;
     const { leader, followers, profile } = useStudio.getState();
     try {
+      sentAt = performance.now();
       const answer = await request("compile", { leader, followers, profile });
       // Another project was opened meanwhile.
       if (filled !== useStudio.getState().generation) continue;
