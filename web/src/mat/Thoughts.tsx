@@ -79,7 +79,7 @@ export function Thoughts({ session }: { session: Session }) {
     if (!scene) return;
     const place = () => {
       const { drawn } = scene.motion;
-      const taken: DOMRect[] = [];
+      const taken = scene.nameBoxes();
       thoughts.forEach(({ car }, at) => {
         const bubble = host.current?.children[at] as HTMLElement | undefined;
         if (!bubble || car >= drawn.x.length) return;
@@ -88,12 +88,15 @@ export function Thoughts({ session }: { session: Session }) {
         const { offsetWidth: width, offsetHeight: height } = bubble;
         // A bubble at the stage's edge is moved until all of it can be read.
         const left = Math.min(Math.max(x - width / 2, 4), Math.max(4, scene.size.width - width - 4));
-        const box = new DOMRect(left, y - scene.carPx * 0.65 - height, width, height);
-        const isFree = inView && taken.every((each) => !meet(each, box));
-        if (isFree) taken.push(box);
-        bubble.style.visibility = isFree ? "visible" : "hidden";
-        bubble.style.translate = `${box.x.toFixed(1)}px ${box.y.toFixed(1)}px`;
+        const away = scene.carPx * 0.65;
+        // Above the car, or else below it.
+        const boxes = [y - away - height, y + away].map((top) => new DOMRect(left, top, width, height));
+        const box = inView ? boxes.find((each) => taken.every((other) => !meet(other, each))) : undefined;
+        if (box) taken.push(box);
+        bubble.style.visibility = box ? "visible" : "hidden";
+        bubble.style.translate = `${left.toFixed(1)}px ${(box ?? boxes[0]!).y.toFixed(1)}px`;
         bubble.style.setProperty("--tip", `${(x - left).toFixed(1)}px`);
+        bubble.toggleAttribute("data-below", box === boxes[1]);
       });
     };
     place();

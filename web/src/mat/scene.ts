@@ -267,6 +267,11 @@ export class Scene {
     return () => this.drawnListeners.delete(listener);
   }
 
+  /** Where the names of zones are on the stage, in pixels. */
+  nameBoxes(): DOMRect[] {
+    return this.zones.nameBoxes();
+  }
+
   /** How long a car is on the screen, in pixels. */
   get carPx(): number {
     return this.carM * this.camera.scale;

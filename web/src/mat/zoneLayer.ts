@@ -41,6 +41,14 @@ export class ZoneLayer {
     this.drawnFor = "";
   }
 
+  /** Where the names are on the canvas. */
+  nameBoxes(): DOMRect[] {
+    return this.names.children.map((name) => {
+      const { x, y, width, height } = name.getBounds();
+      return new DOMRect(x, y, width, height);
+    });
+  }
+
   /** Lines and letters are as large on the screen at any `scale`, in pixels a millimetre. */
   draw(scale: number): void {
     const drawnFor = scale.toPrecision(3);
