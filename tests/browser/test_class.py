@@ -355,6 +355,27 @@ def test_the_report_of_all_work_says_that_it_is_made_and_is_downloaded(room, tea
     expect(button).to_be_enabled()
 
 
+def test_a_folder_of_files_from_elsewhere_is_checked_damaged_and_foreign_ones_too(teacher, tmp_path) -> None:
+    files = {
+        "anna.json": json.dumps(EXAMPLE),
+        "bo.py": "from motorcade import Program, forward\n\nprogram = Program(leader=[forward(2)])\n",
+        "damaged.json": json.dumps(EXAMPLE)[:40],
+        "foreign.json": '{"shopping": ["milk"]}',
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    teacher.part("progress")
+    with teacher.page.expect_file_chooser() as chooser:
+        teacher.button("class.checkFiles").click()
+    with teacher.page.expect_download() as download:
+        chooser.value.set_files([tmp_path / name for name in files])
+    report = download.value.path().read_text(encoding="utf-8")
+    assert [name for name in files if name not in report] == []
+    # The two that are programs have a picture.
+    assert report.count("<svg") == 2
+    assert "Mia" not in report
+
+
 def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, teacher) -> None:
     mia, page = room.mia, room.mia.page
     mia.forgive("WebSocket", "ERR_INTERNET_DISCONNECTED")

@@ -35,20 +35,21 @@ it("the same blocks are the same, whichever cars run them", () => {
   expect(sameRunning(one, runningBlocks(pictureOf([{ index: 1 }]), WORDS))).toBe(false);
 });
 
-it("pictures that are never drawn are told as drawn: the server waits for each", () => {
-  const sent: unknown[] = [];
+/** A session, what it has sent, and its page's end of the stream. */
+function opened() {
+  const sent: { do: string }[] = [];
   let page: StreamListeners | null = null;
   connectTo({
     ask: vi.fn(),
     openStream: (_, __, listeners) => {
       page = listeners;
-      return { send: (data) => sent.push(JSON.parse(data as string)) > 0, close: vi.fn() };
+      return { send: (data) => sent.push(JSON.parse(data as string) as { do: string }) > 0, close: vi.fn() };
     },
   });
   vi.stubGlobal("matchMedia", () => ({ matches: false }));
   const session = new Session();
   session.open();
-  const hello = (cars: number) => page!.onMessage(JSON.stringify({ is: "hello", session: session.name, resumed: false, cars }));
+  const hello = (cars: number, resumed = false) => page!.onMessage(JSON.stringify({ is: "hello", session: session.name, resumed, cars }));
   const picture = (frame: number, cars: number) => {
     const view = new DataView(new ArrayBuffer(HEADER_BYTES + columnBytes(cars)));
     view.setUint8(HEADER.kind, 1);
@@ -56,7 +57,16 @@ it("pictures that are never drawn are told as drawn: the server waits for each",
     view.setUint32(HEADER.cars, cars, true);
     page!.onMessage(view.buffer);
   };
-  const told = () => sent.filter((message) => (message as { do: string }).do === "shown");
+  const end = () => {
+    session.close();
+    vi.unstubAllGlobals();
+  };
+  return { sent, hello, picture, end };
+}
+
+it("pictures that are never drawn are told as drawn: the server waits for each", () => {
+  const { sent, hello, picture, end } = opened();
+  const told = () => sent.filter((message) => message.do === "shown");
   hello(2);
   picture(1, 2);
   picture(2, 2);
@@ -66,8 +76,27 @@ it("pictures that are never drawn are told as drawn: the server waits for each",
   expect(told()).toEqual([{ do: "shown", frame: 2 }]);
   picture(3, 2);
   expect(told().at(-1)).toEqual({ do: "shown", frame: 3 });
-  session.close();
-  vi.unstubAllGlobals();
+  end();
+});
+
+it("a world that runs on after a reload doesn't begin anew, however late its program is compiled", () => {
+  vi.useFakeTimers();
+  const program = { image: "AAAA", words: [] } as never;
+  useStudio.setState({ compiled: program });
+  const first = opened();
+  first.hello(0);
+  expect(first.sent.map((message) => message.do)).toEqual(["set"]);
+  first.end();
+  useStudio.setState({ compiled: null });
+  const reloaded = opened();
+  reloaded.hello(2, true);
+  vi.advanceTimersByTime(60_000);
+  useStudio.setState({ compiled: program });
+  vi.advanceTimersByTime(1000);
+  expect(reloaded.sent.map((message) => message.do)).not.toContain("set");
+  reloaded.end();
+  useStudio.setState({ compiled: null });
+  vi.useRealTimers();
 });
 
 const named = (name: string): Mat => ({ format: "motorcade-mat/1", name });

@@ -29,8 +29,6 @@ const SEEK_MS = 25;
 const SHOW_EVERY_MS = 120;
 /** A car that has driven for so long is seen to drive. */
 const DRIVEN_MS = 100;
-/** After a reload the program is compiled this much later, at most, than the connection to its running world is back. */
-const BLOCKS_LATE_MS = 4000;
 
 /** A hash of a text (FNV-1a), with its length. */
 function hashOf(text: string): string {
@@ -73,7 +71,8 @@ export class Session {
   private followed: Playing | null = null;
   /** Play was requested, and no state of the world shows it yet. */
   private playRequested = false;
-  private waitUntil = 0;
+  /** The world was there before this page. */
+  private resumed = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private seeking: ReturnType<typeof setTimeout> | undefined;
   private showing: ReturnType<typeof setTimeout> | undefined;
@@ -187,12 +186,8 @@ export class Session {
   private syncNow(): void {
     clearTimeout(this.timer);
     const { mat, rangeMm, compiled } = useStudio.getState();
-    if (!this.sent) return;
-    const wait = !compiled?.image ? this.waitUntil - Date.now() : 0;
-    if (wait > 0) {
-      this.timer = setTimeout(() => this.syncNow(), wait);
-      return;
-    }
+    // After a reload the connection to the running world is back before its program is compiled.
+    if (!this.sent || (this.resumed && !compiled)) return;
     if (this.sent.beginning !== this.hashOfBeginning(mat)) {
       this.begin(this.playRequested || (useMat.getState().state?.playing ?? false));
     } else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
@@ -278,7 +273,7 @@ export class Session {
     if (isNew) {
       const stored = hello.resumed ? sessionStorage.getItem(BEGINNING_KEY) : null;
       this.sent = { beginning: stored, mat: null, rangeMm: null };
-      this.waitUntil = hello.resumed ? Date.now() + BLOCKS_LATE_MS : 0;
+      this.resumed = hello.resumed;
     }
     const car = chosenCar();
     if (car !== null && car >= hello.cars) useMat.setState({ chosen: null, details: null });
