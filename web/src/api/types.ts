@@ -1,10 +1,11 @@
 /** The types of messages between the page and its service, under the names that the page uses. */
 
 import type { FORMATS } from "../generated/steps";
-import type { MissionChoice, Compiled as Answer, Project as WholeProject, ProfileFigures, Word } from "../generated/messages";
+import type { MissionChoice, Project, ProfileFigures, Word } from "../generated/messages";
 
 export type {
   Capabilities,
+  Compiled,
   Costliest,
   Diagnostic,
   Example,
@@ -13,8 +14,10 @@ export type {
   MatDocument,
   MissionChoice,
   Port,
+  Project,
   Sentence,
   Version,
+  Word as CompiledWord,
   WorkspaceState,
 } from "../generated/messages";
 
@@ -27,12 +30,7 @@ export interface Field {
   readonly low: number;
 }
 export type Part = Word["part"];
-export type CompiledWord = Word;
-export type Compiled = Omit<Answer, "timeline">;
 export type Profile = Omit<ProfileFigures, "serial" | "servo" | "motor" | "drive">;
-
-/** Both editors' blocks, the car that they are for, and the mat. */
-export type Project = WholeProject;
 
 export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;

@@ -1,7 +1,7 @@
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
-import { useEffect, useRef, useState, type CSSProperties } from "react";
-import { Input, SearchField, ToggleButton, ToggleButtonGroup } from "react-aria-components";
+import { useEffect, useRef, type CSSProperties } from "react";
+import { ToggleButton, ToggleButtonGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { type EditorName, EDITORS } from "../api/types";
 import { notify } from "../state/dialogs";
@@ -17,7 +17,7 @@ import { Mistake } from "./Mistake";
 import { drawInView } from "./inView";
 import { forgetMarks, markDiagnostics, markLoose, markRunning } from "./marks";
 import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
-import { createWorkspace, disposeWorkspace, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
+import { createWorkspace, disposeWorkspace, fill, read, workspaceOf } from "./workspaces";
 import css from "./blocks.module.css";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
@@ -101,55 +101,6 @@ function Editor({ editor }: { editor: EditorName }) {
   );
 }
 
-/** Find blocks by their text and step through them. */
-function SearchBar({ editor, onClose }: { editor: EditorName; onClose: () => void }) {
-  const { t } = useTranslation();
-  const [query, setQuery] = useState("");
-  const [at, setAt] = useState(-1);
-  const workspace = workspaceOf(editor);
-  const found = workspace ? findBlocks(workspace, query) : [];
-
-  const step = (way: number) => {
-    if (found.length === 0) return;
-    const next = (at + way + found.length) % found.length;
-    setAt(next);
-    revealBlock(found[next]!);
-  };
-  const leave = () => {
-    const match = found[at];
-    onClose();
-    if (match) showBlock(editor, match.id);
-  };
-
-  return (
-    <div className={css.searchBar} role="search">
-      <SearchField
-        aria-label={t("search.label")}
-        value={query}
-        onChange={(text) => {
-          setQuery(text);
-          setAt(-1);
-        }}
-        autoFocus
-      >
-        <Input
-          placeholder={t("search.placeholder")}
-          onKeyDown={(event) => {
-            if (event.key === "Enter") step(event.shiftKey ? -1 : 1);
-            if (event.key === "Escape") leave();
-          }}
-        />
-      </SearchField>
-      <span className={css.searchCount} role="status">
-        {query && (found.length ? t("search.count", { at: at + 1, of: found.length }) : t("search.none"))}
-      </span>
-      <IconButton icon="up" label={t("search.previous")} onPress={() => step(-1)} isDisabled={found.length === 0} />
-      <IconButton icon="down" label={t("search.next")} onPress={() => step(1)} isDisabled={found.length === 0} />
-      <IconButton icon="close" label={t("search.close")} onPress={leave} />
-    </div>
-  );
-}
-
 function addFollowers(): void {
   unparkFollowers();
   recordFollowers(true);
@@ -164,7 +115,7 @@ function dropFollowers(): void {
 }
 
 /** The names of both editors, of which the chosen one shows where there is room for one, and the tools for it. */
-function EditorBar({ followed, onSearch }: { followed: boolean; onSearch: () => void }) {
+function EditorBar({ followed }: { followed: boolean }) {
   const { t } = useTranslation();
   const editor = useStudio((studio) => studio.editor);
   const larger = useStudio((studio) => studio.larger);
@@ -191,7 +142,6 @@ function EditorBar({ followed, onSearch }: { followed: boolean; onSearch: () => 
       <div className={areas.paneTools}>
         {followed && editor === "followers" && <IconButton icon="trash" label={t("editors.leaderOnly")} onPress={dropFollowers} />}
         <IconButton icon="tidy" label={t("editors.tidy")} onPress={() => workspaceOf(editor)?.cleanUp()} />
-        <IconButton icon="search" label={t("search.open")} onPress={onSearch} />
         <span className={css.swap}>
           <IconButton
             icon={larger === "stage" ? "up" : "down"}
@@ -223,13 +173,11 @@ function EditorPane({ editor }: { editor: EditorName }) {
 /** The leader's editor and, if it is switched on, the followers': side by side where there is room. */
 export function Editors() {
   const { t } = useTranslation();
-  const [searching, setSearching] = useState<EditorName | null>(null);
   const followed = useStudio((studio) => studio.followers !== null);
   const share = useSettings((settings) => settings.shares.editors);
   return (
     <div className={classes(css.editors, areas.panel)}>
-      <EditorBar followed={followed} onSearch={() => setSearching(useStudio.getState().editor)} />
-      {searching && <SearchBar key={searching} editor={searching} onClose={() => setSearching(null)} />}
+      <EditorBar followed={followed} />
       <div className={css.panes} style={{ "--share": followed ? share : 1 } as CSSProperties} data-followed={followed}>
         <EditorPane editor="leader" />
         {followed && (

@@ -194,12 +194,6 @@ export function read(editor: EditorName): WorkspaceState {
   return Blockly.serialization.workspaces.save(live.get(editor)!);
 }
 
-/** Bring the block into view and select it. */
-export function revealBlock(block: Blockly.BlockSvg): void {
-  block.workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
-  block.select();
-}
-
 /** Focus the leader's first block, below which the next one is put. */
 export function focusBlocks(): void {
   showBlock("leader", workspaceOf("leader")?.getBlocksByType(hatOf("leader"))[0]?.id ?? "");
@@ -210,7 +204,8 @@ export function showBlock(editor: EditorName, id: string): void {
   const block = live.get(editor)?.getBlockById(id);
   if (!block) return;
   useStudio.setState({ editor });
-  revealBlock(block);
+  block.workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
+  block.select();
   Blockly.getFocusManager().focusNode(block);
 }
 
@@ -231,23 +226,10 @@ export function withInner(editor: EditorName, id: string): Set<string> {
   return new Set(block.getDescendants(false).filter((each) => !after.has(each)).map((each) => each.id));
 }
 
-const oneLine = (text: string) => text.replace(/\s+/g, " ").trim();
-const plain = (text: string) => oneLine(text.toLocaleLowerCase());
-
 /** The block's own text, without that of the blocks inside it. */
 function textOf(block: Blockly.BlockSvg): string {
   const fields = block.inputList.flatMap((input) => (input.isVisible() ? input.fieldRow : []));
-  return oneLine(fields.map((field) => field.getText()).join(" "));
-}
-
-/** The blocks whose text, comment or type contains all words of the query, from top to bottom. */
-export function findBlocks(workspace: Blockly.WorkspaceSvg, query: string): Blockly.BlockSvg[] {
-  const words = plain(query).split(" ").filter(Boolean);
-  if (words.length === 0) return [];
-  return workspace.getAllBlocks(true).filter((block) => {
-    const text = `${plain(textOf(block))} ${plain(block.getCommentText() ?? "")} ${block.type.replace("motorcade_", "")}`;
-    return words.every((word) => text.includes(word));
-  });
+  return fields.map((field) => field.getText()).join(" ").replace(/\s+/g, " ").trim();
 }
 
 /** The text of the block with this id; empty where it is gone. */

@@ -9,7 +9,7 @@ import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCa
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
 import { FURNITURE, listOf, type Mat, type PieceId, type Point } from "./document";
-import { attachPointers, gripAt } from "./pointer";
+import { attachPointers, gripAt, nudgeOf } from "./pointer";
 import { chasedCar, choose, type Chosen, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
 import type { Session } from "./session";
@@ -17,16 +17,8 @@ import { ToolButton } from "./fields";
 import css from "./mat.module.css";
 
 const PAN_PX = 60;
-const NUDGE_M = 0.05;
-const FINE_NUDGE_M = 0.01;
 const ZOOM = 1.25;
 const TURN_DEG = 15;
-const ARROWS: Record<string, readonly [number, number]> = {
-  ArrowLeft: [-1, 0],
-  ArrowRight: [1, 0],
-  ArrowUp: [0, 1],
-  ArrowDown: [0, -1],
-};
 
 interface MatCanvasProps {
   session: Session;
@@ -126,16 +118,16 @@ function turn(session: Session, chosen: Chosen, degrees: number): void {
 function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   const { chosen } = useMat.getState();
   const command = event.ctrlKey || event.metaKey;
-  const arrow = ARROWS[event.key];
+  const nudge = nudgeOf(event);
   const chased = chasedCar(useMat.getState());
   if (chased !== null && !command && event.key in CHASE_KEYS) {
     chaseNext(session, chased, CHASE_KEYS[event.key]!);
     return true;
   }
-  if (arrow && !command) {
-    const far = event.shiftKey ? FINE_NUDGE_M : NUDGE_M;
-    if (chosen) moveBy(session, chosen, arrow[0] * far, arrow[1] * far);
-    else scene.look(panned(scene.camera, -arrow[0] * PAN_PX, arrow[1] * PAN_PX));
+  if (nudge && !command) {
+    const [x, y] = nudge;
+    if (chosen) moveBy(session, chosen, x, y);
+    else scene.look(panned(scene.camera, -Math.sign(x) * PAN_PX, Math.sign(y) * PAN_PX));
     return true;
   }
   if (command) {

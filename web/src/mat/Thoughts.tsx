@@ -79,7 +79,7 @@ export function Thoughts({ session }: { session: Session }) {
     if (!scene) return;
     const place = () => {
       const { drawn } = scene.motion;
-      const taken = scene.nameBoxes();
+      const taken = scene.zones.nameBoxes();
       thoughts.forEach(({ car }, at) => {
         const bubble = host.current?.children[at] as HTMLElement | undefined;
         if (!bubble || car >= drawn.x.length) return;

@@ -51,6 +51,17 @@ function carAt({ drawn, radiusM }: Sight, [x, y]: Point, reach: number): number 
   return nearest;
 }
 
+const NUDGE_M = 0.05;
+const FINE_NUDGE_M = 0.01;
+const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** How far an arrow key moves what is chosen, in metres: less with Shift; null for another key. */
+export function nudgeOf({ key, shiftKey }: { key: string; shiftKey: boolean }): Point | null {
+  const arrow = ARROWS[key];
+  const far = shiftKey ? FINE_NUDGE_M : NUDGE_M;
+  return arrow ? [arrow[0] * far, arrow[1] * far] : null;
+}
+
 const PERSON_M = 0.2;
 
 function distanceTo(kind: PieceId["kind"], piece: Piece, point: Point, tMs: number): number {

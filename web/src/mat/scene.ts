@@ -50,7 +50,7 @@ export class Scene {
   private readonly stage = new Container();
   private readonly world = new Container();
   private readonly furniture: FurnitureLayer;
-  private readonly zones: ZoneLayer;
+  readonly zones: ZoneLayer;
   private readonly tracks: TrackLayer;
   private readonly air: AirLayer;
   private readonly cars: CarLayer;
@@ -265,11 +265,6 @@ export class Scene {
   listen(listener: () => void): () => void {
     this.drawnListeners.add(listener);
     return () => this.drawnListeners.delete(listener);
-  }
-
-  /** Where the names of zones are on the stage, in pixels. */
-  nameBoxes(): DOMRect[] {
-    return this.zones.nameBoxes();
   }
 
   /** How long a car is on the screen, in pixels. */

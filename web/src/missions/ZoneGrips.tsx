@@ -2,6 +2,7 @@ import { type KeyboardEvent, type PointerEvent, useEffect, useRef } from "react"
 import { useTranslation } from "react-i18next";
 import { toScreen, toWorld } from "../mat/camera";
 import type { Point } from "../mat/document";
+import { nudgeOf } from "../mat/pointer";
 import type { Scene } from "../mat/scene";
 import { useMat } from "../mat/store";
 import { endEdit } from "../state/history";
@@ -9,9 +10,6 @@ import { Icon } from "../ui/icons";
 import { boxOf, type Draft, editDraft, reshapedZone, stretchedZone, useDraft } from "./draft";
 import css from "./missions.module.css";
 
-const STEP_M = 0.05;
-const FINE_STEP_M = 0.01;
-const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** The zones of the mission that is written have two grips each on the stage: one moves the zone, one stretches it. */
 export function ZoneGrips() {
@@ -75,11 +73,10 @@ function Grip({ scene, draft, place, action }: GripProps) {
     bring([at[0] + held.current[0], at[1] + held.current[1]]);
   };
   const press = (event: KeyboardEvent) => {
-    const arrow = ARROWS[event.key];
-    if (!arrow) return;
+    const nudge = nudgeOf(event);
+    if (!nudge) return;
     event.preventDefault();
-    const step = event.shiftKey ? FINE_STEP_M : STEP_M;
-    bring([x + arrow[0] * step, y + arrow[1] * step]);
+    bring([x + nudge[0], y + nudge[1]]);
   };
   return (
     <button
