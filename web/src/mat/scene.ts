@@ -62,7 +62,7 @@ export class Scene {
   private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
-  private readonly drawings = new Drawings(() => this.drawNow());
+  private readonly drawings = new Drawings(() => (areWordsDue() ? this.draw() : this.drawNow()));
   private undrawn = false;
   /** The camera frames the cars by itself; else the user holds it. */
   private frames = true;
@@ -291,10 +291,6 @@ export class Scene {
   }
 
   private drawNow(): void {
-    if (areWordsDue()) {
-      this.draw();
-      return;
-    }
     const now = performance.now();
     Ticker.system.update(now);
     const slow = this.drawMs > SLOW_MS;
