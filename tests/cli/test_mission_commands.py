@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.missions.document import LITERATURE, missions
-from support.command_line import PARADE, run
+from support.command_line import PARADE, Terminal, run
 from support.dask_cluster import cluster
 
 # A leader that must drive out of its box, and a program for it.
@@ -67,6 +67,9 @@ def test_missions_lists_each_with_its_path_order_and_stars():
         {*each} == {"id", "name", "path", "order", "stars", "shortest"} and each["stars"] == 3 for each in listed
     )
     assert json.loads(run("missions", "--language", "zh").out)[0]["name"] != listed[0]["name"]
+    shown = run("missions", stdout=Terminal()).out
+    assert [each["id"] for each in listed if each["id"] not in shown] == []
+    assert ("–" in shown, "None" in shown) == (any(each["shortest"] is None for each in listed), False)
 
 
 def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):

@@ -216,7 +216,9 @@ def test_inspect_shows_a_table_and_fields_as_json(image):
     table = run("inspect", path)
     assert (table.code, table.err) == (0, "")
     assert "forward 200 mm/s 1 s" in table.out
-    assert "LED 1 1 s" in table.out
+    assert "LED 1 1 s; passed on" in table.out
+    # What a leader does with infrared is no part of its words' meaning.
+    assert "deaf" not in table.out
     header, leader, follower = data("inspect", path, "--json")
     assert [each["role"] for each in (header, leader, follower)] == ["header", "leader", "follower"]
     assert header["word"] == 0x01010200

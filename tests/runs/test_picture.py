@@ -1,5 +1,6 @@
 """Pictures and films of recordings."""
 
+import re
 from dataclasses import replace
 from unittest import mock
 
@@ -12,7 +13,7 @@ from motorcade.mats.model import Line
 from motorcade.runs import drawing, plots
 from motorcade.runs.drawing import pictures_in
 from motorcade.runs.plots import SIZES, Thinned, draw_film, draw_tracks
-from motorcade.runs.recording import LEADER, InMemoryRecording, rgb
+from motorcade.runs.recording import FOLLOWERS, LEADER, InMemoryRecording, rgb
 from support.recorded_run import crowd, record, world
 
 
@@ -76,6 +77,17 @@ def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(recording, tmp_
     draw_tracks(recording, tmp_path / "tracks.png")
     assert share_of(LEADER, tmp_path / "tracks.png") > 0.0005
     assert share_of("#3a3a3a", tmp_path / "tracks.png") > 0.005
+
+
+@pytest.mark.parametrize(("run", "leads", "follow", "tracks"), [("recording", 2.2, 1.2, 5), ("many", 1.2, 0.6, 1250)])
+def test_a_leaders_track_is_wide_and_of_many_followers_every_other_has_one(
+    run, leads, follow, tracks, request, tmp_path
+):
+    draw_tracks(request.getfixturevalue(run), tmp_path / "tracks.svg")
+    text = (tmp_path / "tracks.svg").read_text(encoding="utf-8")
+    drawn = re.findall(r"fill: none; stroke: (#\w+); stroke-opacity: [\d.]+; stroke-width: ([\d.]+)", text)
+    assert [float(width) for colour, width in drawn if colour == LEADER] == [leads]
+    assert [float(width) for colour, width in drawn if colour in FOLLOWERS] == [follow] * tracks
 
 
 def test_tracks_show_roads_with_their_lines_and_what_is_dark(recording, tmp_path):

@@ -1,5 +1,6 @@
 """Recordings: they are read back as they were written, also where a run was cut off."""
 
+import errno
 import json
 import shutil
 import struct
@@ -182,6 +183,18 @@ def test_an_interrupted_run_leaves_a_complete_recording(tmp_path):
     assert [moment.t_ms for moment in recording.moments()] == [0, 400]
     assert recording.damage is None
     assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_disk_that_is_full_ends_the_run_in_a_sentence(tmp_path, monkeypatch):
+    def full(*given):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    cars = world()
+    refused = pytest.raises(MotorcadeError, match=r"run\.mcap can't be written: No space left on device")
+    with refused, Recorder(tmp_path / "run.mcap", cars) as recorder:
+        cars.run(100)
+        monkeypatch.setattr(mcap_file.McapSink, "write", full)
+        recorder(cars)
 
 
 # files that are refused
