@@ -36,6 +36,8 @@ OWN = "own"
 GALLERY, LITERATURE = "gallery", "literature"
 # The page's editor calls them so.
 _ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
+# The kinds of goals that are met at a moment of the run, from which on they stay met.
+_REACHED = ("in-zone", "out-of-zone", "travelled", "heading", "lit", "together")
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.
 Reader = Callable[[str], bytes]
@@ -230,7 +232,7 @@ class _Reading:
                 raise self._fault("not-allowed", ("goal", number, "star"), "1", "2, 3")
             if goal.kind == "all-by":
                 other = goals[goal.values["goal"] - 1] if goal.values["goal"] <= len(goals) else None
-                if other is None or other.values.get("at") == "always" or not _is_reached(other.kind):
+                if other is None or other.values.get("at") == "always" or other.kind not in _REACHED:
                     place = self._place_of(("goal", number), "goal")
                     raise MotorcadeError("mission-goal-not-reached", file=self._file, place=place)
 
@@ -279,11 +281,6 @@ def _place_in_words(place: tuple[str | int, ...]) -> Phrase | None:
 def _label(*path: str) -> Wording:
     """The name of a field of the editor, as the page shows it."""
     return Wording.of_page("missions", *path)
-
-
-def _is_reached(kind: str) -> bool:
-    """Whether a goal of a kind is met at a moment of the run, from which on it stays met."""
-    return kind in ("in-zone", "out-of-zone", "travelled", "heading", "lit", "together")
 
 
 @cache
