@@ -44,6 +44,12 @@ def test_cars_that_overlap_at_the_start_are_found(points: list[tuple[int, int]])
             check_mat(open_table(poses), CLASSROOM)
 
 
+def test_near_cars_are_found_with_other_cars_at_heights_between_theirs() -> None:
+    poses = [Pose(9, 0), Pose(0, 0.07), Pose(5, 0.08), Pose(0, 0.215)]
+    with pytest.raises(MotorcadeError, match=r"car 3 starts at .* m from car 1"):
+        check_mat(open_table(poses), CLASSROOM)
+
+
 def test_the_only_car_without_room_among_many_is_named() -> None:
     crowd = mat(f"[[crowd]]\ncars = 90000\n{AREA.replace('5, 5', '75, 75')}")
     x_m, y_m = np.array(crowd.starts.x_m), np.array(crowd.starts.y_m)
