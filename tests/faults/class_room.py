@@ -3,7 +3,6 @@
 import asyncio
 import hashlib
 import tempfile
-from collections.abc import Callable
 from errno import EIO, ENOENT
 from pathlib import Path
 from random import Random
@@ -16,7 +15,7 @@ from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
 from tests.faults.pupils import PASSWORD, PupilMember, Stranger, TeacherMember
 from tests.faults.system import Replaced, in_threads, on_disk, replaced
-from tests.faults.world import Lock, Process, World, world
+from tests.faults.world import Faults, Lock, Process, World, world
 
 from motorcade.classroom import folder as class_folder
 from motorcade.classroom import running as class_running
@@ -54,7 +53,6 @@ class Class:
         self.server: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.code = ""
-        self.is_healed = False
         self.has_checked: set[int] = set()
         self.kill_at: tuple[int, bool] | None = None
         self.fail_at: set[int] = set()
@@ -178,7 +176,7 @@ class Class:
         if random.random() < 0.25:
             self.slow_s = random.choice((0.005, 0.05, 0.2))
         self.disk.free_bytes = random.choice((0, 1, 30, 200))
-        acts: list[tuple[float, Callable[[], None]]] = [
+        acts: Faults = [
             (0.35, self._fill),
             (0.25, lambda: self.kill(random.random() < 0.5)),
             (0.15, self._freeze),
@@ -187,10 +185,7 @@ class Class:
             (0.2, lambda: random.choice(links[:3]).forget_one_end()),
             (0.2, lambda: random.choice(self.pupils[1:]).process.freeze(random.choice((0.3, 2.0)))),
         ]
-        for chance, act in acts:
-            if random.random() < chance:
-                at_s = random.uniform(0.5, _FAULTS_S)
-                self.world.at(at_s, lambda act=act: None if self.is_healed else act())  # type: ignore[misc]
+        self.world.plan(random, acts, 0.5, _FAULTS_S)
 
     def _fill(self) -> None:
         self.world.count("full disk")
@@ -208,7 +203,7 @@ class Class:
     def heal(self) -> None:
         """Let all faults end; then, as the last one, cut the power once more."""
         self.world.note("heal")
-        self.is_healed = True
+        self.world.is_healed = True
         self.disk.is_full = False
         self.kill_at, self.slow_s = None, 0.0
         self.fail_at.clear()

@@ -98,7 +98,7 @@ class Driver:
         self.client = client = DriveClient("car", _COMMANDS, rearm=self.rearm)
         connection = client.begin
         connection()
-        while not run.is_healed:
+        while not run.world.is_healed:
             await self._hold_or_rest(client)
         if self.number == 0:
             await self._drive_at_last(client)
@@ -120,7 +120,7 @@ class Driver:
             await asyncio.sleep(0.1)
             self._hold += 1
             horn = {"horn": 1} if random.random() < 0.2 else {}
-            while run.world.now_s < end_s and not run.is_healed:
+            while run.world.now_s < end_s and not run.world.is_healed:
                 with suppress(CarError):
                     client.steer(*self._position(), **horn)
                 steered_s = run.world.now_s
@@ -138,8 +138,8 @@ class Driver:
         """Honk while the car stands; sometimes the program is frozen meanwhile."""
         run = self.run
         if self.random.random() < 0.3:
-            run.world.after(0.3, lambda: None if run.is_healed else self.freeze(2.5))
-        while run.world.now_s < end_s and not run.is_healed:
+            run.world.after(0.3, run.world.unless_healed, lambda: self.freeze(2.5))
+        while run.world.now_s < end_s and not run.world.is_healed:
             with suppress(CarError):
                 client.steer(0.0, 0.0, horn=1)
             await asyncio.sleep(_PERIOD_S)
@@ -202,10 +202,10 @@ class SeedDriver(Driver):
     async def _drive(self) -> None:
         run, random = self.run, self.random
         await asyncio.sleep(random.uniform(0.5, 4))
-        while not run.is_healed:
+        while not run.world.is_healed:
             with suppress(OSError):
                 _, writer = await asyncio.open_connection("car", _COMMANDS)
-                while not run.is_healed and not writer.is_closing():
+                while not run.world.is_healed and not writer.is_closing():
                     end_s = run.world.now_s + random.uniform(0.2, 2.0)
                     stands = random.random() < 0.3
                     while run.world.now_s < end_s:
@@ -303,7 +303,7 @@ class Watcher:
             took_s = run.world.now_s - begin_s
             run.world.keep("stop-gets-through", took_s < 1.0, f"a newcomer's after {took_s:.3f} s")
         await asyncio.sleep(0.2)
-        if not run.is_healed:
+        if not run.world.is_healed:
             with suppress(CarError):
                 async with DriveClient("car", _COMMANDS) as client:
                     await self.clear_with(client)

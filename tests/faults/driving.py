@@ -1,7 +1,6 @@
 """Driving in the simulated room: a car and its guard, drivers, who stops it, strangers, and all faults."""
 
 import asyncio
-from collections.abc import Callable
 from functools import partial
 from random import Random
 from types import SimpleNamespace
@@ -13,7 +12,7 @@ from tests.faults.network import Network, Socket
 from tests.faults.processes import System
 from tests.faults.system import THREADS, Replaced, in_threads, replaced
 from tests.faults.wheels import Pins
-from tests.faults.world import Process, World, world
+from tests.faults.world import Faults, Process, World, world
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
@@ -102,7 +101,6 @@ class Driving:
         self.car: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.started_s = 0.0
-        self.is_healed = False
         for name in ("driver 0", "driver 1", "driver 2", "stranger 0", "stranger 1", "stranger 2", "stranger 3"):
             delay_s = random.choice((0.002, 0.01, 0.04))
             self.network.link(name, delay_s, random.choice((0.0, 0.005, 0.03)), random.choice((0, 0, 0, 0.02)))
@@ -206,7 +204,7 @@ class Driving:
         if driver in (0, 1):
             self.network.links[f"driver {driver}"].stall(0.8)
             act = self.random.choice((self.kill_car, self.freeze_car, self.freeze_car))
-            self.world.after(self.random.uniform(0.1, 0.35), lambda: None if self.is_healed else act())
+            self.world.after(self.random.uniform(0.1, 0.35), self.world.unless_healed, act)
 
     def stall_loop(self) -> None:
         """Keep the loop that takes the commands busy."""
@@ -254,7 +252,7 @@ class Driving:
         random, room = self.random, self.world
         links = [self.network.links[f"driver {number}"] for number in range(2)]
         stalls = (0.1, 0.3, 0.8, 2.5, 4.5, random.uniform(8.0, 8.6))
-        acts: list[tuple[float, Callable[[], None]]] = [
+        acts: Faults = [
             (0.7, lambda: random.choice(links).stall(random.choice(stalls))),
             (0.3, lambda: random.choice(links).stall(random.choice(stalls))),
             (0.3, lambda: random.choice(links).cut()),
@@ -269,15 +267,12 @@ class Driving:
             (0.12, lambda: setattr(self.pins, "hangs_s", random.choice((0.1, 0.4, 1.0)))),
             (0.1, lambda: setattr(random.choice(self.drivers[:2]), "stalls", True)),
         ]
-        for chance, act in acts:
-            if random.random() < chance:
-                at_s = random.uniform(0.8, _FAULTS_S)
-                room.at(at_s, lambda act=act: None if self.is_healed else act())  # type: ignore[misc]
+        room.plan(random, acts, 0.8, _FAULTS_S)
 
     def heal(self) -> None:
         """Begin no new faults, and end all but stalls."""
         self.world.note("heal")
-        self.is_healed = True
+        self.world.is_healed = True
         self.pins.fails, self.pins.hangs_s = 0, 0.0
         # Stalls end by themselves: a stamp comes round in the longest.
         for link in self.network.links.values():

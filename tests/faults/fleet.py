@@ -2,7 +2,6 @@
 
 import asyncio
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from errno import EIO
 from random import Random
@@ -13,7 +12,7 @@ from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
 from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
 from tests.faults.system import Replaced, Time, on_disk, replaced
-from tests.faults.world import Process, World, here, world
+from tests.faults.world import Faults, Process, World, here, world
 
 from motorcade.boards import lines as car_lines
 from motorcade.errors import MotorcadeError
@@ -65,7 +64,6 @@ class Fleet:
         self.slow_s = random.choice((0.0, 0.0, 0.1))
         self.teacher: Process | None = None
         self.fleet: Cars | None = None
-        self.is_healed = False
 
     # The disk.
 
@@ -126,7 +124,7 @@ class Fleet:
                 await fleet.known(3.0)
                 is_soon = self.world.now_s < begin_s + 3.3 or process.frozen_until_s > begin_s
                 self.world.keep("nobody-waits", is_soon, "for those that don't answer")
-                while not self.is_healed:
+                while not self.world.is_healed:
                     await self._act(fleet)
                 await self._end(fleet)
 
@@ -158,7 +156,7 @@ class Fleet:
             await asyncio.wait([loading], timeout=random.uniform(0.02, 1.0))
             if random.random() < 0.3:
                 self._order(fleet, STOP)
-            if random.random() < 0.12 and not self.is_healed:
+            if random.random() < 0.12 and not self.world.is_healed:
                 random.choice(self.cars).end()
         loading.result()
 
@@ -244,7 +242,7 @@ class Fleet:
     def plan(self) -> None:
         """Draw what goes wrong, and when."""
         random = self.random
-        acts: list[tuple[float, Callable[[], None]]] = [
+        acts: Faults = [
             (0.6, self._kill_teacher),
             (0.4, self._freeze_teacher),
             (0.6, lambda: random.choice(self.cars).end()),
@@ -254,10 +252,7 @@ class Fleet:
             (0.15, self._lose_power),
             (0.15, self._fill),
         ]
-        for chance, act in acts:
-            if random.random() < chance:
-                at_s = random.uniform(1.0, _FAULTS_S)
-                self.world.at(at_s, lambda act=act: None if self.is_healed else act())  # type: ignore[misc]
+        self.world.plan(random, acts, 1.0, _FAULTS_S)
         self.world.at(_FAULTS_S + 1.0, self._heal)
 
     def _kill_teacher(self) -> None:
@@ -304,7 +299,7 @@ class Fleet:
 
     def _heal(self) -> None:
         self.world.note("heal")
-        self.is_healed, self.disk.is_full, self.slow_s = True, False, 0.0
+        self.world.is_healed, self.disk.is_full, self.slow_s = True, False, 0.0
         self.fail_at.clear()
         for link in self.network.links.values():
             link.down_until_s, link.loss = 0.0, 0.0

@@ -91,12 +91,8 @@ class System:
 
     def read(self, handle: int, count: int) -> bytes:
         """Wait for bytes; b"" where nobody writes any more."""
-        pipe, room = self._pipes[handle][0], world()
-        while not pipe.data and pipe.has_writer:
-            assert room.current
-            pipe.readers.append(room.current)
-            room.wait()
-            pipe.readers.remove(room.current)
+        pipe = self._pipes[handle][0]
+        world().wait_for(lambda: bool(pipe.data) or not pipe.has_writer, pipe.readers)
         data = bytes(pipe.data[:count])
         del pipe.data[:count]
         return data
@@ -156,15 +152,8 @@ class Child:
         return 0 if self.process.is_dead else None
 
     def wait(self, timeout: float | None = None) -> int:
-        room = world()
-        end_s = None if timeout is None else room.now_s + timeout
-        while not self.process.is_dead:
-            left_s = None if end_s is None else end_s - room.now_s
-            if left_s is not None and left_s <= 0:
-                raise subprocess.TimeoutExpired("guard", timeout or 0)
-            assert room.current
-            self._waiting.append(room.current)
-            room.wait(left_s)
+        if not world().wait_for(lambda: self.process.is_dead, self._waiting, timeout):
+            raise subprocess.TimeoutExpired("guard", timeout or 0)
         return 0
 
     def kill(self) -> None:

@@ -115,7 +115,7 @@ class PupilMember(Member):
         await asyncio.sleep(random.uniform(0.0, 0.3))
         await self._join()
         self.tasks.append(asyncio.create_task(self._watch()))
-        while not run.is_healed:
+        while not run.world.is_healed:
             await random.choice((self._save_draft, self._save_draft, self._save, self._save, self._read, self._other))()
             await asyncio.sleep(random.uniform(0.2, 1.2))
         await self._check_all()
@@ -249,7 +249,7 @@ class TeacherMember(Member):
     async def live(self) -> None:
         run, random = self.run, self.random
         await self.insist("teacher/sign-in", password=PASSWORD)
-        while not run.is_healed:
+        while not run.world.is_healed:
             await random.choice((self._rename, self._stop, self._stop, self._set_title, self._hand_out))()
             await asyncio.sleep(random.uniform(0.2, 1.0))
         await self.insist("teacher/release-all")

@@ -40,14 +40,8 @@ class _Threads:
             return self._thread is not None and not self._thread.is_over
 
         def join(self, timeout: float | None = None) -> None:
-            room = world()
-            end_s = None if timeout is None else room.now_s + timeout
-            while self._thread is not None and not self._thread.is_over:
-                if end_s is not None and room.now_s >= end_s:
-                    return
-                assert room.current
-                self._thread.joining.append(room.current)
-                room.wait(None if end_s is None else end_s - room.now_s)
+            if self._thread is not None:
+                world().wait_for(lambda: not self.is_alive(), self._thread.joining, timeout)
 
 
 THREADS = _Threads()

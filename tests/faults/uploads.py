@@ -69,7 +69,7 @@ class Uploads:
         self.number = self.left = 0
         self.car: Process | None = None
         self.board: ComputerBoard | None = None
-        self.has_lost_power = self.has_failed_late = self.is_healed = self.has_port = False
+        self.has_lost_power = self.has_failed_late = self.has_port = False
         self.kill_at: tuple[int, bool] | None = None
         self.fail_at: set[int] = set()
         self.slow_s = 0.0
@@ -236,7 +236,7 @@ class Uploads:
     def heal(self) -> None:
         """Let all faults end."""
         self.world.note("heal")
-        self.is_healed = True
+        self.world.is_healed = True
         self.disk.is_full = False
         self.cable.plug()
         self.kill_at, self.slow_s, self.cable.delay_s = None, 0.0, 0.0
@@ -308,7 +308,7 @@ class Uploads:
 
     def fault(self, at_s: float, act: Callable[[], None]) -> None:
         """Let something go wrong at a time, unless all faults have ended."""
-        self.world.at(at_s, lambda: None if self.is_healed else act())
+        self.world.at(at_s, self.world.unless_healed, act)
 
     def _fill(self) -> None:
         self.world.count("full disk")

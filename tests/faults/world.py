@@ -8,7 +8,7 @@ killed at any of its waits; what a killed process would still do never happens.
 import asyncio
 import sys
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from hashlib import sha256
 from heapq import heappop, heappush
@@ -21,6 +21,10 @@ _now: "World | None" = None
 # So many steps without a change of time are no work, but a circle.
 _MOST_STEPS_AT_ONCE = 20_000
 _LOOK_S = 0.25
+
+
+# What goes wrong, and its chance.
+Faults = Sequence[tuple[float, Callable[[], object]]]
 
 
 class BrokenPromiseError(AssertionError):
@@ -116,6 +120,7 @@ class World:
         now_s: the time.
         random: for what isn't drawn by a process or a connection of its own.
         checks: called whenever time has passed, with what was so until now; they raise `BrokenPromiseError`.
+        is_healed: whether nothing goes wrong any more.
         is_over: whether all has been done.
         tried: how often each promise was tried, by its name.
         broken: the promise that was broken first.
@@ -129,7 +134,7 @@ class World:
         self.checks: list[Callable[[], None]] = []
         self.tried = Counter[str]()
         self.counts = Counter[str]()
-        self.is_over = False
+        self.is_over = self.is_healed = False
         self.broken: BaseException | None = None
         self.processes: list[Process] = []
         self.last: deque[str] = deque(maxlen=400)
@@ -185,6 +190,17 @@ class World:
         """Do something after a time."""
         self.at(self.now_s + seconds, act, *arguments)
 
+    def plan(self, random: Random, faults: Faults, begin_s: float, end_s: float) -> None:
+        """Draw which of ``faults`` happen, by the chance of each, and when; none does once all is healed."""
+        for chance, act in faults:
+            if random.random() < chance:
+                self.at(random.uniform(begin_s, end_s), self.unless_healed, act)
+
+    def unless_healed(self, act: Callable[[], object]) -> None:
+        """Do something that goes wrong, unless nothing does any more."""
+        if not self.is_healed:
+            act()
+
     def run(self, until_s: float) -> None:
         """Let time pass, until a time or until all is over. Raises the first promise that is broken."""
         global _now
@@ -239,6 +255,19 @@ class World:
             late_s = thread.process.random.random() * thread.process.lateness_s
             self.at(self.now_s + (max(0.0, timeout_s) + late_s), self._resume, thread, thread.token, False)
         return bool(self.hub.switch())
+
+    def wait_for(self, holds: Callable[[], bool], waiting: list[Thread], timeout_s: float | None = None) -> bool:
+        """Wait until ``holds``, or for a time; who makes it so wakes the threads in ``waiting``. Returns whether."""
+        end_s = None if timeout_s is None else self.now_s + timeout_s
+        while not holds():
+            left_s = None if end_s is None else end_s - self.now_s
+            if left_s is not None and left_s <= 0:
+                return False
+            assert self.current
+            waiting.append(self.current)
+            self.wait(left_s)
+            waiting.remove(self.current)
+        return True
 
     def sleep(self, seconds: float) -> None:
         """Wait for a time that nobody ends."""
@@ -297,20 +326,13 @@ class Lock:
 
     def __init__(self) -> None:
         self._owner: Thread | None = None
-        self._waiting: deque[Thread] = deque()
+        self._waiting: list[Thread] = []
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         room = world()
-        end_s = None if timeout < 0 else room.now_s + timeout
-        while self._owner is not None:
-            left_s = None if end_s is None else end_s - room.now_s
-            if not blocking or (left_s is not None and left_s <= 0):
-                return False
-            assert room.current
-            self._waiting.append(room.current)
-            room.wait(left_s)
-            with suppress(ValueError):
-                self._waiting.remove(room.current)
+        limit_s = 0.0 if not blocking else None if timeout < 0 else timeout
+        if not room.wait_for(lambda: self._owner is None, self._waiting, limit_s):
+            return False
         self._owner = room.current
         return True
 
@@ -348,14 +370,4 @@ class Event:
         self._is_set = False
 
     def wait(self, timeout: float | None = None) -> bool:
-        room = world()
-        end_s = None if timeout is None else room.now_s + timeout
-        while not self._is_set:
-            left_s = None if end_s is None else end_s - room.now_s
-            if left_s is not None and left_s <= 0:
-                return False
-            assert room.current
-            self._waiting.append(room.current)
-            room.wait(left_s)
-            self._waiting.remove(room.current)
-        return True
+        return world().wait_for(self.is_set, self._waiting, timeout)
