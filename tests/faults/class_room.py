@@ -11,7 +11,7 @@ from typing import Any
 
 import uvicorn
 from tests.faults.disk import Disk, DiskPath
-from tests.faults.loop import SimulatedLoop
+from tests.faults.loop import SimulatedLoop, watch_memory
 from tests.faults.network import Network, Socket
 from tests.faults.pupils import PASSWORD, PupilMember, Stranger, TeacherMember
 from tests.faults.system import Replaced, in_threads, on_disk, replaced
@@ -33,7 +33,7 @@ _PORT = 7710
 _FAULTS_S = 4.0
 # As docs/security.md has them: of an address, four times as many for a moment; and in all.
 _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS = 32 * 4 + 4, 512 + 4
-_MOST_WAITING_BYTES, _LOOK_S = 1 << 20, 0.25
+_MOST_WAITING_BYTES = 1 << 20
 _PAGE = Path(tempfile.gettempdir())
 # A password whose check takes no time: its cost is stored with it.
 _SALT = b"salt of the test"
@@ -78,17 +78,7 @@ class Class:
         return next((each for each in record.pupils if each.name == name), None)
 
     def _connected(self, name: str, port: int, socket: Socket) -> None:
-        theirs = [each for link in self.network.links.values() for each in link.sockets if not each.is_first]
-        of_address = sum(each.link is socket.link for each in theirs)
-        waiting = self.network.listening["server", port].count
-        self.world.keep("connections-bounded", of_address - waiting <= _MOST_OF_AN_ADDRESS, of_address)
-        self.world.keep("connections-bounded", len(theirs) - waiting <= _MOST_CONNECTIONS, len(theirs))
-
-    def _check_memory(self) -> None:
-        if self.loop and self.server and not self.server.is_dead:
-            sizes = [each.get_write_buffer_size() for each in self.loop.transports]
-            self.world.keep("memory-bounded", max(sizes, default=0) <= _MOST_WAITING_BYTES, sizes)
-        self.world.after(_LOOK_S, self._check_memory)
+        self.network.check_connections(socket, _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS)
 
     # The disk.
 
@@ -255,7 +245,7 @@ def run_class(room: World) -> None:
         run.plan()
         for member in (run.teacher, *run.pupils, *run.strangers):
             member.start()
-        room.after(_LOOK_S, run._check_memory)
+        watch_memory(room, lambda: run.loop, _MOST_WAITING_BYTES)
         room.at(_FAULTS_S + 0.5, run.heal)
         room.run(90.0)
         room.keep("class-goes-on", room.is_over, "the last request never ended")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from tests.faults.drivers import Driver, SeedDriver, Stranger, Watcher
-from tests.faults.loop import SimulatedLoop
+from tests.faults.loop import SimulatedLoop, watch_memory
 from tests.faults.network import Network, Socket
 from tests.faults.processes import System
 from tests.faults.system import THREADS, Replaced, in_threads, replaced
@@ -32,7 +32,7 @@ COMMANDS, TELEMETRY = 5005, 5006
 _MOST_CONNECTIONS, _MOST_OF_ONE = 64 + 4, 16 + 4
 _FAULTS_S, _START_S = 5.5, 1.0
 # What waits for one client: a frame of telemetry, or the answers before the client is dropped.
-_MOST_WAITING_BYTES, _LOOK_S = (1 << 14) + (1 << 11), 0.25
+_MOST_WAITING_BYTES = (1 << 14) + (1 << 11)
 # The system frees the pins of a process so long after its end.
 _MOST_HELD_S = 0.01
 _pins: Pins | None = None
@@ -120,7 +120,7 @@ class Driving:
         self.pins.has_strangers = bool(self.strangers)
         room.checks.append(self.pins.check)
         self.pins.moved.append(lambda driver, setpoint: self.drivers[driver].note_moved(setpoint))
-        room.after(_LOOK_S, self._check_memory)
+        watch_memory(room, lambda: self.loop, _MOST_WAITING_BYTES)
 
     def _connected(self, name: str, port: int, socket: Socket) -> None:
         if port == COMMANDS and name.startswith("driver"):
@@ -130,23 +130,7 @@ class Driving:
             driver.connect(socket)
             socket.peer.ended = partial(driver.leave, socket)
         if port in (COMMANDS, TELEMETRY):
-            theirs = [
-                each
-                for link in self.network.links.values()
-                for each in link.sockets
-                if not each.is_first and not each.is_closed and each.address[1] == port
-            ]
-            waiting = self.network.listening[("car", port)].count
-            of_one = sum(each.link is socket.link for each in theirs)
-            self.world.keep("connections-bounded", of_one - waiting <= _MOST_OF_ONE, of_one)
-            self.world.keep("connections-bounded", len(theirs) - waiting <= _MOST_CONNECTIONS, len(theirs))
-
-    def _check_memory(self) -> None:
-        """Whoever doesn't read costs little memory."""
-        if self.loop and not self.car.is_dead:  # type: ignore[union-attr]
-            sizes = [each.get_write_buffer_size() for each in self.loop.transports]
-            self.world.keep("memory-bounded", max(sizes, default=0) <= _MOST_WAITING_BYTES, sizes)
-        self.world.after(_LOOK_S, self._check_memory)
+            self.network.check_connections(socket, _MOST_OF_ONE, _MOST_CONNECTIONS)
 
     # The car.
 

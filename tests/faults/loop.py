@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from tests.faults.network import ListeningSocket, Network, Socket, system_error
-from tests.faults.world import Process, Thread
+from tests.faults.world import Process, Thread, World
 
 _MOST_BYTES = 1 << 18
 # asyncio's own limits of what waits to be sent.
@@ -20,6 +20,8 @@ _HIGH_BYTES = 1 << 16
 # A loop that is never idle takes this long for so many rounds.
 _ROUNDS, _ROUNDS_S = 50, 0.001
 _MOST_CLOSINGS = 20
+# How often memory is looked at.
+_LOOK_S = 0.25
 
 
 class SimulatedLoop(asyncio.BaseEventLoop):
@@ -197,6 +199,15 @@ class SimulatedLoop(asyncio.BaseEventLoop):
     def remove_reader(self, fd: Any) -> bool:
         fd.changed = lambda: None
         return True
+
+
+def watch_memory(room: World, loop: Callable[[], SimulatedLoop | None], most_bytes: int) -> None:
+    """Check again and again that whoever doesn't read costs ``loop``'s process little memory."""
+    now = loop()
+    if now and not now.process.is_dead:
+        sizes = [each.get_write_buffer_size() for each in now.transports]
+        room.keep("memory-bounded", max(sizes, default=0) <= most_bytes, sizes)
+    room.after(_LOOK_S, watch_memory, room, loop, most_bytes)
 
 
 class Transport(asyncio.Transport):
