@@ -125,6 +125,14 @@ def test_a_place_is_dark_where_a_mark_is(dark_lines, spots, patches, places):
         assert (outside_um(x, y, 1.0, 0.0, floor)[0] <= 0) == is_dark(world, x, y)
 
 
+@given(POINTS)
+def test_a_sensor_knows_of_marks_beyond_its_cell(at):
+    floor = floor_of(Mat("spots", Starts.of([], []), spots=((-9.0, -9.0, 0.1), (*at, 0.1)))).items
+    for angle in (k * math.tau / 8 for k in range(8)):
+        x, y = at[0] + 0.15 * math.cos(angle), at[1] + 0.15 * math.sin(angle)
+        assert outside_um(x * 1e6, y * 1e6, 1.0, 0.0, floor)[0] == pytest.approx(50_000, abs=2)
+
+
 @given(lines(POINTS))
 def test_a_way_keeps_to_its_points_and_its_bends(line):
     way = way_of(line)
