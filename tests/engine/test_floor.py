@@ -133,6 +133,23 @@ def test_a_sensor_knows_of_marks_beyond_its_cell(at):
         assert outside_um(x * 1e6, y * 1e6, 1.0, 0.0, floor)[0] == pytest.approx(50_000, abs=2)
 
 
+@pytest.mark.parametrize(
+    ("x", "y", "outside_mm"),
+    [
+        (-30, -40, 50),
+        (1030, -40, 50),
+        (1030, 1040, 50),
+        (-30, 1040, 50),
+        (500, -20, 20),
+        (1010, 500, 10),
+        (500, 980, -20),
+    ],
+)
+def test_a_place_is_as_far_from_a_patch_as_its_nearest_edge(x, y, outside_mm):
+    floor = floor_of(Mat("patch", Starts.of([], []), patches=(((0, 0), (1, 0), (1, 1), (0, 1)),))).items
+    assert outside_um(x * 1000.0, y * 1000.0, 1.0, 0.0, floor)[0] == pytest.approx(outside_mm * 1000)
+
+
 @given(lines(POINTS))
 def test_a_way_keeps_to_its_points_and_its_bends(line):
     way = way_of(line)
