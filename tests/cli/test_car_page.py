@@ -51,6 +51,8 @@ def test_with_keys_a_car_listens_anywhere_and_its_page_comes_by_https_and_wants_
         url = told["url"]
         scheme, _, _, query, _ = urlsplit(url)
         assert (told["tls"], scheme, query[:6]) == (True, "https", "token=")
+        # Nobody has revoked any keys yet.
+        assert told["revoked_problem"] is None
         trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
         snapshot = f"https://127.0.0.1:{urlsplit(url).port}/camera/snapshot.jpg"
         with pytest.raises(urllib.error.HTTPError, match="401"):

@@ -1,10 +1,13 @@
 """Capsules: a sweep in one file, run again to the last bit; what differs, what has changed, and what is no capsule."""
 
 import hashlib
+import io
 import json
 import zipfile
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from motorcade.errors import MotorcadeError
@@ -90,13 +93,26 @@ def turned(mat):
     return json.dumps(document).encode()
 
 
-def test_the_first_run_tick_and_car_that_differ_are_named(capsule, tmp_path):
-    other = changed(capsule, tmp_path, {"mats/0.json": turned})
-    ran = run("verify", other)
+def later(table):
+    """The table with another bit in the digest of car 3 of 4 at the sixth checkpoint of the first run."""
+    rows = pq.read_table(io.BytesIO(table))
+    first, *others = rows["digests"].to_pylist()
+    at = (5 * 4 + 3) * 8
+    digests = pa.array([first[:at] + bytes([first[at] ^ 1]) + first[at + 1 :], *others], pa.binary())
+    written = io.BytesIO()
+    pq.write_table(rows.set_column(rows.schema.get_field_index("digests"), "digests", digests), written)
+    return written.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "tick", "same", "car"), [("mats/0.json", turned, 1, 0, 2), ("table.parquet", later, 6, 5, 3)]
+)
+def test_the_first_run_tick_and_car_that_differ_are_named(capsule, tmp_path, part, change, tick, same, car):
+    ran = run("verify", changed(capsule, tmp_path, {part: change}))
     found = json.loads(ran.out)
-    assert (ran.code, found["equal"], found["run"], found["seed"], found["car"]) == (1, False, 0, 0, 2)
+    assert (ran.code, found["equal"], found["run"], found["seed"], found["car"]) == (1, False, 0, 0, car)
     # The run of 100 ticks has a checkpoint after each of them.
-    assert (found["tick"], found["same"]) == (1, 0)
+    assert (found["tick"], found["same"]) == (tick, same)
 
 
 def nobody(plan, tasks):
