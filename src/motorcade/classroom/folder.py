@@ -71,19 +71,15 @@ class ClassFolder(FolderStorage):
     def _storing(self) -> Iterator[None]:
         """Keep in mind whether the disk takes what the block stores; OSError becomes MotorcadeError."""
         try:
-            yield
-        except OSError as problem:
-            error = MotorcadeError("cant-save", reason=disk_reason(problem))
-            self._note(error)
-            raise error from None
+            try:
+                yield
+            except OSError as problem:
+                raise MotorcadeError("cant-save", reason=disk_reason(problem)) from None
         except MotorcadeError as problem:
             if problem.code == "cant-save":
-                self._note(problem)
+                self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
             raise
         self.problem = None
-
-    def _note(self, problem: MotorcadeError) -> None:
-        self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
 
     def write_version(
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None

@@ -162,20 +162,15 @@ class SharedMat:
         async with session.lock:
             world = await session.in_thread(partial(build_world, message, session.fleet.boards, _MOST_CARS, images))
             session.mat = document
-            self._started = list(self._images)
-            self._begin(world)
-
-    def _begin(self, world: StudioWorld) -> None:
-        session = self.session
-        answers = session.begin(world)
-        session.play()
-        self._state = "running"
-        if session.page:
-            session.page.put(self.wall())
-        for answer in [*answers, session.state()]:
-            session.sent[type(answer)] = answer
+            self._started, self._state = list(self._images), "running"
+            answers = session.begin(world)
+            session.play()
             if session.page:
-                session.page.put(answer)
+                session.page.put(self.wall())
+            for answer in [*answers, session.state()]:
+                session.sent[type(answer)] = answer
+                if session.page:
+                    session.page.put(answer)
         session.changed.set()
         self.changes += 1
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from starlette.websockets import WebSocket
 
-from motorcade.classroom.messages import DrawnWall, Goodbye, Wall, WallWorld
+from motorcade.classroom.messages import DrawnWall, Goodbye, Wall
 from motorcade.classroom.running import RunningClass
 from motorcade.classroom.shared_mat import described
 from motorcade.engine.moment import first_cars, moment_bytes
@@ -53,10 +53,6 @@ class ShownWorld(NamedTuple):
         header = header_of(picture)
         return header.t_ms, picture[HEADER_BYTES:][: moment_bytes(header.cars)]
 
-    def described(self) -> WallWorld:
-        """Return what the wall has to know before pictures."""
-        return described(self.pupil, self.world, self.mat)
-
 
 class WallPictures:
     """What one page of the wall is sent.
@@ -86,7 +82,7 @@ class WallPictures:
             self._number += 1
             self._seen = None
             self._shown, self._listed_s, self._last = found, now_s, {}
-            answers.append(Wall(self._number, [each.described() for each in found]))
+            answers.append(Wall(self._number, [described(each.pupil, each.world, each.mat) for each in found]))
         if self.under_way < _MOST_UNDER_WAY and (picture := self._picture(found)):
             self.under_way += 1
             answers.append(picture)
@@ -137,7 +133,7 @@ class _Onlooker:
         if not self._lists or world != self._world:
             self._lists += 1
             self._world, self._sent = world, {}
-            answers.append(Wall(self._lists, [world.described()] if world else []))
+            answers.append(Wall(self._lists, [described(world.pupil, world.world, world.mat)] if world else []))
         if world is None:
             return answers
         for kind in (Hello, State, Goals, bytes):
