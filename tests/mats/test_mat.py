@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,8 @@ from motorcade.mats import (
     parse_mat,
     read_mat,
 )
+from motorcade.mats.document import document_of, mat_of
+from motorcade.mats.model import Line
 from support.mats import CAR, CLASSROOM, HEAD, mat
 
 ROOT = Path(__file__).parent.parent.parent
@@ -111,6 +114,25 @@ def test_every_key_reaches_its_attribute() -> None:
         starts=Starts(np.array(x_m), np.array(y_m), heading, leads, groups),
     )
     check_mat(read, CLASSROOM)
+
+
+def test_the_document_of_a_mat_is_read_as_the_same_mat() -> None:
+    marks = """
+[[line]]
+points_m = [[0, 0], [1, 0], [1, 1]]
+width_m = 0.05
+bend_m = 0.2
+closed = true
+[[spot]]
+centre_m = [3, 1]
+radius_m = 0.2
+[[patch]]
+corners_m = [[4, 1], [5, 1], [4.5, 2]]
+"""
+    read = replace(parse_mat(EVERYTHING + marks, "everything", "TOML"), starts=Starts.of([], []))
+    assert read.lines == (Line(((0, 0), (1, 0), (1, 1)), 0.05, 0.2, True),)
+    assert (read.spots, read.patches) == (((3, 1, 0.2),), (((4, 1), (5, 1), (4.5, 2)),))
+    assert mat_of(document_of(read), "again") == read
 
 
 def test_keys_that_are_left_out_have_defaults() -> None:
