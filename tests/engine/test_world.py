@@ -104,9 +104,11 @@ def test_setting_the_environment_changes_the_range_of_infrared() -> None:
 def test_a_driving_car_stops_at_a_new_obstacle() -> None:
     cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
     cars.run(500)
-    cars.set_environment(replace(cars.mat, discs=((0.5, 0, 0.1),)))
-    cars.run(2000)
-    assert cars.snapshot().x_m[0] < 0.5 - 0.1 - 0.07
+    # So near that the car would pass into it before it looked around again by itself.
+    cars.set_environment(replace(cars.mat, discs=((0.34, 0, 0.1),)))
+    for _ in range(40):
+        cars.run(50)
+        assert cars.snapshot().x_m[0] < 0.34 - 0.1 - 0.07
 
 
 @pytest.mark.parametrize("count", [20, 60])
