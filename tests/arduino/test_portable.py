@@ -123,7 +123,9 @@ PIECES = st.one_of(
     st.sampled_from([2, 30]).map(lambda words: image_of(words)[:-3]),
     st.builds(lambda words, number: check_request(0, number) + image_of(words), st.just(3), st.integers(0, 255)),
     st.builds(lambda seed: _checked(image_of(20, seed)), st.integers(0, 3)),
-    st.builds(car_request, st.sampled_from("abnsgx"), st.integers(0, 255), st.sampled_from(["", "ada"])),
+    st.builds(car_request, st.sampled_from("absgx"), st.integers(0, 255), st.sampled_from(["", "ada"])),
+    # A name that no car may have is refused first by the car in Python; nobody sends one.
+    st.builds(car_request, st.just("n"), st.integers(0, 255), st.just("ada")),
     st.just(car_request("b", 7)[:30]),
     st.just(bytes(4)),
     st.just(words_to_bytes((0x03000000, 0x64800000, 0x40000001, 0x6B000000))),
