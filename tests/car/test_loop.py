@@ -157,3 +157,14 @@ def test_an_image_that_waits_for_silence_is_neither_stored_nor_acknowledged(fall
         car.tick()
     assert board.image == compile_program(Program([forward(2)])).image
     assert board.answers.startswith(b"OK words=2")
+
+
+def test_a_slow_leader_stores_no_image_while_it_sends() -> None:
+    board = SlowBoard()
+    board.is_leader = True
+    car = Car(board)
+    for board.clock_ms in range(0, 300, 5):
+        board.is_busy = board.clock_ms < 200
+        car.tick()
+        assert not board.is_busy or board.image == bytes(4)
+    assert board.image == compile_program(Program([forward(2)])).image
