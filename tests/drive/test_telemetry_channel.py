@@ -170,7 +170,10 @@ def test_the_wheel_is_asked_for_and_given_back() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [b"", b"null", b"[]", b"{}", b'{"do": 1}', b'{"do": "fly"}', b'{"do": "join", "port": "x"}', b"\xff", b"[" * 999],
+    [
+        *(b"", b"null", b"[]", b"{}", b'{"do": 1}', b'{"do": "fly"}', b'{"do": "join", "port": "x"}', b"\xff"),
+        b'{"do": "stop", "x": ' + b"[" * 999,
+    ],
 )
 def test_a_frame_that_is_no_request_is_answered(text: bytes) -> None:
     car = Car()
