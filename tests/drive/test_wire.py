@@ -13,6 +13,7 @@ from motorcade.drive.wire import (
     newest_of_each_code,
     pack_frame,
     pack_word,
+    unpack_frame,
 )
 from support.socketless_car import Car, command, receive
 
@@ -67,3 +68,9 @@ def test_a_frame_that_announces_too_many_bytes_is_an_error_at_once() -> None:
     reader.receive_data(struct.pack(">I", 11))
     with pytest.raises(FrameTooLongError, match="11 bytes"):
         reader.next_frame()
+
+
+@pytest.mark.parametrize("text", [b"", b"[]", b"{", b"\xff", b'{"a":' * 2000])
+def test_a_frame_of_a_car_that_is_no_object_ends_the_connection_by_a_value_error(text: bytes) -> None:
+    with pytest.raises(ValueError, match="no object"):
+        unpack_frame(text)
