@@ -7,13 +7,9 @@ import { askWhy } from "./actions";
 import { chasedCar, useMat } from "./store";
 import { seesDark } from "./room";
 import { followsLine } from "../words/story";
-import { type Thought, thoughtsAt } from "./thoughts";
+import { freePlace, type Thought, thoughtsAt } from "./thoughts";
 import css from "./mat.module.css";
 
-/** Between two bubbles. */
-const AIR_PX = 4;
-const meet = (a: DOMRect, b: DOMRect) =>
-  a.x < b.right + AIR_PX && b.x < a.right + AIR_PX && a.y < b.bottom + AIR_PX && b.y < a.bottom + AIR_PX;
 const EVERY_MS = 400;
 /** To compare each car with all others takes too long for more. */
 const MOST_CARS = 200;
@@ -91,7 +87,7 @@ export function Thoughts({ session }: { session: Session }) {
         const away = scene.carPx * 0.65;
         // Above the car, or else below it.
         const boxes = [y - away - height, y + away].map((top) => new DOMRect(left, top, width, height));
-        const box = inView ? boxes.find((each) => taken.every((other) => !meet(other, each))) : undefined;
+        const box = inView ? freePlace(boxes, taken) : undefined;
         if (box) taken.push(box);
         bubble.style.visibility = box ? "visible" : "hidden";
         bubble.style.translate = `${left.toFixed(1)}px ${(box ?? boxes[0]!).y.toFixed(1)}px`;

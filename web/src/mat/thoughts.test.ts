@@ -2,7 +2,8 @@ import { expect, it } from "vitest";
 import { NO_INDEX } from "../api/world";
 import type { CarEvent } from "../timeline/events";
 import { pictureOf } from "./testPictures";
-import { type Circumstances, MOST_THOUGHTS, thoughtsAt } from "./thoughts";
+import { nudgeOf } from "./pointer";
+import { type Circumstances, freePlace, MOST_THOUGHTS, thoughtsAt } from "./thoughts";
 
 const RUNS = 1;
 const FORWARD = 2;
@@ -74,4 +75,20 @@ it("few cars think at once, and none at the very beginning", () => {
   const crowd = [LEADER, ...Array.from({ length: 9 }, () => ({ x: 2, index: NO_INDEX }))];
   expect(thoughts(crowd, SENDS)).toHaveLength(MOST_THOUGHTS);
   expect(thoughts(crowd, SENDS, {}, { tMs: 200 })).toEqual([]);
+});
+
+it("a bubble stands above its car, or below it where a zone's name is above, or nowhere", () => {
+  const box = (y: number) => ({ x: 100, y, width: 80, height: 20 }) as DOMRect;
+  const [above, below] = [box(50), box(120)];
+  expect(freePlace([above, below], [])).toBe(above);
+  expect(freePlace([above, below], [box(72)])).toBe(below);
+  expect(freePlace([above, below], [box(75)])).toBe(above);
+  expect(freePlace([above, below], [box(72), box(110)])).toBeUndefined();
+});
+
+it("an arrow key moves what is chosen, less with Shift", () => {
+  const nudge = (key: string, shiftKey = false) => nudgeOf({ key, shiftKey });
+  expect(nudge("ArrowUp")).toEqual([0, 0.05]);
+  expect(nudge("ArrowLeft", true)).toEqual([-0.01, 0]);
+  expect(nudge("Enter")).toBeNull();
 });

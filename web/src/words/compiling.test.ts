@@ -2,7 +2,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import { connectTo } from "../api/service";
 import type { Blocks, Compiled } from "../generated/messages";
 import { useStudio } from "../state/studio";
-import { compileEveryChange } from "./compiling";
+import { areWordsDue, compileEveryChange } from "./compiling";
 
 const ANSWER: Compiled = {
   diagnostics: [],
@@ -67,5 +67,18 @@ describe("the compiler's answers", () => {
     expect(askedFor()).toEqual(["fourth with ids", "edited"]);
     asked[1]!.answer({ states: 5 });
     await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(5));
+  });
+
+  it("come before other work, but don't hold it up for long", async () => {
+    const now = vi.spyOn(performance, "now").mockReturnValue(1000);
+    useStudio.setState({ leader: { blocks: "edited again" } });
+    expect(areWordsDue()).toBe(true);
+    now.mockReturnValue(1060);
+    expect(areWordsDue()).toBe(false);
+    now.mockReturnValue(1000);
+    asked[0]!.answer({ states: 6 });
+    await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(6));
+    await vi.waitFor(() => expect(areWordsDue()).toBe(false));
+    now.mockRestore();
   });
 });
