@@ -11,7 +11,7 @@ from typing import Any
 
 import uvicorn
 from tests.faults.disk import Disk, DiskPath
-from tests.faults.loop import SimulatedLoop, watch_memory
+from tests.faults.loop import SimulatedLoop, check_connections, watch_memory
 from tests.faults.network import Network, Socket
 from tests.faults.pupils import PASSWORD, PupilMember, Stranger, TeacherMember
 from tests.faults.system import Replaced, in_threads, on_disk, replaced
@@ -78,7 +78,7 @@ class Class:
         return next((each for each in record.pupils if each.name == name), None)
 
     def _connected(self, name: str, port: int, socket: Socket) -> None:
-        self.network.check_connections(socket, _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS)
+        check_connections(self.network, socket, _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS)
 
     # The disk.
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from tests.faults.drivers import Driver, SeedDriver, Stranger, Watcher
-from tests.faults.loop import SimulatedLoop, watch_memory
+from tests.faults.loop import SimulatedLoop, check_connections, watch_memory
 from tests.faults.network import Network, Socket
 from tests.faults.processes import System
 from tests.faults.system import THREADS, Replaced, in_threads, replaced
@@ -130,7 +130,7 @@ class Driving:
             driver.connect(socket)
             socket.peer.ended = partial(driver.leave, socket)
         if port in (COMMANDS, TELEMETRY):
-            self.network.check_connections(socket, _MOST_OF_ONE, _MOST_CONNECTIONS)
+            check_connections(self.network, socket, _MOST_OF_ONE, _MOST_CONNECTIONS)
 
     # The car.
 

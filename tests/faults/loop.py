@@ -201,6 +201,17 @@ class SimulatedLoop(asyncio.BaseEventLoop):
         return True
 
 
+def check_connections(network: Network, newest: Socket, most_of_one: int, most: int) -> None:
+    """Check how many connections the listener of the ``newest`` keeps besides those that wait: all, and of one."""
+    assert newest.peer
+    at = newest.peer.address
+    ends = (each for link in network.links.values() for each in link.sockets)
+    kept = [each for each in ends if not each.is_first and each.address == at]
+    of_one, waiting = sum(each.link is newest.link for each in kept), network.listening[at].count
+    network.world.keep("connections-bounded", of_one - waiting <= most_of_one, of_one)
+    network.world.keep("connections-bounded", len(kept) - waiting <= most, len(kept))
+
+
 def watch_memory(room: World, loop: Callable[[], SimulatedLoop | None], most_bytes: int) -> None:
     """Check again and again that whoever doesn't read costs ``loop``'s process little memory."""
     now = loop()

@@ -341,17 +341,6 @@ class Network:
         self.links[host] = Link(self.world, delay_s, jitter_s, loss)
         return self.links[host]
 
-    def check_connections(self, newest: Socket, most_of_one: int, most: int) -> None:
-        """Check how many connections the listener of the ``newest`` keeps besides those that wait: all, and of one."""
-        assert newest.peer
-        at = newest.peer.address
-        kept = [
-            each for link in self.links.values() for each in link.sockets if not each.is_first and each.address == at
-        ]
-        of_one, waiting = sum(each.link is newest.link for each in kept), self.listening[at].count
-        self.world.keep("connections-bounded", of_one - waiting <= most_of_one, of_one)
-        self.world.keep("connections-bounded", len(kept) - waiting <= most, len(kept))
-
     def listen(self, process: Process, host: str, port: int, backlog: int = 128) -> ListeningSocket:
         """Listen at an address."""
         socket = ListeningSocket(self, process, (host, port), backlog)
