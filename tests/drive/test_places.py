@@ -41,3 +41,10 @@ def test_a_client_gets_a_place_of_one_that_has_two_more(taken, gives):
 @pytest.mark.parametrize("driver", [1, 5])
 def test_the_driver_keeps_its_place_however_many_its_client_has(driver):
     assert gives_way(sessions("e" * 8 + "m"), Session(99, "lin"), driver).number != driver
+
+
+def test_who_is_silent_for_longer_than_a_hand_over_gives_way():
+    quiet = [Session(number, f"{number}", HAND_OVER_MS) for number in range(1, MOST_SESSIONS + 1)]
+    with pytest.raises(DriveError):
+        gives_way(quiet, Session(99, "e"))
+    assert gives_way([*quiet[:-1], Session(9, "9", HAND_OVER_MS + 1)], Session(99, "e")).number == 9
