@@ -65,7 +65,10 @@ def test_who_looks_again_after_a_while_sees_nothing_old():
 
 @pytest.mark.parametrize(
     ("kind", "reason"),
-    [("page", "text/html is no picture"), ("elsewhere", "302 Found"), ("nothing", "401"), ("silence", "")],
+    [
+        *(("page", "text/html is no picture"), ("elsewhere", "302 Found"), ("nothing", "401"), ("silence", "")),
+        ("huge", "more than 4194304 bytes"),
+    ],
 )
 def test_what_gives_no_picture_is_a_sentence_that_keeps_the_token_secret(kind, reason):
     with picture_server(kind) as server:

@@ -50,6 +50,11 @@ class Pictures(BaseHTTPRequestHandler):
     def elsewhere(self):
         self.answer("image/jpeg", b"", 302, Location=f"http://127.0.0.1:{self.server.server_port}/secret")
 
+    def huge(self):
+        with suppress(OSError):
+            self.answer("image/jpeg", bytes((1 << 22) + 1))
+        self.close_connection = True
+
     def nothing(self):
         self.answer("text/plain", b"", 401)
 
