@@ -115,9 +115,12 @@ def engine_files() -> dict[str, bytes]:
     """
     module, *libraries = FILES
     with tempfile.TemporaryDirectory() as folder:
+        makers = []
         for level, files in ("0", [module]), ("3", libraries):
             command = [sys.executable, "-m", "scripts.engine_module", folder, *files]
-            subprocess.run(command, cwd=ROOT, env={**os.environ, **NUMBA, "NUMBA_OPT": level}, check=True)
+            makers.append(subprocess.Popen(command, cwd=ROOT, env={**os.environ, **NUMBA, "NUMBA_OPT": level}))
+        if any([maker.wait() for maker in makers]):
+            raise BadKernelError("a process that makes the engine failed; what it said is above")
         return {name: Path(folder, name).read_bytes() for name in FILES}
 
 

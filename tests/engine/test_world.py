@@ -122,6 +122,20 @@ def test_setting_the_environment_before_the_first_tick_equals_building_the_world
     assert digest(changed) == digest(built)
 
 
+@pytest.mark.parametrize("wheel_noise", [0.0, 0.1])
+def test_setting_the_environment_anew_moves_no_car_that_others_push(wheel_noise: float) -> None:
+    # So close that they touch at once.
+    starts = Starts.of([Pose(0.1 * (i % 4), 0.1 * (i // 4), i) for i in range(12)], [True] * 12)
+    mat = Mat("tight", starts, 20, size_m=(0.6, 0.6), walled=True, physics=Physics(wheel_noise=wheel_noise))
+    image = compile_program(Program([forward(3, speed=3)], None)).image
+    left_alone, set_anew = (World(mat, [image], seeds=3) for _ in range(2))
+    for _ in range(6):
+        set_anew.set_environment(mat)
+        for cars in (left_alone, set_anew):
+            cars.run(200)
+        assert set_anew.snapshot().x_m.tolist() == left_alone.snapshot().x_m.tolist()
+
+
 def test_a_moved_car_is_found_among_many() -> None:
     far = [Pose(5 + place % 8 * 0.3, place // 8 * 0.3) for place in range(40)]
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), *far])

@@ -148,7 +148,8 @@ class PlainWorld:
         self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
         self.rules = allocate_all(InterpretedKernels(), layout.rules_of(self.mat, self.profile, self.images))
         self.walls, self.discs = layout.outlines_of(self.mat)
-        for car in range(len(self.cars)):
+        # With wheel noise each tick sets the way anew.
+        for car in range(len(self.cars) if self.rules.wheel_noise == 0 else 0):
             self.set_way(car)
 
     def move(self, car: int, pose: Pose) -> None:

@@ -373,7 +373,8 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
     for world in range(worlds):
         begin, end = world * per_world, (world + 1) * per_world
         for i in range(begin, end):
-            if moved in (ALL, i):
+            # With wheel noise each tick sets the way anew.
+            if moved == i or (moved == ALL and rules.wheel_noise == 0.0):
                 bodies.set_way(i, cars.wheels[i], cars, rules)
             cars.due[i] = now
             cars.clear[i] = clearance.due_now(tick)
