@@ -278,13 +278,19 @@ BREAKS = (
         "        await running.settle(since)\n",
         "        running.show_changes()\n",
     ),
-    Break("refused-and-done", "class", "classroom/running.py", "            self._undo()\n", "            pass\n"),
+    Break(
+        "refused-and-done",
+        "class",
+        "classroom/running.py",
+        "            self.room.restore(from_bytes(self._kept, RECORD))\n",
+        "            pass\n",
+    ),
     Break(
         "pupils-ask-as-teacher",
         "class",
         "classroom/app.py",
-        "    elif not running.is_teacher(connection):\n",
-        "    elif False:\n",
+        "        if holder != TEACHER:\n",
+        "        if False:\n",
     ),
     Break(
         "versions-in-place",
@@ -297,8 +303,8 @@ BREAKS = (
         "devices-forgotten",
         "class",
         "classroom/room.py",
-        "        self._by_device[device] = pupil.id\n        self.save()\n",
-        "        self._by_device[device] = pupil.id\n",
+        "_MOST_DEVICES + 1 :], device]\n        self.save()\n",
+        "_MOST_DEVICES + 1 :], device]\n",
     ),
     Break(
         "nobody-sees-the-stop",
