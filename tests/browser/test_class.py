@@ -2,7 +2,6 @@
 
 import json
 import re
-from contextlib import suppress
 from itertools import product
 from time import monotonic
 
@@ -12,7 +11,17 @@ from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
 from support.class_page import PROJECT
-from support.class_visits import DRAWN, SIZES, assert_clear, class_room, expect_drafts, expect_leaders
+from support.class_visits import (
+    DRAWN,
+    SIZES,
+    assert_clear,
+    class_room,
+    expect_cover,
+    expect_drafts,
+    expect_leaders,
+    steer,
+    tab_to,
+)
 from support.driven_car import DrivenCar
 from support.soak import SOAK
 from support.studio_page import PHONE
@@ -40,15 +49,6 @@ def teacher(room):
     """The teacher, with the first part of the page."""
     room.teacher.part("pupils")
     return room.teacher
-
-
-def expect_cover(visit, text: str) -> None:
-    """The whole page is covered, and nothing takes the cover away."""
-    cover = visit.page.get_by_role("dialog", name=visit.say(text), exact=True)
-    cover.wait_for()
-    visit.page.keyboard.press("Escape")
-    box, size = cover.bounding_box(), visit.page.viewport_size
-    assert (box["width"], box["height"]) == (size["width"], size["height"])
 
 
 @pytest.mark.soak
@@ -206,19 +206,6 @@ def test_the_cable_and_a_car_are_taken_and_passed_on(room, teacher) -> None:
     expect(red).to_have_value("")
 
 
-def steer(page, shows) -> None:
-    """Hold a key until the page shows something: a car that stopped by itself wants the key to be let go."""
-    page.get_by_role("status").first.wait_for()
-    for _ in range(5):
-        page.keyboard.down("ArrowUp")
-        with suppress(AssertionError):
-            expect(shows.first).to_be_visible(timeout=3000)
-            page.keyboard.up("ArrowUp")
-            return
-        page.keyboard.up("ArrowUp")
-    expect(shows.first).to_be_visible()
-
-
 def test_a_pupil_sees_nothing_of_what_others_do(room) -> None:
     ming = room.ming
     ming.forgive("401")
@@ -282,15 +269,6 @@ def test_the_qr_code_leads_to_the_address_that_the_teacher_chooses(room, teacher
     expect(part.get_by_role("radio").first).to_be_checked()
     assert part.get_by_role("img", name=teacher.say("class.qrCode")).get_attribute("src") != picture
     teacher.page.unroute_all()
-
-
-def tab_to(page, thing) -> None:
-    """Press Tab until a thing has the focus."""
-    for _ in range(60):
-        if thing.and_(page.locator(":focus")).count():
-            return
-        page.keyboard.press("Tab")
-    raise AssertionError(f"Tab does not lead to {thing}")
 
 
 def test_everything_is_done_by_keyboard_alone(room, teacher) -> None:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import pairwise
 from urllib.parse import urlsplit
 
@@ -217,3 +217,35 @@ def expect_drafts(room, names: dict[str, str]) -> None:
         return asked.json().get("name")
 
     wait_until(lambda: {pupil: name_of(pupil) for pupil in names} == names)
+
+
+def expect_cover(visit: Visit, text: str) -> None:
+    """The whole page is covered, and nothing takes the cover away."""
+    cover = visit.page.get_by_role("dialog", name=visit.say(text), exact=True)
+    cover.wait_for()
+    visit.page.keyboard.press("Escape")
+    box, size = cover.bounding_box(), visit.page.viewport_size
+    assert box and size
+    assert (box["width"], box["height"]) == (size["width"], size["height"])
+
+
+def steer(page: Page, shows: Locator) -> None:
+    """Hold a key until the page shows something: a car that stopped by itself wants the key to be let go."""
+    page.get_by_role("status").first.wait_for()
+    for _ in range(5):
+        page.keyboard.down("ArrowUp")
+        with suppress(AssertionError):
+            expect(shows.first).to_be_visible(timeout=3000)
+            page.keyboard.up("ArrowUp")
+            return
+        page.keyboard.up("ArrowUp")
+    expect(shows.first).to_be_visible()
+
+
+def tab_to(page: Page, thing: Locator) -> None:
+    """Press Tab until a thing has the focus."""
+    for _ in range(60):
+        if thing.and_(page.locator(":focus")).count():
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"Tab does not lead to {thing}")
