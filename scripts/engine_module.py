@@ -119,7 +119,8 @@ def engine_files() -> dict[str, bytes]:
         for level, files in ("0", [module]), ("3", libraries):
             command = [sys.executable, "-m", "scripts.engine_module", folder, *files]
             makers.append(subprocess.Popen(command, cwd=ROOT, env={**os.environ, **NUMBA, "NUMBA_OPT": level}))
-        if any([maker.wait() for maker in makers]):
+        ends = [maker.wait() for maker in makers]
+        if any(ends):
             raise BadKernelError("a process that makes the engine failed; what it said is above")
         return {name: Path(folder, name).read_bytes() for name in FILES}
 

@@ -9,7 +9,10 @@ from typing import NamedTuple
 BEGIN, END = "<!-- python -m tests.faults --promises -->", "<!-- end -->"
 # The documents that have the words.
 DOCUMENTS = ("security", "uploads", "drive", "cars")
-HEADS = {"en": ("promise", "each time the clock moves in a run", "tried"), "zh": ("承诺", "时钟每走一步之后检查", "次数")}
+HEADS = {
+    "en": ("promise", "each time the clock moves in a run", "tried"),
+    "zh": ("承诺", "时钟每走一步之后检查", "次数"),
+}
 # What is done in the runs, by the names that they count.
 FAULTS = {
     "kill": ("kills", "次终止"),

@@ -225,7 +225,8 @@ def expect_cover(visit: Visit, text: str) -> None:
     cover.wait_for()
     visit.page.keyboard.press("Escape")
     box, size = cover.bounding_box(), visit.page.viewport_size
-    assert box and size
+    assert box
+    assert size
     assert (box["width"], box["height"]) == (size["width"], size["height"])
 
 
