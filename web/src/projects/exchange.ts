@@ -16,7 +16,7 @@ export function exportAll(): Promise<void> {
     const day = new Date().toISOString().slice(0, 10);
     download(`motorcade ${day}.projects.json`, text, "application/json");
     notify(i18next.t("library.exported", { count: projects.length }), "success");
-    const damaged = left_out.map(({ name, version }) => `${name} ${version ?? ""}`);
+    const damaged = left_out.map(({ name, version }) => `${name} ${version}`);
     if (damaged.length) notify(i18next.t("library.leftOut", { names: listed(damaged) }), "warning");
   });
 }
