@@ -65,6 +65,9 @@ _REASONS = tuple(
     )
 )
 
+# Before 3.11.4, Python's parser blames the number in front of a sign that it can't take.
+_FOREIGN_SIGN = re.compile(r"([\w.]+)([^\w\s\x00-\x7f])")
+
 
 class Comment(NamedTuple):
     """A comment, from its ``#`` on."""
@@ -170,6 +173,9 @@ def _parse(source: PythonSource) -> ast.Module:
             code = text.split("\n")[line - 1]
             column = len(code) - len(code.lstrip()) + 1
         line, column = max(1, line), max(1, column)
+        blamed = _FOREIGN_SIGN.match(text, source.start_of(line) + column - 1)
+        if blamed and reason.key == "python-bad-number":
+            reason, column = Phrase("python-bad-character", sign=blamed[2]), column + len(blamed[1])
         sign = reason.details.get("opened") or reason.details.get("sign", "")
         start = source.start_of(line) + column - 1
         raise _not_python(reason, line, column, _syntax_fixes(source, reason.key, start, sign)) from None
