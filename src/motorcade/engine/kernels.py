@@ -366,14 +366,13 @@ def run_large(
 def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
     """Make every car look around in its next tick, because its surroundings have changed.
 
-    The car at index ``moved`` also gets the way that fits its new heading; with ALL every car does.
+    The car at index ``moved`` also gets the way of its new heading; with ALL every car does, unless wheels have noise.
     """
     cars, rules = arrays.cars, arrays.rules
     now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
     for world in range(worlds):
         begin, end = world * per_world, (world + 1) * per_world
         for i in range(begin, end):
-            # With wheel noise each tick sets the way anew.
             if moved == i or (moved == ALL and rules.wheel_noise == 0.0):
                 bodies.set_way(i, cars.wheels[i], cars, rules)
             cars.due[i] = now
