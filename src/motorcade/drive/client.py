@@ -171,7 +171,14 @@ class DriveClient:
             self._send()
 
     async def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
-        """Command the same for a time, then to stand still. Raises what `drive` raises."""
+        """Command the same for a time, then to stand still. Raises what `drive` raises.
+
+        The time begins when the car may move: not before it has asked for this client's clock.
+        """
+        if not self._may_move:
+            await self.drive()
+            patient_until_s = _now_s() + self._patience_s
+            await self._until(lambda: self._may_move or _now_s() > patient_until_s)
         end_s = _now_s() + seconds
         try:
             while (left_s := end_s - _now_s()) > 0:
