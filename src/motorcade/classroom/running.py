@@ -286,7 +286,7 @@ class EmergencyStop:
     def __init__(self, cars: Fleet, page: str) -> None:
         self._cars = cars
         self._page = page
-        self._pending: list[asyncio.Task[bool]] = []
+        self._pending: list[asyncio.Task[None]] = []
 
     async def stop(self) -> list[str]:
         """Stop all cars at once; return those that could not be reached yet."""
@@ -313,12 +313,12 @@ class EmergencyStop:
     async def _at_all(self, act: Callable[[str], Awaitable[None]]) -> list[str]:
         """Do something at all cars, in place of what was begun before."""
 
-        async def do(car: str) -> bool:
-            try:
+        done = set()
+
+        async def do(car: str) -> None:
+            with suppress(MotorcadeError):
                 await act(car)
-            except MotorcadeError:
-                return False
-            return True
+                done.add(car)
 
         cars = [each.car for each in await self._cars.listed()]
         for before in self._pending:
@@ -326,5 +326,4 @@ class EmergencyStop:
         tasks = self._pending = [asyncio.create_task(do(car)) for car in cars]
         if tasks:
             await asyncio.wait(tasks, timeout=_PATIENCE_S)
-        done = [task.done() and not task.cancelled() and task.result() for task in tasks]
-        return [car for car, is_done in zip(cars, done, strict=True) if not is_done]
+        return [car for car in cars if car not in done]
