@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
+from anyio._backends._asyncio import _task_states
+from anyio.lowlevel import _run_vars
 from tests.faults.class_room import run_class
 from tests.faults.driving import run_driving
 from tests.faults.fleet import run_fleet
@@ -68,6 +70,10 @@ def _own_garbage() -> Iterator[None]:
     try:
         yield
     finally:
+        # anyio holds the tasks of a killed loop. The first collection lets coroutines end, the second frees them.
+        _task_states.clear()
+        _run_vars.clear()
+        gc.collect()
         gc.collect()
         gc.unfreeze()
         sys.unraisablehook = hook

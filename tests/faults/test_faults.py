@@ -1,5 +1,6 @@
 """The promises of docs/security.md in the simulated room; tests/README.md says how to replay a seed."""
 
+import gc
 import re
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -12,6 +13,7 @@ import pytest
 from tests.faults.broken_places import BREAKS
 from tests.faults.promises import BEGIN, DOCUMENTS, END, PROMISES, table
 from tests.faults.run import SCENARIOS, commit, first_broken, run
+from tests.faults.world import World
 
 from support.soak import SOAK
 
@@ -62,6 +64,13 @@ def test_a_seed_gives_the_same_run_to_the_byte(kind):
     assert first.digest == again.digest
     assert first.last == again.last
     assert run(kind, 8).digest != first.digest
+
+
+@pytest.mark.parametrize("kind", SCENARIOS)
+def test_a_run_leaves_nothing_in_memory(kind):
+    for seed in (5, 6):
+        run(kind, seed)
+    assert [each.seed for each in gc.get_objects() if isinstance(each, World)] == []
 
 
 def plain(text):
