@@ -38,6 +38,13 @@ class Running:
         return bool(brain.watches(self.memory, now, LEVELS))
 
 
+@pytest.mark.parametrize("image", [(0,), (2 << 16 | 1 << 8, CONTROL.encode(**DRIVES), CONTROL.encode(led_duration=1))])
+def test_a_leader_without_states_runs_no_word(image):
+    car = Running(**DRIVES)
+    assert brain.leader_start(car.memory, image, 500) == brain.leader_step(car.memory, image, 9000, LEVELS) == 0
+    assert car.memory[brain.RUNNING] == 0
+
+
 @pytest.mark.parametrize("which", range(4))
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_each_led_is_lit_as_long_as_the_word_says(which, level):
