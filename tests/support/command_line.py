@@ -35,6 +35,8 @@ def run(*arguments, stdout=None, typed=None):
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
         mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
+        # Under `python -m pytest` the command would be named after that.
+        mock.patch.object(sys.modules["__main__"], "__package__", None, create=True),
         mock.patch.object(sys, "stdin", io.StringIO() if typed is None else Terminal(typed)),
         mock.patch.dict(os.environ, COLUMNS="160"),
         pytest.raises(SystemExit) as left,
