@@ -21,8 +21,14 @@ ON_IMPORT = re.compile(r"motorcade\.(words\.(field|formats|switches)\.|words\.in
 SURVIVED, FOUND, TOO_SLOW = 0, 1, 36
 # The nearest tests of a function that runs on import: they judge it first, since all others take long to import.
 _NEAREST = "tests/words"
-# A copy that loops for ever ends after this many times the processor's time of all its tests, and at last by the clock.
-_PATIENCE, _LEAST_S, _LONGEST_S = 3, 20, 900
+# A copy that loops for ever ends after this many times the processor's time of a test, and at last by the clock.
+_PATIENCE, _LEAST_S, _LONGEST_S = 3, 10, 900
+
+
+def _end_after(duration_s: float) -> None:
+    """Let the system end this process where what takes ``duration_s`` unchanged takes far longer now."""
+    limit_s = int(time.process_time() + _LEAST_S + _PATIENCE * duration_s)
+    resource.setrlimit(resource.RLIMIT_CPU, (limit_s, resource.RLIM_INFINITY))
 
 
 @dataclass(frozen=True)
@@ -69,13 +75,13 @@ class Trial:
         return True
 
     def _judge(self, copy: Copy, session: pytest.Session, items: list[pytest.Item]) -> int:
-        limit_s = int(time.process_time() + _LEAST_S + _PATIENCE * copy.duration_s)
-        resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s + 1))
         set_mutant_under_test(copy.name)
         if ON_IMPORT.match(copy.name):
+            _end_after(copy.duration_s)
             return FOUND if self._fails_anew(_NEAREST) or self._fails_anew(*self._arguments) else SURVIVED
         chosen = [item for item in items if item.nodeid in copy.tests]
         for item, following in zip(chosen, [*chosen[1:], None], strict=True):
+            _end_after(self._durations_s.get(item.nodeid, 0))
             session.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
             if session.testsfailed:
                 return FOUND
