@@ -54,6 +54,8 @@ def states(studio: StudioPage) -> Iterator[str]:
             yield "question"
             page.get_by_role("alertdialog").get_by_role("button").last.click()
         expect(task).to_be_visible()
+        for bits in page.get_by_role("group", name=studio.say("missions.bits")).all():
+            expect(bits.get_by_role("button").last).to_be_in_viewport()
         yield mission
         studio.look_up(panel)
         yield f"{mission} with {panel}"
