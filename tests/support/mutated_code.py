@@ -20,7 +20,7 @@ ON_IMPORT = re.compile(r"motorcade\.(words\.(field|formats|switches)\.|words\.in
 # What an operating system and mutmut call the end of a copy.
 SURVIVED, FOUND, TOO_SLOW = 0, 1, 36
 # The nearest tests of a function that runs on import: they judge it first, since all others take long to import.
-_NEAREST = "tests/words"
+_NEAREST = ("--hypothesis-profile=mutants", "tests/words/test_formats.py")
 # A copy that loops for ever ends after this many times the processor's time of a test, and at last by the clock.
 _PATIENCE, _LEAST_S, _LONGEST_S = 3, 10, 900
 
@@ -78,7 +78,7 @@ class Trial:
         set_mutant_under_test(copy.name)
         if ON_IMPORT.match(copy.name):
             _end_after(copy.duration_s)
-            return FOUND if self._fails_anew(_NEAREST) or self._fails_anew(*self._arguments) else SURVIVED
+            return FOUND if self._fails_anew(*_NEAREST) or self._fails_anew(*self._arguments) else SURVIVED
         chosen = [item for item in items if item.nodeid in copy.tests]
         for item, following in zip(chosen, [*chosen[1:], None], strict=True):
             _end_after(self._durations_s.get(item.nodeid, 0))

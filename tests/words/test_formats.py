@@ -139,6 +139,12 @@ def test_a_name_that_is_no_field_is_refused():
     assert refusal(DRIVE.field, "gait") == ("drive", "gait", "code, angle, direction, speed, reserved")
 
 
+@pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
+def test_a_field_says_what_it_means_and_where_it_is_defined(word_format):
+    sources = ("seed 00", "protocol, ", "lights", "tagged words")
+    assert [each.name for each in word_format.fields if not each.meaning or not each.source.startswith(sources)] == []
+
+
 def test_a_format_is_found_by_its_name():
     assert [format_named(name) for name in ("header", "control", "drive", "lights", "frame")] == [
         HEADER,

@@ -92,6 +92,7 @@ def test_follower_words_without_a_dwell_level_are_refused(level):
     with pytest.raises(WordError) as caught:
         image_words(Image((), (0,), level, 0))
     assert (caught.value.field, caught.value.value) == ("dwell_level", level)
+    assert "0 to 7" in caught.value.sentence("en")
 
 
 @given(image=images(), data=st.data())

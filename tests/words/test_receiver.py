@@ -4,7 +4,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motorcade.words import receiver, upload
+from motorcade.words import blocks, receiver, upload
 from motorcade.words.image import refused_image
 from motorcade.words.request import check_request
 from support.upload_ends import CHECK_OF_NEW, LAST_TICK, NEW, NEW_OK, NO_PROGRAM, OLD, STARTS_MS, Car, events_of, images
@@ -65,6 +65,28 @@ def test_an_image_larger_than_the_car_holds_is_refused_as_soon_as_its_header_is_
     # The rest of it is ignored; the next image is taken.
     assert car.take(image[cut:], 1) == ([], b"")
     assert car.take(NEW, 501) == ([upload.IMAGE], NEW_OK)
+
+
+def test_what_comes_while_a_car_works_waits_in_order_and_the_car_asks_for_another_call():
+    image = bytes([SMALLEST - 1, 0, 0, 0]) + bytes.fromhex("64800000") * (SMALLEST - 1)
+    end = upload.CarEnd(SMALLEST, work_words=1)
+    assert end.receive_data(image, 0)
+    # The buffer is full of the image that is being checked.
+    assert end.receive_data(NEW[:5], 0)
+    assert end.receive_data(NEW[5:], 0)
+    assert end.next_event() is None
+    images = []
+    while len(images) < 2:
+        assert end.receive_data(b"", 0)
+        images += [event.image for event in iter(end.next_event, None)]
+    assert images == [image, NEW]
+    assert not end.receive_data(b"", 0)
+
+
+def test_bytes_move_to_the_start_of_a_buffer_that_stays_as_long():
+    buffer = bytearray(range(10))
+    blocks.move_to_start(buffer, 4, 7)
+    assert list(buffer) == [4, 5, 6, 3, 4, 5, 6, 7, 8, 9]
 
 
 def test_a_refused_image_takes_no_announcement_with_it():

@@ -99,6 +99,12 @@ def test_half_a_second_of_silence_makes_the_car_begin_anew(start_ms):
     assert car.take(NEW, start_ms + 2_001 & LAST_TICK) == ([upload.IMAGE], NEW_OK)
 
 
+def test_a_header_alone_is_cut_off_and_no_empty_image():
+    car = Car(OLD)
+    car.take(NEW[:4], 0)
+    assert car.take(b"", 500) == ([upload.REFUSED], b"ERR cut off after 4 bytes\n")
+
+
 def test_silence_is_noticed_when_the_next_byte_comes():
     car = Car(OLD)
     car.take(NEW[:6], 0)
