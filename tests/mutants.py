@@ -52,10 +52,10 @@ def try_all() -> None:
 
     def copy_of(name: str) -> Copy:
         function = name.rpartition("__mutmut_")[0]
-        tests = frozenset(stats["tests_by_mangled_function_name"].get(function, ()))
-        if len(tests) <= _FEW or ON_IMPORT.match(name):
-            tests = frozenset(durations_s)
-        return Copy(name, tests, sum(durations_s[test] for test in tests))
+        tests, everything = frozenset(stats["tests_by_mangled_function_name"].get(function, ())), frozenset(durations_s)
+        if len(tests) <= _FEW and not ON_IMPORT.match(name):
+            tests = everything
+        return Copy(name, tests, sum(durations_s[test] for test in (everything if ON_IMPORT.match(name) else tests)))
 
     def keep(name: str, code: int) -> None:
         if name in _UNCHANGED:
