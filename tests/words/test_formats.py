@@ -141,6 +141,8 @@ def test_a_number_that_goes_with_another_is_not_0_beside_it():
 def test_a_name_that_is_no_field_is_refused():
     with pytest.raises(TypeError, match="gait"):
         DRIVE.encode(gait=1)
+    with pytest.raises(AttributeError, match="gait"):
+        _ = DRIVE.gait
     assert refusal(DRIVE.field, "gait") == ("drive", "gait", "code, angle, direction, speed, reserved")
 
 
