@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motorcade.words.field import Field, WordError, WordFormat
+from motorcade.words.field import RESERVED, Field, WordError, WordFormat
 from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, LIGHTS, format_named
 from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
@@ -136,6 +136,19 @@ def test_a_refusal_names_field_value_and_what_is_allowed(word_format, word, valu
 def test_a_number_that_goes_with_another_is_not_0_beside_it():
     own = WordFormat("own", [Field("most", 31, 1, "for a test", goes_with="legs"), Field("legs", 0, 0, "for a test")])
     assert refusal(own.encode, most=0, legs=1) == ("most", 0, "1 to 2147483647")
+    assert refusal(own.decode, 1) == ("most", 0, "1 to 2147483647")
+
+
+def test_strict_refuses_bits_of_any_reserved_field():
+    reserved = [Field(name, high, high, "for a test", values=RESERVED) for name, high in (("first", 31), ("last", 0))]
+    own = WordFormat("own", [reserved[0], Field("rest", 30, 1, "for a test"), reserved[1]])
+    assert own.decode(0x7FFFFFFE, strict=True).rest == 0x3FFFFFFF
+    assert refusal(own.decode, 0x80000000, strict=True)[:2] == ("first", 1)
+    assert refusal(own.decode, 1, strict=True)[:2] == ("last", 1)
+
+
+def test_values_of_a_word_show_the_format_and_each_field():
+    assert repr(DRIVE.decode(0x10000000)) == "Drive(code=1, angle=0, direction=0, speed=0, reserved=0)"
 
 
 def test_a_name_that_is_no_field_is_refused():
@@ -143,6 +156,9 @@ def test_a_name_that_is_no_field_is_refused():
         DRIVE.encode(gait=1)
     with pytest.raises(AttributeError, match="gait"):
         _ = DRIVE.gait
+    with pytest.raises(WordError) as caught:
+        DRIVE.field("gait")
+    assert caught.value.code == "no-such-field"
     assert refusal(DRIVE.field, "gait") == ("drive", "gait", "code, angle, direction, speed, reserved")
 
 
