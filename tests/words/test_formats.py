@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motorcade.words.field import RESERVED, Field, WordError, WordFormat
+from motorcade.words.field import RESERVED, Field, Values, WordError, WordFormat
 from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, LIGHTS, format_named
 from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
@@ -95,6 +95,9 @@ def test_a_field_that_is_left_out_has_its_default(word_format, word):
 @pytest.mark.parametrize("word", NO_WORDS)
 def test_a_number_of_more_than_32_bits_is_refused(word_format, word):
     assert refusal(word_format.decode, word) == (word_format.name, word, "0 to 4294967295")
+    with pytest.raises(WordError) as caught:
+        word_format.decode(word)
+    assert caught.value.code == "not-32-bits"
 
 
 EVERY_FIELD = [
@@ -137,6 +140,29 @@ def test_a_number_that_goes_with_another_is_not_0_beside_it():
     own = WordFormat("own", [Field("most", 31, 1, "for a test", goes_with="legs"), Field("legs", 0, 0, "for a test")])
     assert refusal(own.encode, most=0, legs=1) == ("most", 0, "1 to 2147483647")
     assert refusal(own.decode, 1) == ("most", 0, "1 to 2147483647")
+
+
+@pytest.mark.parametrize("gait", range(4))
+@pytest.mark.parametrize("legs", range(8))
+def test_a_field_holds_what_it_declares_and_nothing_else(gait, legs):
+    own = WordFormat(
+        "own",
+        [
+            Field("gait", 31, 30, "for a test", values=Values(only=((1, "walks"), (2, "runs")), default=1)),
+            Field("legs", 29, 27, "for a test", values=Values(minimum=1, maximum=6)),
+            Field("rest", 26, 0, "for a test"),
+        ],
+    )
+    word, allowed = gait << 30 | legs << 27, {}
+    if gait not in (1, 2):
+        allowed["gait"] = gait, "1 (walks), or 2 (runs)"
+    if not 1 <= legs <= 6:
+        allowed["legs"] = legs, "1 to 6"
+    if not allowed:
+        assert own.encode(**own.decode(word)._asdict()) == word
+        return
+    for refused in (refusal(own.decode, word), refusal(own.encode, gait=gait, legs=legs)):
+        assert refused[1:] == allowed[refused[0]]
 
 
 def test_strict_refuses_bits_of_any_reserved_field():
