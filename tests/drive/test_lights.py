@@ -17,7 +17,7 @@ from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.words.field import WordError
-from motorcade.words.formats import DRIVE, LIGHTS, fingerprint, switch_words
+from motorcade.words.formats import DRIVE, LIGHTS, fingerprint, switch_words, switched_by
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
 from support.remote_page import RemotePage
@@ -158,6 +158,12 @@ def test_an_unknown_code_and_an_unknown_switch_are_named(car):
         car.driver.command(3 << 28)
     with pytest.raises(MotorcadeError, match="'siren' on any car; there is: head_light, horn"):
         switch_words({"siren": 1}, {})
+
+
+def test_a_command_of_a_later_edition_switches_nothing():
+    for bit in range(11, 26):
+        with pytest.raises(WordError, match="reserved"):
+            switched_by(LIGHT | 1 << bit)
 
 
 def test_a_command_states_what_it_does_not_switch_as_it_is():

@@ -30,6 +30,8 @@ def test_the_canonical_text_has_a_line_for_each_field():
         "parity 0 0 0 1 parities=0xFFFFFFFE",
     ]
     assert canonical_text(DRIVE).splitlines()[1:3] == ["code 31 28 0 15 only=1", "angle 27 20 0 180 unit=deg"]
+    paces = walker(only=((2, "trot"), (1, "walk")), default=1)
+    assert canonical_text(paces).splitlines()[1] == "gait 31 28 0 15 only=1,2"
 
 
 def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
