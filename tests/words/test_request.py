@@ -53,6 +53,12 @@ def test_the_checksum_of_an_image_is_eight_digits():
 def test_no_more_bytes_wait_than_a_request_may_begin_with():
     assert request.split_requests(b"\xf0" * 5) == (b"\xf0" * 2, [], b"\xf0" * 3)
     assert request.split_requests(b"\xf0") == (b"", [], b"\xf0")
+    assert request.split_requests(b"\0\xf0") == (b"\0", [], b"\xf0")
+
+
+def test_requests_that_come_together_stay_in_order():
+    asked = [request.car_request(kind, 1) for kind in "abc"]
+    assert request.split_requests(b"".join(asked)) == (b"", asked, b"")
 
 
 @given(text=st.binary(min_size=36, max_size=36))
