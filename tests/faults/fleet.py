@@ -202,8 +202,8 @@ class Fleet:
                 continue
             old, count = before[car.host]
             if verdict.holds == NEW:
-                # After an error at the very end of storing, the car may begin with it.
-                is_stored = image in car.stored[count:] or car.failed_late_s >= begin_s
+                # After an error at the very end of storing, the car may begin with it; or it had it before.
+                is_stored = old == image or image in car.stored[count:] or car.failed_late_s >= begin_s
                 self.world.keep("verified", is_stored, f"{car.name} never stored it")
             elif verdict.holds == OLD and car.failed_late_s < begin_s:
                 is_old = car.holds() != image or old == image or car.holds() == old
