@@ -70,11 +70,11 @@ def _own_garbage() -> Iterator[None]:
     try:
         yield
     finally:
-        # anyio holds the tasks of a killed loop. The first collection lets coroutines end, the second frees them.
+        # anyio holds the tasks of a killed loop. A collection lets coroutines end, and only a later one frees them.
         _task_states.clear()
         _run_vars.clear()
-        gc.collect()
-        gc.collect()
+        while gc.collect():
+            pass
         gc.unfreeze()
         sys.unraisablehook = hook
         if was_on:
