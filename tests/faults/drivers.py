@@ -43,6 +43,9 @@ class Driver:
         self._hold = self._broken_hold = 0
         self._broken_s = 0.0
         self._holds: dict[tuple[int, int, int], int] = {}
+        # The connection by which each setpoint was sent last, and the one whose command moves the wheels.
+        self._sent_by: dict[tuple[int, int, int], Socket] = {}
+        self._moves: Socket | None = None
         # The hold at the beginning of each connection, and when that was.
         self._begun: dict[Socket, tuple[int, float]] = {}
 
@@ -61,6 +64,7 @@ class Driver:
             if code == 1 and setpoint[2]:
                 first_s = pins.sent_s.get(setpoint, (now_s,))[0]
                 pins.sent_s[setpoint] = first_s, now_s, self.number
+                self._sent_by[setpoint] = connection
             elif code == 1:
                 pins.still_sent_s[self.number] = now_s
             elif code == 2 and word & _HORN_BIT:
@@ -71,7 +75,7 @@ class Driver:
         is_present = connection is self.connection
         if is_present:
             self._break()
-        self.run.pins.leave(self.number, is_present)
+        self.run.pins.leave(self.number, is_present, connection is self._moves)
 
     def connect(self, connection: Socket) -> None:
         """A connection begins, perhaps one that its client has given up meanwhile: then it never sends anything."""
@@ -82,6 +86,7 @@ class Driver:
 
     def note_moved(self, setpoint: tuple[int, int, int]) -> None:
         """A command of this driver moves the wheels: not one of a stick that was held while the connection broke."""
+        self._moves = self._sent_by[setpoint]
         if not self.rearm:
             pins = self.run.pins
             # A car whose software doesn't run finds what came before the end of a connection only later.

@@ -197,8 +197,14 @@ class Driving:
         seconds = self.random.choice((0.05, 0.25, 0.5, 2.5))
         self.world.count("busy loop")
         self.pins.disturb(seconds)
+
+        def wait() -> None:
+            # Where the hardware hangs, it begins later.
+            self.pins.disturb(seconds)
+            self.world.sleep(seconds)
+
         assert self.loop
-        self.loop.soon(lambda: self.world.sleep(seconds))
+        self.loop.soon(wait)
 
     def hurt_guard(self) -> None:
         """Kill or freeze the guard: the car stands until its server is started again."""

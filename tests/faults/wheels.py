@@ -87,14 +87,17 @@ class Pins:
         """Whether the car's software didn't run as it should at some time since then."""
         return since_s <= self._disturbed_until_s + KILLED_S
 
-    def leave(self, driver: int, is_present: bool) -> None:
-        """A driver's connection has ended: the present one, or one before it, which the car misses only now."""
+    def leave(self, driver: int, is_present: bool, moves: bool) -> None:
+        """A driver's connection has ended: the present one, or one before it, which the car misses only now.
+
+        ``moves``: the last command that moved the wheels came by it, and not by one that is half open.
+        """
         self.is_free = True
         if not is_present:
             return
         self._fastest_s.pop(driver, None)
         self.wanted_by.discard(driver)
-        if driver == self.driver and self.setpoint[2]:
+        if moves and driver == self.driver and self.setpoint[2]:
             self._gone_s = self.world.now_s
 
     def fail(self) -> None:
