@@ -46,6 +46,7 @@ class Driver:
         # The connection by which each setpoint was sent last, and the one whose command moves the wheels.
         self._sent_by: dict[tuple[int, int, int], Socket] = {}
         self._moves: Socket | None = None
+        self._over: set[Socket] = set()
         # The hold at the beginning of each connection, and when that was.
         self._begun: dict[Socket, tuple[int, float]] = {}
 
@@ -73,6 +74,7 @@ class Driver:
     def leave(self, connection: Socket) -> None:
         """A connection is over, perhaps an older one that the car misses only now: the wheel is free for others."""
         is_present = connection is self.connection
+        self._over.add(connection)
         if is_present:
             self._break()
         self.run.pins.leave(self.number, is_present, connection is self._moves)
@@ -87,6 +89,9 @@ class Driver:
     def note_moved(self, setpoint: tuple[int, int, int]) -> None:
         """A command of this driver moves the wheels: not one of a stick that was held while the connection broke."""
         self._moves = self._sent_by[setpoint]
+        # What came before the end of a connection may be done behind it, and holds the wheel for nobody.
+        if self._moves in self._over:
+            self.run.pins.is_free = True
         if not self.rearm:
             pins = self.run.pins
             # A car whose software doesn't run finds what came before the end of a connection only later.

@@ -209,7 +209,8 @@ class Driving:
     def hurt_guard(self) -> None:
         """Kill or freeze the guard: the car stands until its server is started again."""
         guard = self.guard()
-        if guard is None or self.car is None or self.car.frozen_until_s > self.world.now_s:
+        if guard is None or self.car is None or self.car.is_dead or self.car.frozen_until_s > self.world.now_s:
+            # Nothing is promised where the server and its guard fail at one moment.
             return
         if self.world.now_s < self.started_s + _START_S:
             # A server whose guard doesn't come says so and doesn't start.

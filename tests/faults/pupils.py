@@ -229,9 +229,12 @@ class PupilMember(Member):
 
     async def _check_all(self) -> None:
         """Nothing is wrong any more: what was answered is there."""
+        # A name that can't be stored is shown until that is known.
+        before = list(self.called.maybe)
         about = await self.insist("class/about")
         self.run.world.keep("answered-stays", bool(about["me"]), f"{self.name} is no longer in the class")
-        self.run.world.keep("answered-stays", self.called.allows(about["me"]["name"]), about["me"]["name"])
+        name = about["me"]["name"]
+        self.run.world.keep("answered-stays", name in before or self.called.allows(name), name)
         self._check_draft(await self.insist("class/draft/read"))
         for name, value in self.projects.items():
             if value.known is not None:

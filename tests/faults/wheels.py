@@ -136,9 +136,9 @@ class Pins:
         world.keep("guarded", self.has_guard or self.is_disturbed, "the car drives without its guard")
         self.wanted_by.discard(driver)
         self._gone_s = None
+        self.setpoint, self.moved_s, self.driver, self.is_free = setpoint, world.now_s, driver, False
         for act in self.moved:
             act(driver, setpoint)
-        self.setpoint, self.moved_s, self.driver, self.is_free = setpoint, world.now_s, driver, False
 
     def _check_age(self, driver: int, age_s: float, most_age_s: float) -> None:
         fastest_s, last_s = self._fastest_s.get(driver, (ANSWER_S, -10.0))
@@ -202,7 +202,8 @@ class Pins:
             keep("stop-holds", is_standing, "the wheels turn after an emergency stop")
             if self._gone_s is not None and not self.is_disturbed:
                 gone_s = now_s - self._gone_s
-                keep("gone-stops", gone_s <= _AT_ONCE_S + 3 * self._lateness_s, "{:.3f} s later", gone_s)
+                is_standing = is_told_again or gone_s <= _AT_ONCE_S + 3 * self._lateness_s
+                keep("gone-stops", is_standing, "{:.3f} s later", gone_s)
         if self.horn and not self.is_disturbed:
             silent_s = now_s - self.horn_sent_s
             keep("horn-ends", silent_s <= FAILSAFE_S + ANSWER_S + STALE_S + 0.1, "{:.3f} s", silent_s)
