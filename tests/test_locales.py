@@ -169,9 +169,8 @@ def test_every_language_has_the_same_keys_and_placeholders(language):
     english, other = locales.catalogue("en"), locales.catalogue(language)
     assert set(other) == set(english)
     pages = (english["page"].get("errors", {}), other["page"].get("errors", {}))
-    for ours, theirs in [(english[part], other[part]) for part in ("errors", "phrases", "command_line", "help")] + [
-        pages
-    ]:
+    parts = ("errors", "phrases", "system", "command_line", "help")
+    for ours, theirs in [*((english[part], other[part]) for part in parts), pages]:
         assert set(theirs) == set(ours)
         assert {key: placeholders(text) for key, text in theirs.items()} == {
             key: placeholders(text) for key, text in ours.items()

@@ -55,7 +55,7 @@ class MotorcadeError(Exception):
     Attributes:
         code: names the sentence: the key below "errors" in `locales/<language>.json`; stable.
         details: fill the sentence's braces, by name. A detail that has a ``sentence`` of its own (another error, a
-            Phrase) is told in the same language.
+            Phrase) is told in the same language, and so is what the system refused (OSError).
     """
 
     def __init__(self, code: str, **details: "Any") -> None:
@@ -88,7 +88,9 @@ class MotorcadeError(Exception):
         from motorcade.locales import languages
 
         details = {
-            name: value if isinstance(value, (int, float)) else str(value) for name, value in self.details.items()
+            # What the system refused, without the names of this computer's files.
+            name: value if isinstance(value, (int, float)) else str(getattr(value, "strerror", None) or value)
+            for name, value in self.details.items()
         }
         sentence = {language: self.sentence(language, audience) for language in languages()}
         return {"code": self.code, "details": details, "sentence": sentence}

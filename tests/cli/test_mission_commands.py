@@ -142,7 +142,7 @@ def test_check_takes_an_image_as_well(mission, tmp_path):
         (("no-such-mission", "solution"), "there is no mission 'no-such-mission'"),
         (("missing.toml", "solution"), "missing.toml can't be read"),
         (("leave.toml", "near-miss"), "the mission has no program called near-miss"),
-        (("leave.toml", "missing.json"), "missing.json is no program that can be checked: No such file"),
+        (("leave.toml", "missing.json"), "missing.json is no program that can be checked: there is no such file"),
         (("leave.toml", "leave.toml"), "leave.toml is no program that can be checked"),
         (("leave.toml", "bad.json"), "leader[0].wait.secnods: 'secnods' can't stand here"),
         (("leave.toml", "open.py"), "open.py is no program that can be checked: line 1, column "),

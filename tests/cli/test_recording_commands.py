@@ -119,7 +119,7 @@ def test_replay_ends_quietly_when_its_reader_leaves(folder):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("replay", "gone.mcap"), "gone.mcap can't be read: No such file or directory"),
+        (("replay", "gone.mcap"), "gone.mcap can't be read: there is no such file or folder"),
         (("replay", "{folder}/other.mcap"), "is no MCAP file"),
         (("plot", "{folder}/run.mcap", "-o", "a.gif", "--speed", "0"), "--speed is 0; allowed: 0.001 to 100000"),
         (("plot", "{folder}/run.mcap", "-o", "a.gif", "--speed", "nan"), "--speed is nan; allowed: 0.001 to 100000"),

@@ -227,7 +227,7 @@ def test_programs_and_mats_that_are_not_valid_are_named(spec, tmp_path):
         spec.write_text(SPEC.replace(old, new), encoding="utf-8")
         return refusal(code, "sweep", spec, "-o", tmp_path / "out.parquet")
 
-    assert "programs[0], 'none' can't be read: No such file" in refused(2, PARADE.name, "none")
+    assert "programs[0], 'none' can't be read: there is no such file" in refused(2, PARADE.name, "none")
     assert "programs[0], 'spec.toml' is no program" in refused(2, PARADE.name, "spec.toml")
     one_mat = SPEC.replace("cars = [0, 2, 8]", "").replace("seeds = 3", 'mats = ["none.toml"]')
     assert "mats[0]: mat none.toml can't be read" in refused(2, SPEC, one_mat)

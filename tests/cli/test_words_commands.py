@@ -69,6 +69,7 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
     ("typed", "says"),
     [
         ("fly", "there is no command 'fly'"),
+        ("uplod", "there is no command 'uplod'; similar ones: 'upload', 'plot'"),
         ("--fly", "there is no option --fly here"),
         ("studio --jsn", "there is no option --jsn here; similar ones: --json"),
         ("studio --json=1", "the option '--json' takes no value"),

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from motorcade.config.files import disk_reason, replace_file
+from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError
 
 
@@ -55,9 +55,10 @@ def test_the_data_is_on_the_disk_before_its_name_and_the_name_before_it_is_done(
         (errno.ENOSPC, "磁盘满了"),
         (errno.EROFS, "磁盘只能读"),
         (errno.EACCES, "没有权限"),
-        (errno.EIO, os.strerror(errno.EIO)),
+        (errno.ENOENT, "没有这个文件或文件夹"),
+        (errno.EXDEV, os.strerror(errno.EXDEV)),
     ],
 )
-def test_what_a_disk_refuses_is_told_in_the_readers_language(number, words):
-    refused = MotorcadeError("cant-save", reason=disk_reason(OSError(number, os.strerror(number))))
+def test_what_the_system_refuses_is_told_in_the_readers_language(number, words):
+    refused = MotorcadeError("cant-save", reason=OSError(number, os.strerror(number)))
     assert words in refused.sentence("zh")

@@ -191,7 +191,7 @@ def test_a_file_that_is_no_keys_file_is_refused_in_a_sentence(folder, tmp_path, 
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(match="can't be read: No such file"):
+    with pytest.raises(match="can't be read: there is no such file"):
         client_context(tmp_path / "there-is-none.pem")
 
 

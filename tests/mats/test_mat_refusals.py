@@ -232,7 +232,7 @@ def test_a_file_that_cannot_be_read_is_refused_in_a_sentence(tmp_path: Path) -> 
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\xfa")
     (tmp_path / "mat.yaml").write_text("", encoding="utf-8")
     for name, said in (
-        ("none.toml", "mat none.toml can't be read: No such file or directory"),
+        ("none.toml", "mat none.toml can't be read: there is no such file or folder"),
         ("bytes.toml", "mat bytes.toml can't be read: it is not UTF-8 text"),
         ("mat.yaml", "mat mat.yaml: a mat's file ends in .toml or .json; rename it, or name another file"),
     ):

@@ -160,7 +160,7 @@ def test_a_gif_that_is_too_long_is_refused_in_a_sentence(recording, tmp_path, mo
 
 def test_a_film_that_fails_leaves_the_old_file(recording, tmp_path, monkeypatch):
     (tmp_path / "run.gif").write_bytes(b"old")
-    monkeypatch.setattr(Image.Image, "save", mock.Mock(side_effect=OSError("the disk is full\nand more")))
+    monkeypatch.setattr(Image.Image, "save", mock.Mock(side_effect=OSError(28, "No space left")))
     with pytest.raises(MotorcadeError, match=r"run.gif can't be drawn: the disk is full$"):
         draw_film(recording, tmp_path / "run.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["run.gif"]

@@ -190,7 +190,7 @@ def test_a_disk_that_is_full_ends_the_run_in_a_sentence(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     cars = world()
-    refused = pytest.raises(MotorcadeError, match=r"run\.mcap can't be written: No space left on device")
+    refused = pytest.raises(MotorcadeError, match=r"run\.mcap can't be written: the disk is full")
     with refused, Recorder(tmp_path / "run.mcap", cars) as recorder:
         cars.run(100)
         monkeypatch.setattr(mcap_file.McapSink, "write", full)
@@ -206,7 +206,7 @@ def test_a_disk_that_is_full_ends_the_run_in_a_sentence(tmp_path, monkeypatch):
         ("a.mcap", b"GIF89a is another kind of file altogether", "is no MCAP file"),
         ("a.mcap", b"", "is cut off before the run begins"),
         ("a.png", b"\x89PNG", "is no recording: the name of a recording ends in .mcap"),
-        ("gone/a.mcap", None, "can't be read: No such file or directory"),
+        ("gone/a.mcap", None, "can't be read: there is no such file or folder"),
     ],
 )
 def test_a_file_of_another_format_is_refused_in_a_sentence(name, content, sentence, tmp_path):

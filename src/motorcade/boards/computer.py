@@ -54,7 +54,7 @@ class ImageStore:
         except FileNotFoundError:
             return None
         except OSError as problem:
-            raise StoreError("store-unreadable", path=self.path, reason=problem.strerror) from None
+            raise StoreError("store-unreadable", path=self.path, reason=problem) from None
         except ImageError as problem:
             raise StoreError("store-holds-no-image", path=self.path, reason=problem) from None
         return data
@@ -216,7 +216,7 @@ class HardwareWatchdog:
         try:
             self._device = os.open(path, os.O_WRONLY)
         except OSError as problem:
-            raise MotorcadeError("watchdog-unusable", path=path, reason=problem.strerror) from None
+            raise MotorcadeError("watchdog-unusable", path=path, reason=problem) from None
 
     def keep_alive(self) -> None:
         """Give a sign of life; due again within about 15 s, the kernel's usual limit."""

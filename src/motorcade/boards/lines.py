@@ -173,8 +173,7 @@ class TcpPort(NetworkLine, Line):
         try:
             listener = listen(host, port)
         except (OSError, UnicodeError) as problem:
-            reason = getattr(problem, "strerror", None) or problem
-            raise LineError("cannot-listen", host=host, port=port, reason=reason) from None
+            raise LineError("cannot-listen", host=host, port=port, reason=problem) from None
         self._tls = tls
         self._refuses = refuses
         super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)

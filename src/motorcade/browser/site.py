@@ -159,7 +159,7 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
-        raise MotorcadeError("folder-not-writable", folder=folder, reason=problem.strerror) from None
+        raise MotorcadeError("folder-not-writable", folder=folder, reason=problem) from None
     present = {
         path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()
     }
@@ -180,7 +180,7 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(files[name])
     except OSError as problem:
-        raise MotorcadeError("file-not-writable", file=place, reason=problem.strerror) from None
+        raise MotorcadeError("file-not-writable", file=place, reason=problem) from None
 
 
 def _listed(folder: Path) -> set[str]:

@@ -104,7 +104,7 @@ class Camera:
         except TimeoutError:
             if isinstance(self._problem, MotorcadeError):
                 raise self._problem from None
-            raise MotorcadeError("no-picture", reason=str(self._problem or "-")) from None
+            raise MotorcadeError("no-picture", reason=self._problem or "-") from None
         return self._newest
 
     async def _take(self) -> None:
@@ -139,7 +139,7 @@ class PiCamera:
                 "camera-driver-missing", package="picamera2", command="sudo apt install python3-picamera2"
             ) from None
         except (OSError, RuntimeError, IndexError) as problem:
-            raise MotorcadeError("no-camera", reason=str(problem)) from None
+            raise MotorcadeError("no-camera", reason=problem) from None
 
     def jpeg(self) -> bytes:
         """The newest picture. Raises OSError."""

@@ -105,7 +105,7 @@ class WebCamera:
         self._asked_s = 0.0
         self._newest = b""
         self._given = self._count = 0
-        self._problem: str | Phrase = ""
+        self._problem: str | Phrase | OSError = ""
         self._closed = False
 
     def jpeg(self) -> bytes:
@@ -136,8 +136,10 @@ class WebCamera:
             for picture in self._pictures():
                 if not self._show(picture):
                     return
-            problem: str | Phrase = Phrase("has-ended")
-        except (OSError, http.client.HTTPException, ValueError) as caught:
+            problem: str | Phrase | OSError = Phrase("has-ended")
+        except OSError as caught:
+            problem = caught
+        except (http.client.HTTPException, ValueError) as caught:
             problem = str(caught) or type(caught).__name__
         with self._changed:
             self._problem = problem

@@ -24,7 +24,7 @@ from msgspec import Meta, Struct
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, new_record
-from motorcade.config.files import disk_reason, locked, replace_file
+from motorcade.config.files import locked, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
@@ -74,7 +74,7 @@ class ClassFolder(FolderStorage):
             try:
                 yield
             except OSError as problem:
-                raise MotorcadeError("cant-save", reason=disk_reason(problem)) from None
+                raise MotorcadeError("cant-save", reason=problem) from None
         except MotorcadeError as problem:
             if problem.code == "cant-save":
                 self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
@@ -107,7 +107,7 @@ class ClassFolder(FolderStorage):
             with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
                 yield
         except OSError as problem:
-            raise MotorcadeError("folder-not-writable", folder=self._folder, reason=disk_reason(problem)) from None
+            raise MotorcadeError("folder-not-writable", folder=self._folder, reason=problem) from None
 
     def load(self, random_below: RandomBelow) -> ClassRecord:
         """Return the class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
@@ -118,7 +118,7 @@ class ClassFolder(FolderStorage):
             self._new = self._new or new_record(random_below)
             return self._new
         except OSError as problem:
-            raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
+            raise MotorcadeError("cant-read", reason=problem) from None
 
     def store(self, data: bytes) -> None:
         """Replace ``class.json`` by `to_bytes` of a record. Raises MotorcadeError where it can't; the old one stays."""
@@ -139,7 +139,7 @@ class ClassFolder(FolderStorage):
         except FileNotFoundError:
             return None
         except OSError as problem:
-            raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
+            raise MotorcadeError("cant-read", reason=problem) from None
         except MotorcadeError:
             raise MotorcadeError("damaged-version", name=DRAFT) from None
         return StoredDraft(draft.name, draft.project, self.draft_at(owner) or "")
@@ -180,7 +180,7 @@ class ClassFolder(FolderStorage):
             except FileNotFoundError:
                 pass
             except OSError as problem:
-                raise MotorcadeError("cant-delete", reason=disk_reason(problem)) from None
+                raise MotorcadeError("cant-delete", reason=problem) from None
             self._used_bytes.pop(each, None)
 
     def virtual_car(self, owner: str) -> Path:

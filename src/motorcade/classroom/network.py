@@ -106,8 +106,7 @@ class Network:
             problem = MotorcadeError("local-name-taken", name=LOCAL_NAME)
         except (OSError, RuntimeError) as found:
             # RuntimeError: an interface is gone.
-            reason = getattr(found, "strerror", None) or type(found).__name__
-            problem = MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason)
+            problem = MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
         else:
             return None
         await self._end_announcement()

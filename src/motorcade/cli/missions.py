@@ -88,8 +88,7 @@ def _check(
         try:
             result = _result(wanted, program)
         except (MotorcadeError, OSError) as problem:
-            reason = problem if isinstance(problem, MotorcadeError) else problem.strerror or problem
-            raise MotorcadeError("mission-program-not-valid", file=program, reason=reason) from None
+            raise MotorcadeError("mission-program-not-valid", file=program, reason=problem) from None
     for note in wanted.beside_mat():
         print_note(note.sentence(current_language()))
     if as_json:

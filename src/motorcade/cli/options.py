@@ -206,7 +206,7 @@ def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
     try:
         replace_file(path, data)
     except OSError as problem:
-        raise MotorcadeError("file-not-writable", file=path, reason=problem.strerror) from None
+        raise MotorcadeError("file-not-writable", file=path, reason=problem) from None
 
 
 def whole_number(text: str, name: str | Phrase) -> int:

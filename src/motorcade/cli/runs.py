@@ -230,7 +230,7 @@ def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]"
     try:
         image, profile = image_of(spec.parent / name, profile_name, place)
     except OSError as problem:
-        raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem.strerror) from None
+        raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem) from None
     except typer.Exit:
         print_note(translated("sweep-program-has-errors", place=place))
         raise
@@ -261,5 +261,4 @@ def ended_by_sentences(output: Path, part: str = "sweep") -> Iterator[None]:
         print_note(translated(f"{part}-is-stopped", table=output))
         raise typer.Exit(STOPPED) from None
     except OSError as problem:
-        reason = problem.strerror or problem
-        raise MotorcadeError("file-not-usable", file=problem.filename or output, reason=reason) from None
+        raise MotorcadeError("file-not-usable", file=problem.filename or output, reason=problem) from None

@@ -188,7 +188,7 @@ def _arduino_library(
     try:
         write_library(output, files)
     except OSError as problem:
-        raise MotorcadeError("file-not-writable", file=output, reason=problem.strerror) from None
+        raise MotorcadeError("file-not-writable", file=output, reason=problem) from None
     if as_json:
         print_json({"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))})
         return

@@ -201,7 +201,7 @@ def _export(
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
-        raise MotorcadeError("folder-not-writable", folder=output, reason=problem.strerror) from None
+        raise MotorcadeError("folder-not-writable", folder=output, reason=problem) from None
     for name, contents in found.items():
         write_file(output / name, contents)
     written = [str(output / name) for name in found]

@@ -46,8 +46,10 @@ def read_text(path: Path, file: str | Phrase) -> str:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         reason: object = Phrase("not-text")
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or Phrase("bad-file-name")
+    except OSError as problem:
+        reason = problem
+    except ValueError:
+        reason = Phrase("bad-file-name")
     raise MotorcadeError("unreadable-file", file=file, reason=reason)
 
 
@@ -209,22 +211,6 @@ def replace_file(path: Path, data: bytes) -> None:
         temporary.unlink(missing_ok=True)
         raise
     _keep_names(path.parent)
-
-
-# What a disk's refusal is in words; by name, since systems number them differently and lack some.
-_DISK_REASONS = {
-    "ENOSPC": "disk-full",
-    "EDQUOT": "disk-full",
-    "EROFS": "disk-read-only",
-    "EACCES": "disk-not-permitted",
-    "EPERM": "disk-not-permitted",
-}
-
-
-def disk_reason(problem: OSError) -> Phrase | str:
-    """Return why the disk refused, in words of each language where they are known."""
-    known = _DISK_REASONS.get(errno.errorcode.get(problem.errno or 0, ""))
-    return Phrase(known) if known else problem.strerror or type(problem).__name__
 
 
 # What a system answers that can write a folder to the disk, and fails; others can't do it and answer something else.

@@ -57,7 +57,7 @@ class ActivityLog:
         try:
             self._file: FileIO | None = FileIO(file, "ab")
         except OSError as problem:
-            raise MotorcadeError("log-not-writable", file=file, reason=problem.strerror) from None
+            raise MotorcadeError("log-not-writable", file=file, reason=problem) from None
         self._thread = threading.Thread(target=self._write_all, name="activity log", daemon=True)
         self._thread.start()
 
@@ -124,7 +124,7 @@ class ActivityLog:
             self._has_failed = False
         except OSError as problem:
             if not self._has_failed:
-                self._report(MotorcadeError("log-not-written", file=self._path, reason=problem.strerror))
+                self._report(MotorcadeError("log-not-written", file=self._path, reason=problem))
             self._has_failed = True
 
     def _next_file(self, file: FileIO) -> FileIO:

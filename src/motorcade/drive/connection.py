@@ -1,7 +1,6 @@
 """A driver's two connections to a car: one for commands, and one for telemetry and requests; and why they fail."""
 
 import asyncio
-import os
 import socket
 import ssl
 from collections import deque
@@ -169,7 +168,7 @@ def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarEr
     if isinstance(problem, CarError):
         return problem
     car = str(address)
-    detail: str | Phrase = str(problem) or type(problem).__name__
+    detail: object = str(problem) or type(problem).__name__
     if isinstance(problem, ssl.SSLCertVerificationError):
         return CarError("not-trusted", car=car, detail=problem.verify_message)
     if isinstance(problem, ssl.SSLError):
@@ -188,8 +187,8 @@ def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarEr
         detail = Phrase("takes-too-long")
         if address.tls:
             return CarError("speaks-no-tls", car=car, detail=detail)
-    elif isinstance(problem, OSError) and problem.strerror:
-        detail = os.strerror(problem.errno) if problem.errno else problem.strerror
+    elif isinstance(problem, OSError):
+        detail = problem
     return CarError("no-car-there", car=car, detail=detail)
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from motorcade.config.files import disk_reason, replace_file
+from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError, Phrase
 
 CAR, DRIVER = "car", "driver"
@@ -143,7 +143,7 @@ def _text(keys: Path) -> str:
         with keys.open("rb") as file:
             return file.read(_MOST_BYTES).decode()
     except OSError as problem:
-        raise MotorcadeError("keys-unreadable", file=keys, reason=problem.strerror) from None
+        raise MotorcadeError("keys-unreadable", file=keys, reason=problem) from None
     except UnicodeDecodeError:
         raise MotorcadeError("not-a-keys-file", file=keys, reason=Phrase("is-no-text")) from None
 
@@ -162,7 +162,7 @@ def read_revoked(file: Path) -> frozenset[int]:
         with file.open("rb") as opened:
             lines = opened.read(_MOST_BYTES).decode().splitlines()
     except (OSError, UnicodeDecodeError) as problem:
-        reason = disk_reason(problem) if isinstance(problem, OSError) else Phrase("is-no-text")
+        reason = problem if isinstance(problem, OSError) else Phrase("is-no-text")
         raise MotorcadeError("revoked-keys-unreadable", file=file, reason=reason) from None
     numbers = set()
     for at, line in enumerate(lines, 1):

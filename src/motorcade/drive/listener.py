@@ -41,8 +41,7 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
     except OSError as problem:
         if problem.errno == errno.EADDRINUSE:
             raise MotorcadeError("port-taken", port=port, program=who) from None
-        reason = problem.strerror or type(problem).__name__
-        raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=reason) from None
+        raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=problem) from None
 
 
 class Places(NamedTuple):

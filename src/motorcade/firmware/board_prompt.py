@@ -157,9 +157,7 @@ class BoardPrompt:
         except OSError as problem:
             if isinstance(problem, ConnectionError) or not problem.errno or problem.errno == 5:
                 raise MotorcadeError("install-cut-off", port=self.port) from None
-            raise MotorcadeError(
-                "install-failed", port=self.port, path=path, reason=str(problem.strerror or problem)
-            ) from None
+            raise MotorcadeError("install-failed", port=self.port, path=path, reason=problem) from None
 
 
 def checksum_of(data: bytes) -> bytes:

@@ -74,7 +74,7 @@ class Finder:
             self.problem = MotorcadeError("finding-needs-zeroconf", command=install_command("fleet"))
             return
         except OSError as problem:
-            self.problem = MotorcadeError("network-not-searched", reason=problem.strerror or problem)
+            self.problem = MotorcadeError("network-not-searched", reason=problem)
             return
 
         def note(name: str, **_: Any) -> None:

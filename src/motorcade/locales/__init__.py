@@ -6,6 +6,7 @@ A file has these parts:
 - ``english_name``: its name in English, which Windows uses.
 - ``errors``: the sentence of each code of `motorcade.errors.MotorcadeError` and of each diagnostic of a program.
 - ``phrases``: parts of sentences, by key.
+- ``system``: why the system refuses something, by the name of its error's number.
 - ``command_line``: what commands print besides errors.
 - ``usage``: what Typer says of a wrong command line, by its own English sentence.
 - ``help``: the help of each command and, behind a full stop, of its parameters; ``.name`` is for all commands.
@@ -15,6 +16,7 @@ A file has these parts:
 ``str.format`` fills the braces; the page's own texts have double braces, which i18next fills.
 """
 
+import errno
 import json
 import locale
 import os
@@ -99,7 +101,19 @@ def _told(value: Any, language: str, audience: str) -> Any:
         return f"{'-' if value < 0 else ''}2^{value.bit_length() - 1}"
     if audience and hasattr(value, "code"):
         return value.sentence(language, audience)
+    if isinstance(value, OSError):
+        return _refusal(value, language)
     return value.sentence(language) if hasattr(value, "sentence") else value
+
+
+def _refusal(problem: OSError, language: str) -> str:
+    """Return why the system refuses something: in its own words where the catalogue doesn't know the error."""
+    # By name, since systems number them differently; Windows has names of its own for those of sockets, and TLS numbers
+    # its errors otherwise (they alone have a library).
+    number = 0 if hasattr(problem, "library") else problem.errno or 0
+    name = errno.errorcode.get(number, "").removeprefix("WSA")
+    known = catalogue(language).get("system", {}).get(name)
+    return str(known or problem.strerror or problem) or type(problem).__name__
 
 
 def _folder() -> Path:

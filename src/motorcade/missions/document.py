@@ -255,9 +255,7 @@ class _Reading:
             if self._reader is not None:
                 return read_program(self._reader(document["program"]))
             reason: object = MotorcadeError("mission-names-no-files")
-        except OSError as problem:
-            reason = problem.strerror or problem
-        except MotorcadeError as problem:
+        except (OSError, MotorcadeError) as problem:
             reason = problem
         raise MotorcadeError("mission-program", file=self._file, place=key, reason=reason)
 

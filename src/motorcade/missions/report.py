@@ -8,7 +8,6 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from motorcade.config.files import disk_reason
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.check import STEPS, GoalResult, Look, Result, Sight, check_image, check_program
 from motorcade.missions.model import Mission
@@ -97,7 +96,7 @@ def _checked(mission: Mission, name: str, path: Path) -> Checked:
     except MotorcadeError as problem:
         return Checked(name, None, problem)
     except OSError as problem:
-        return Checked(name, None, MotorcadeError("cant-read", reason=disk_reason(problem)))
+        return Checked(name, None, MotorcadeError("cant-read", reason=problem))
     return Checked(name, result, None, _picture(mission, points))
 
 

@@ -313,7 +313,7 @@ class McapRecording:
         except InvalidMagic:
             raise MotorcadeError("not-mcap", file=path) from None
         except OSError as problem:
-            raise MotorcadeError("recording-unreadable", file=path, reason=problem.strerror or problem) from None
+            raise MotorcadeError("recording-unreadable", file=path, reason=problem) from None
         except _DAMAGE:
             raise MotorcadeError("mcap-cut-off", file=path) from None
         raise MotorcadeError("mcap-without-run", file=path)

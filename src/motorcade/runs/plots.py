@@ -167,8 +167,7 @@ def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Pr
         _write_gif(chain([first], images), unfinished, moments_s / step, pictures.palette())
         unfinished.replace(path)
     except (OSError, ValueError) as problem:
-        reason = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
-        raise MotorcadeError("film-not-drawn", file=path, reason=reason) from None
+        raise MotorcadeError("film-not-drawn", file=path, reason=problem) from None
     finally:
         unfinished.unlink(missing_ok=True)
 

@@ -277,7 +277,7 @@ def writing(*files: Path) -> Iterator[None]:
         yield
     except OSError as problem:
         names = Phrase("list-or", first=", ".join(map(str, files[:-1])), last=files[-1]) if files[1:] else files[0]
-        raise MotorcadeError("run-file-unwritable", file=names, reason=problem.strerror or problem) from None
+        raise MotorcadeError("run-file-unwritable", file=names, reason=problem) from None
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -86,7 +86,7 @@ class LircSender:
     def send(self, frame: int) -> None:
         """Begin to send 32 bits. Raises MotorcadeError where an earlier frame could not be sent."""
         if self._problem is not None:
-            raise MotorcadeError("infrared-sender-fails", reason=self._problem.strerror)
+            raise MotorcadeError("infrared-sender-fails", reason=self._problem)
         self._idle.clear()
         self._frames.put(frame)
 

@@ -15,7 +15,7 @@ from stat import S_ISREG
 
 from filelock import FileLock
 
-from motorcade.config.files import disk_reason, replace_file
+from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import (
     DEFAULT_LIMITS,
@@ -79,7 +79,7 @@ class FolderStorage(Storage):
             self._used_bytes[owner] += len(data)
             self._remove_oldest(owner, folder)
         except OSError as problem:
-            raise _disk_error("cant-save", problem) from None
+            raise MotorcadeError("cant-save", reason=problem) from None
         return version
 
     def _check_room(self, owner: str, is_new: bool, size_bytes: int) -> None:
@@ -107,7 +107,7 @@ class FolderStorage(Storage):
         try:
             return _file(folder, chosen).read_bytes()
         except OSError as problem:
-            raise _disk_error("cant-read", problem) from None
+            raise MotorcadeError("cant-read", reason=problem) from None
 
     def history(self, owner: str, name: str) -> list[Version]:
         return self._existing(owner, name)[1]
@@ -121,7 +121,7 @@ class FolderStorage(Storage):
             number = 1 + sum(1 for each in _children(deleted) if each.name.startswith(f"{folder.name}."))
             folder.rename(deleted / f"{folder.name}.{number}")
         except OSError as problem:
-            raise _disk_error("cant-delete", problem) from None
+            raise MotorcadeError("cant-delete", reason=problem) from None
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Of a file that is damaged, or that another program wrote, what is valid counts."""
@@ -145,7 +145,7 @@ class FolderStorage(Storage):
                     text = json.dumps({"format": "motorcade-stars/1", "stars": before | {mission: earned}}, indent=1)
                     replace_file(folder / STARS, f"{text}\n".encode())
         except OSError as problem:
-            raise _disk_error("cant-save", problem) from None
+            raise MotorcadeError("cant-save", reason=problem) from None
         return earned
 
     def _owner_folder(self, owner: str) -> Path:
@@ -167,10 +167,6 @@ class FolderStorage(Storage):
             if name is not None and versions:
                 found.append(LibraryEntry(name, versions[0].saved_at, len(versions)))
         return sorted(found, key=lambda entry: (entry.saved_at, entry.name), reverse=True)
-
-
-def _disk_error(code: str, problem: OSError) -> MotorcadeError:
-    return MotorcadeError(code, reason=disk_reason(problem))
 
 
 def folder_of(name: str) -> str:
