@@ -98,7 +98,7 @@ class SlotWatch(GoalWatch):
         if not (self._slots.count and self._cars):
             why = Phrase("goal-no-words") if self._cars else Phrase("goal-no-followers")
             # Nobody has lost anything before they first play.
-            return GoalState("lost" if self._now_ms else "open", 0 if self._now_ms else None, 0, 0, why)
+            return GoalState("lost" if self._now_ms else "open", 0 if self._now_ms else None, why)
         if is_over:
             self._judge_until(math.inf)
         return self.judged_state(is_over)
@@ -141,10 +141,10 @@ class HeardWatch(SlotWatch):
         done = sum(self._heard.values())
         if self._lost_ms is not None:
             car = min(self._cars, key=lambda car: (self._heard[car], car))
-            return GoalState("lost", self._end_ms(self._missed[car]), done, self._needed, self._why(car), (car,))
+            return GoalState("lost", self._end_ms(self._missed[car]), self._why(car), (car,))
         progress: Progress = "met" if done >= self._needed else "holds" if self._judged else "open"
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
-        return GoalState(progress, self._now_ms if progress == "met" else None, done, self._needed, why)
+        return GoalState(progress, self._now_ms if progress == "met" else None, why)
 
     def nearness(self) -> float:
         return sum(self._heard.values()) / self._needed if self._needed else 0.0
@@ -193,10 +193,10 @@ class InStepWatch(SlotWatch):
 
     def judged_state(self, is_over: bool) -> GoalState:
         if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, self._done, self._slots.count, self._why_lost, self._late)
+            return GoalState("lost", self._lost_ms, self._why_lost, self._late)
         progress: Progress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
-        return GoalState(progress, self._now_ms if is_over else None, self._done, self._slots.count, why)
+        return GoalState(progress, self._now_ms if is_over else None, why)
 
 
 def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
@@ -209,7 +209,7 @@ def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
     else:
         value, most = len(image.followers if goal.kind == "words-at-most" else image.leader), goal.values["count"]
         why = Phrase(f"goal-{goal.kind}-count", count=value, most=most)
-    state = GoalState("met" if value <= most else "lost", 0, 0, 0, why)
+    state = GoalState("met" if value <= most else "lost", 0, why)
     return FixedWatch(state, most / max(value, most) if most else 0.0)
 
 
@@ -256,13 +256,13 @@ class NoTouchWatch(GoalWatch):
     def state(self, is_over: bool) -> GoalState:
         if self._lost_ms is None:
             why = Phrase("goal-no-touch-done")
-            return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, 0, 0, why)
+            return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, why)
         seconds = {"seconds": self._lost_ms / 1000, "touching": self._touching_ms / 1000}
         one, *others = map(car_phrase, self._who)
         why = Phrase("goal-touched-wall", car=one, **seconds)
         if others:
             why = Phrase("goal-touched", car=one, other=others[0], **seconds)
-        return GoalState("lost", self._lost_ms, 0, 0, why, self._who)
+        return GoalState("lost", self._lost_ms, why, self._who)
 
 
 class VoiceWatch(GoalWatch):
@@ -313,9 +313,9 @@ class VoiceWatch(GoalWatch):
             car = min(self._failed)
             how, failed_ms = self._failed[car]
             why = lost_phrase(f"goal-voice-{how}", car, done, count)
-            return GoalState("lost", failed_ms, done, self._needed, why, (car,))
+            return GoalState("lost", failed_ms, why, (car,))
         if not self._stops:
             t_ms = self._now_ms if is_over else None
-            return GoalState("lost" if is_over else "open", t_ms, 0, self._needed, Phrase("goal-voice-open"))
+            return GoalState("lost" if is_over else "open", t_ms, Phrase("goal-voice-open"))
         why = done_phrase(done, count)
-        return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, done, self._needed, why)
+        return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, why)

@@ -32,15 +32,12 @@ class GoalState(NamedTuple):
     Attributes:
         progress: see Progress.
         t_ms: when it was met; where it is lost, a moment at which one can see why; None while neither.
-        done, needed: how many cars, words or other things of how many; 0 of 0 where there is nothing to count.
         why: a phrase with numbers.
         cars: the cars that ``why`` is about, where it is not met.
     """
 
     progress: Progress
     t_ms: int | None
-    done: int
-    needed: int
     why: Phrase
     cars: tuple[int, ...] = ()
 
@@ -206,11 +203,11 @@ class CarsWatch(GoalWatch):
         else:
             progress, t_ms = "lost" if is_over else "open", None
         if enough:
-            return GoalState(progress, t_ms, done, self._needed, done_phrase(done, count))
+            return GoalState(progress, t_ms, done_phrase(done, count))
         place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
         why = lost_phrase(self._key, self._cars[place], done, count, **self._details(self._off[place]))
         t_ms = self._off_ms[place] if progress == "lost" else None
-        return GoalState(progress, t_ms, done, self._needed, why, (self._cars[place],))
+        return GoalState(progress, t_ms, why, (self._cars[place],))
 
 
 def lamp_name(led: int | str) -> Wording:
@@ -312,13 +309,13 @@ class TravelledWatch(GoalWatch):
             car, t_ms = self._cars[at], self._now_ms if self._lost_ms is None else self._lost_ms
             name = Phrase("the-car") if count == 1 else car_phrase(car)
             why = Phrase("goal-travelled-lost", car=name, metres=self._shown[at], **self._bounds)
-            return GoalState("lost", t_ms, done, self._needed, why, (car,))
+            return GoalState("lost", t_ms, why, (car,))
         driven = min(self._shown, default=0.0)
         why = Phrase("goal-travelled-so-far", metres=driven, done=done, count=count)
         if done < self._needed:
-            return GoalState("open", None, done, self._needed, why)
+            return GoalState("open", None, why)
         is_final = is_over or self._most == math.inf
-        return GoalState("met" if is_final else "holds", self._since_ms, done, self._needed, why)
+        return GoalState("met" if is_final else "holds", self._since_ms, why)
 
     def nearness(self) -> float:
         near = [
@@ -370,15 +367,15 @@ class TogetherWatch(GoalWatch):
 
     def state(self, is_over: bool) -> GoalState:
         if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, 0, 0, self._why(self._apart), self._apart[1:])
+            return GoalState("lost", self._lost_ms, self._why(self._apart), self._apart[1:])
         if self._since_ms is None:
             apart, t_ms = (self._best, self._best_ms) if self._at == "some-moment" else (self._apart, self._now_ms)
             progress: Progress = "lost" if is_over else "open"
-            return GoalState(progress, t_ms if is_over else None, 0, 0, self._why(apart), apart[1:])
+            return GoalState(progress, t_ms if is_over else None, self._why(apart), apart[1:])
         t_ms = self._now_ms if self._at == "always" else self._since_ms
         if is_over or self._at == "some-moment":
-            return GoalState("met", t_ms, 0, 0, self._why(self._apart))
-        return GoalState("holds", None if self._at == "always" else t_ms, 0, 0, self._why(self._apart))
+            return GoalState("met", t_ms, self._why(self._apart))
+        return GoalState("holds", None if self._at == "always" else t_ms, self._why(self._apart))
 
     def nearness(self) -> float:
         if self._at == "always":

@@ -136,10 +136,10 @@ class ScoreWatch(GoalWatch):
 
     def state(self, is_over: bool) -> GoalState:
         if not is_over:
-            return GoalState("open", None, 0, 0, Phrase("goal-score-open", least=self._least))
+            return GoalState("open", None, Phrase("goal-score-open", least=self._least))
         score = self._score.value()
         why = Phrase("goal-score", score=score, least=self._least)
-        return GoalState("met" if score >= self._least else "lost", self._score.now_ms, 0, 0, why)
+        return GoalState("met" if score >= self._least else "lost", self._score.now_ms, why)
 
     def nearness(self) -> float:
         return max(self._score.value(), 0.0) / self._least

@@ -121,21 +121,18 @@ class _AllByWatch(GoalWatch):
         other = self._other.state(is_over)
         details = {"goal": self._number, "most": self._seconds}
         is_met = other.progress in ("met", "holds") and other.t_ms is not None
-        if is_met and self._in_time(other):
-            return GoalState(
-                other.progress, other.t_ms, 0, 0, Phrase("goal-all-by-when", **self._met(other), **details)
-            )
-        if not is_met and not (is_over or self._now_ms > self._by_ms or other.progress == "lost"):
-            return GoalState("open", None, 0, 0, Phrase("goal-all-by-not", **details))
+        why = Phrase("goal-all-by-not", **details)
+        if is_met:
+            why = Phrase("goal-all-by-when", seconds=(other.t_ms or 0) / 1000, **details)
+            if self._in_time(other):
+                return GoalState(other.progress, other.t_ms, why)
+        elif not (is_over or self._now_ms > self._by_ms or other.progress == "lost"):
+            return GoalState("open", None, why)
         # What is wrong is seen where the other goal was lost again, or else at the time itself.
         seen = self._gone or self._then or other
         if self._gone:
             why = Phrase("goal-all-by-gone", seconds=(self._gone.t_ms or 0) / 1000, reason=self._gone.why, **details)
-        elif is_met:
-            why = Phrase("goal-all-by-when", **self._met(other), **details)
-        else:
-            why = Phrase("goal-all-by-not", **details)
-        return GoalState("lost", seen.t_ms, 0, 0, why, seen.cars)
+        return GoalState("lost", seen.t_ms, why, seen.cars)
 
     def nearness(self) -> float:
         """Half the grade of the other goal, and more where that was met soon after the time."""
@@ -143,9 +140,6 @@ class _AllByWatch(GoalWatch):
         is_late = other.progress in ("met", "holds") and other.t_ms is not None
         late = self._by_ms / (2 * max(other.t_ms or 0, self._by_ms + 1)) if is_late else 0.0
         return self._other.grade(True) / 2 + late
-
-    def _met(self, other: GoalState) -> dict[str, float]:
-        return {"seconds": (other.t_ms or 0) / 1000}
 
 
 def _check_work(mission: Mission) -> None:
@@ -168,7 +162,7 @@ def watch_of(
             return scores.ScoreWatch(goal, known.setdefault(key, scores.score_of(goal, mission)))
         case "works":
             # The check tries other seeds.
-            return goals.FixedWatch(GoalState("open", None, 0, 0, Phrase("goal-works-open")))
+            return goals.FixedWatch(GoalState("open", None, Phrase("goal-works-open")))
         case "travelled":
             return goals.TravelledWatch(goal)
         case "together":

@@ -337,5 +337,5 @@ class Referee:
         is_last = at == len(self._times)
         return Goals(
             is_over=self.is_over and is_last,
-            goals=[GoalNow(*each[:4], sentences(each.why), list(each.cars)) for each in states],
+            goals=[GoalNow(each.progress, each.t_ms, sentences(each.why), list(each.cars)) for each in states],
         )

@@ -218,7 +218,7 @@ class CarDetails(_WorldAnswer, tag="car"):
 
 
 class GoalNow(Struct):
-    """How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers.
+    """How it stands with a goal of the mission, and why, with numbers.
 
     ``progress`` is open (not met yet), holds (met at present, not for good), met or lost; ``t_ms`` says since when, or
     for a lost one which moment shows it; ``cars`` are those that ``why`` is about.
@@ -226,8 +226,6 @@ class GoalNow(Struct):
 
     progress: Literal["open", "holds", "met", "lost"]
     t_ms: int | None
-    done: int
-    needed: int
     why: Sentence
     cars: list[int]
 

@@ -644,12 +644,10 @@ export interface Goals {
   goals: GoalNow[];
 }
 
-/** How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers. */
+/** How it stands with a goal of the mission, and why, with numbers. */
 export interface GoalNow {
   progress: "holds" | "lost" | "met" | "open";
   t_ms: number | null;
-  done: number;
-  needed: number;
   why: Sentence;
   cars: number[];
 }
