@@ -98,19 +98,7 @@ def check(document: Any, schema: Schema) -> tuple[Any, list[Fault]]:
     is of use only where there are no faults.
     """
     checker = _Checker(schema.get("$defs", {}))
-    return checker.check(document, schema, None), checker.faults
-
-
-# Where a value is: its key and the place around it. A fault's KeyPath is made of it.
-_At = tuple[Any, str | int] | None
-
-
-def _place(at: _At) -> KeyPath:
-    keys: list[str | int] = []
-    while at is not None:
-        at, key = at
-        keys.append(key)
-    return tuple(reversed(keys))
+    return checker.check(document, schema, ()), checker.faults
 
 
 class _Checker:
@@ -120,12 +108,12 @@ class _Checker:
         self.faults: list[Fault] = []
         self._definitions = definitions
 
-    def check(self, value: Any, schema: Schema, at: _At) -> Any:
+    def check(self, value: Any, schema: Schema, at: KeyPath) -> Any:
         """Return ``value`` with its defaults; what is wrong is appended to ``faults``."""
         if "$ref" in schema:
             schema = self._definitions[schema["$ref"].rpartition("/")[2]]
         if not fits(value, schema):
-            self._fault("not-allowed", at, shown(value), allowed(schema), _nearest(value, schema))
+            self.faults.append(Fault("not-allowed", at, shown(value), allowed(schema), _nearest(value, schema)))
         elif isinstance(value, dict):
             return self._table(value, schema, at)
         elif isinstance(value, _LISTS):
@@ -134,53 +122,48 @@ class _Checker:
             return int(value)
         return value
 
-    def _fault(
-        self, code: str, at: _At, value: Text = "", allowed: Text = "", nearest: float | str | None = None
-    ) -> None:
-        self.faults.append(Fault(code, _place(at), value, allowed, nearest))
-
-    def _table(self, table: dict[str, Any], schema: Schema, at: _At) -> dict[str, Any]:
+    def _table(self, table: dict[str, Any], schema: Schema, at: KeyPath) -> dict[str, Any]:
         properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
         checked, is_known = {}, True
         for key, value in table.items():
             part = properties.get(key, others)
             if part is False:
                 is_known = False
-                self._fault("unknown-key", (at, key), "", ", ".join(properties) or Phrase("nothing"))
+                self.faults.append(Fault("unknown-key", (*at, key), "", ", ".join(properties) or Phrase("nothing")))
             else:
-                checked[key] = value if part is True else self.check(value, part, (at, key))
+                checked[key] = value if part is True else self.check(value, part, (*at, key))
         needed = list(schema.get("required", ()))
         for given, keys in schema.get("dependentRequired", {}).items():
             needed += keys if given in table else ()
         for key in needed:
             if key not in table:
-                self._fault("missing-key", (at, key), "", allowed(properties[key]))
+                self.faults.append(Fault("missing-key", (*at, key), "", allowed(properties[key])))
         if "oneOf" in schema:
             self._one_of(table, schema, at, is_known)
         for key, part in properties.items():
             if key not in table and "default" in part:
-                checked[key] = self.check(deepcopy(part["default"]), part, (at, key))
+                checked[key] = self.check(deepcopy(part["default"]), part, (*at, key))
         return checked
 
-    def _one_of(self, table: dict[str, Any], schema: Schema, at: _At, is_known: bool) -> None:
+    def _one_of(self, table: dict[str, Any], schema: Schema, at: KeyPath, is_known: bool) -> None:
         """Check that the table has exactly one of the keys of which one is needed."""
         kinds = [each["required"][0] for each in schema["oneOf"]]
         present = [key for key in table if key in kinds]
         if len(present) > 1:
-            self._fault("several-keys", at, ", ".join(present), ", ".join(kinds))
+            self.faults.append(Fault("several-keys", at, ", ".join(present), ", ".join(kinds)))
         elif not present and is_known:
-            self._fault("no-key", at, "", ", ".join(kinds))
+            self.faults.append(Fault("no-key", at, "", ", ".join(kinds)))
 
-    def _list(self, values: Sequence[Any], schema: Schema, at: _At) -> list[Any]:
+    def _list(self, values: Sequence[Any], schema: Schema, at: KeyPath) -> list[Any]:
         if schema.get("uniqueItems"):
             seen: set[str] = set()
             for index, value in enumerate(values):
                 if (text := json.dumps(value, default=str)) in seen:
-                    self._fault("repeated-value", (at, index), shown(value))
+                    self.faults.append(Fault("repeated-value", (*at, index), shown(value)))
                 seen.add(text)
         first, rest = schema.get("prefixItems", ()), schema.get("items", {})
         return [
-            self.check(value, first[index] if index < len(first) else rest, (at, index))
+            self.check(value, first[index] if index < len(first) else rest, (*at, index))
             for index, value in enumerate(values)
         ]
 
