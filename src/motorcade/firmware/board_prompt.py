@@ -1,7 +1,6 @@
 """Use MicroPython's prompt on a board by mpremote: ask for facts, copy files; each failure is a MotorcadeError."""
 
 import contextlib
-import hashlib
 import io
 import struct
 from ast import literal_eval
@@ -158,11 +157,6 @@ class BoardPrompt:
             if isinstance(problem, ConnectionError) or not problem.errno or problem.errno == 5:
                 raise MotorcadeError("install-cut-off", port=self.port) from None
             raise MotorcadeError("install-failed", port=self.port, path=path, reason=problem) from None
-
-
-def checksum_of(data: bytes) -> bytes:
-    """Return what `BoardPrompt.checksum` gives for ``data``."""
-    return hashlib.sha256(data).digest()
 
 
 def _opened(port: str) -> SerialTransport:

@@ -6,6 +6,7 @@ memory and time.
 
 import subprocess
 from collections.abc import Callable, Iterable
+from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -13,7 +14,7 @@ from typing import Any, NamedTuple
 from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
+from motorcade.firmware.board_prompt import BoardPrompt, Facts
 from motorcade.firmware.car_files import LIBRARY, MAIN, PLATFORMS, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
@@ -88,7 +89,7 @@ def install(
         settings = settings_for(chosen or default_pins(chip))
         _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
         files = car_files(settings, facts.bytecode)
-        differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != checksum_of(data)}
+        differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
         # MicroPython takes a .py file before a .mpy file.
         stale = {path: size for path, size in prompt.sizes(f"/{LIBRARY}").items() if other_form(path[1:]) in files}
         stale = {path: size for path, size in stale.items() if path[1:] not in files}
@@ -152,7 +153,7 @@ def _copy(
     total, done = sum(map(len, wanted.values())), 0
     for path, data in wanted.items():
         prompt.write(f"/{path}", data, lambda written, before=done: progress(before + written, total))  # type: ignore[misc]
-        if prompt.checksum(f"/{path}") != checksum_of(data):
+        if prompt.checksum(f"/{path}") != sha256(data).digest():
             raise MotorcadeError("installed-file-differs", port=prompt.port, path=path)
         done += len(data)
 
