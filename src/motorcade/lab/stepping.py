@@ -21,7 +21,7 @@ from motorcade.mats.model import flags
 from motorcade.missions.check import grade_of
 from motorcade.missions.document import built_in_mission
 from motorcade.missions.model import Mission
-from motorcade.missions.watch import EVERY_MS, MissionWatch
+from motorcade.missions.watch import EVERY_MS, MissionWatch, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.words.formats import CONTROL
@@ -201,7 +201,10 @@ class SteppedWorlds:
         world.begin_words(given.astype("<u4").tobytes())
         self._given = np.where(given == agents.KEEP, self._given, given)
         self._begun_ms = np.where(given == agents.KEEP, self._begun_ms, world.now_ms)
-        self._run_until((world.now_ms // self._step_ms + 1) * self._step_ms)
+        end_ms = (world.now_ms // self._step_ms + 1) * self._step_ms
+        while world.now_ms < end_ms:
+            run_to_next(world, end_ms, EVERY_MS if self._watches else end_ms)
+            self._see()
         self._readings = self._read()
         return self._rewards(before)
 
@@ -224,13 +227,6 @@ class SteppedWorlds:
         else:
             words = self._base | np.bitwise_or.reduce(numbers.astype(np.uint32) << self._shifts, axis=2)
         return np.asarray(words, np.uint32)
-
-    def _run_until(self, end_ms: int) -> None:
-        world = self.world
-        while world.now_ms < end_ms:
-            next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms) if self._watches else end_ms
-            world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
-            self._see()
 
     def _see(self) -> None:
         """Show the goals' watches this moment."""
