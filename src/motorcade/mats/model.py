@@ -30,7 +30,7 @@ class Pose:
     heading: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Starts:
     """Where the cars start, and which of them lead; a car's index is its number.
 
@@ -63,12 +63,6 @@ class Starts:
 
     def __len__(self) -> int:
         return len(self.x_m)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Starts):
-            return NotImplemented
-        is_equal = self.groups == other.groups and self.leads == other.leads
-        return is_equal and (self.x_m, self.y_m, self.heading) == (other.x_m, other.y_m, other.heading)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A memoryview can't be pickled.
