@@ -12,7 +12,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.model import Line
 from motorcade.runs import drawing, plots
 from motorcade.runs.drawing import pictures_in
-from motorcade.runs.plots import SIZES, Thinned, draw_film, draw_tracks
+from motorcade.runs.plots import SIZES, draw_film, draw_tracks
 from motorcade.runs.recording import FOLLOWERS, LEADER, InMemoryRecording, rgb
 from support.recorded_run import crowd, record, world
 
@@ -94,7 +94,7 @@ def test_tracks_show_roads_with_their_lines_and_what_is_dark(recording, tmp_path
     line = Line(((0.0, 0.0), (3.0, 0.0), (3.0, 2.0)), bend_m=0.3)
     marks = {"lines": (line,), "spots": ((1.0, 1.0, 0.2),), "patches": (((2, 1), (2.5, 1), (2.5, 1.5)),)}
     about = replace(recording.about, mat=replace(recording.about.mat, **marks))
-    draw_tracks(mock.Mock(wraps=recording, about=about), tmp_path / "tracks.png")
+    draw_tracks(mock.Mock(wraps=recording, about=about, last_ms=recording.last_ms), tmp_path / "tracks.png")
     assert share_of("#b9bdc4", tmp_path / "tracks.png") > 0.005
     assert share_of("#17181c", tmp_path / "tracks.png") > 0.005
 
@@ -112,14 +112,20 @@ def test_a_recording_without_a_moment_is_not_drawn(recording, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_long_series_is_thinned_evenly_and_keeps_both_ends():
-    series = Thinned(100)
-    for number in range(10_000):
-        series.add(number)
-    items = series.items()
-    assert (items[0], items[-1]) == (0, 9999)
-    assert 50 < len(items) <= 102
-    assert set(np.diff(items[:-1])) == {128}
+def test_a_long_run_is_drawn_with_few_points_of_each_track_from_both_its_ends(recording, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(plots, "_MOST_POINTS", 0)
+    monkeypatch.setattr(plots, "_draw_tracks", lambda figure, about, cars, tracks, last: drawn.append(tracks))
+    moments = list(recording.moments())
+    long = InMemoryRecording(recording.about)
+    for number in range(1000):
+        long.write(moments[number % len(moments)]._replace(t_ms=100 * number))
+    draw_tracks(long, tmp_path / "plot.png")
+    (tracks,) = drawn
+    assert 25 < tracks.shape[1] <= 52
+    *_, last = long.moments()
+    for place, moment in ((0, moments[0]), (-1, last)):
+        np.testing.assert_array_equal(np.sort(tracks[:, place, 0]), np.sort(moment.x_m))
 
 
 # films

@@ -157,11 +157,8 @@ class CarArtists:
     """
 
     def __init__(self, axes: Axes, about: Description):
-        figure = axes.get_figure(root=True)
-        if figure is None:
-            raise ValueError("the axes belong to no figure")
         metre = axes.transData.transform([(0, 0), (1, 0)])
-        points_per_m = float(metre[1, 0] - metre[0, 0]) * 72 / figure.dpi
+        points_per_m = float(metre[1, 0] - metre[0, 0]) * 72 / axes.figure.dpi
         self._is_detailed = about.diameter_m * points_per_m >= _DETAIL_POINTS
         self._radius_m = about.diameter_m / 2
         self._leads = about.is_leader()

@@ -3,10 +3,8 @@
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Generic, TypeVar
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -41,33 +39,6 @@ _MOST_TRACKS = 1000
 _MOST_POINTS = 1_000_000
 _FEW_TRACKS = 30
 
-T = TypeVar("T")
-
-
-class Thinned(Generic[T]):
-    """Keep every n-th item of a series, and the last; n doubles whenever there are more than ``most`` items."""
-
-    def __init__(self, most: int):
-        self._most = most
-        self._step = 1
-        self._taken = 0
-        self._kept: list[T] = []
-        self._last: T | None = None
-
-    def add(self, item: T) -> None:
-        self._last = item
-        if self._taken % self._step == 0:
-            self._kept.append(item)
-        self._taken += 1
-        if len(self._kept) > self._most:
-            self._kept = self._kept[::2]
-            self._step *= 2
-
-    def items(self) -> list[T]:
-        if self._last is None or self._kept[-1] is self._last:
-            return self._kept
-        return [*self._kept, self._last]
-
 
 def draw_tracks(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
     """Write a picture of the tracks of a run to ``path``, in the format of its ending.
@@ -84,22 +55,26 @@ def draw_tracks(recording: Recording, path: Path, progress: Progress = lambda do
     followers = np.flatnonzero(~leads)
     step = max(1, len(followers) // _MOST_TRACKS)
     drawn = np.concatenate([followers[::step], np.flatnonzero(leads)[:_MOST_TRACKS]])
-    points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(drawn))))
-    for last in recording.moments():
-        points.add(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
+    most = max(50, _MOST_POINTS // max(1, len(drawn)))
+    every, points = recording.last_ms // about.every_ms // most + 1, []
+    for number, last in enumerate(recording.moments()):
+        if number % every == 0:
+            points.append(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
         progress(last.t_ms)
     if last is None:
         raise MotorcadeError("nothing-recorded", file=recording.name)
+    points.append(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
     figure = Figure(figsize=(8, 6), layout="constrained")
-    _draw_tracks(figure.add_subplot(), about, drawn, np.stack(points.items(), axis=1), last)
+    _draw_tracks(figure, about, drawn, np.stack(points, axis=1), last)
     with writing(path):
         figure.savefig(path, dpi=_DPI)
 
 
 def _draw_tracks(
-    axes: Axes, about: Description, drawn: NDArray[np.intp], tracks: NDArray[np.float32], last: Moment
+    figure: Figure, about: Description, drawn: NDArray[np.intp], tracks: NDArray[np.float32], last: Moment
 ) -> None:
     """Draw the mat, the ``tracks`` (cars, moments, 2) of the cars ``drawn``, and all cars at the ``last`` moment."""
+    axes = figure.add_subplot()
     draw_mat(axes, about)
     left, bottom, right, top = bounding_box(about, [last])
     if tracks.size:
@@ -119,9 +94,7 @@ def _draw_tracks(
     if few:
         xs, ys = tracks[:, 0].T
         axes.scatter(xs, ys, c=colours[drawn], marker="x", s=36, zorder=2.5)
-    figure = axes.get_figure(root=True)
-    if figure is not None:
-        figure.draw_without_rendering()
+    figure.draw_without_rendering()
     CarArtists(axes, about).show(last._replace(led=np.full_like(last.led, len(LEDS))), colours)
     axes.set_title(_title(about, last.t_ms / 1000, len(drawn)))
 
