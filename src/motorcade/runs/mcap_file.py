@@ -50,8 +50,8 @@ _METADATA = "motorcade"
 _MOST_DETAILED = 50
 _HEIGHT_M = 0.06
 _WALL_HEIGHT_M = 0.1
+_EDGE_HEIGHT_M = 0.01
 _WALL_WIDTH_M = 0.02
-_UPRIGHT = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 _PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
 # What an entity says of itself, as long as it has no primitives.
 _EMPTY: dict[str, Any] = {
@@ -68,17 +68,14 @@ def _mat_message(about: Description) -> bytes:
     """Make the message of what doesn't move: the mat's edge, walls and obstacles."""
     mat, dark, grey = about.mat, _colour("#3a3a3a"), _colour("#8c8c8c")
     cubes = [_wall(*wall, dark) for wall in mat.walls]
-    lines = []
     if mat.size_m:
         width_m, height_m = mat.size_m
         corners: Corners = ((0.0, 0.0), (width_m, 0.0), (width_m, height_m), (0.0, height_m))
-        if mat.walled:
-            cubes += _walls_around(corners, dark)
-        lines.append(_loop(corners, dark))
+        cubes += _walls_around(corners, dark, _WALL_HEIGHT_M if mat.walled else _EDGE_HEIGHT_M)
     cylinders = [_cylinder(x, y, 2 * radius, _WALL_HEIGHT_M, grey, _WALL_HEIGHT_M / 2) for x, y, radius in mat.discs]
     for corners in mat.polygons:
         cubes += _walls_around(corners, grey)
-    return _message(0, mat={"cubes": cubes, "lines": lines, "cylinders": cylinders})
+    return _message(0, mat={"cubes": cubes, "cylinders": cylinders})
 
 
 class SceneMessages:
@@ -136,10 +133,7 @@ def _colour(text: str, alpha: float = 1.0) -> dict[str, float]:
 
 def _pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> dict[str, Any]:
     turned = {"x": 0.0, "y": 0.0, "z": round(math.sin(heading / 2), 4), "w": round(math.cos(heading / 2), 4)}
-    return {
-        "position": {"x": round(x, 4), "y": round(y, 4), "z": z},
-        "orientation": turned if heading else _UPRIGHT,
-    }
+    return {"position": {"x": round(x, 4), "y": round(y, 4), "z": z}, "orientation": turned}
 
 
 def _cylinder(x: float, y: float, wide_m: float, high_m: float, colour: dict[str, float], z: float) -> dict[str, Any]:
@@ -158,28 +152,16 @@ def _text(x: float, y: float, text: str, high_m: float) -> dict[str, Any]:
     }
 
 
-def _wall(x0: float, y0: float, x1: float, y1: float, colour: dict[str, float]) -> dict[str, Any]:
-    size = {"x": math.hypot(x1 - x0, y1 - y0) + _WALL_WIDTH_M, "y": _WALL_WIDTH_M, "z": _WALL_HEIGHT_M}
-    middle = _pose((x0 + x1) / 2, (y0 + y1) / 2, _WALL_HEIGHT_M / 2, math.atan2(y1 - y0, x1 - x0))
+def _wall(
+    x0: float, y0: float, x1: float, y1: float, colour: dict[str, float], high_m: float = _WALL_HEIGHT_M
+) -> dict[str, Any]:
+    size = {"x": math.hypot(x1 - x0, y1 - y0) + _WALL_WIDTH_M, "y": _WALL_WIDTH_M, "z": high_m}
+    middle = _pose((x0 + x1) / 2, (y0 + y1) / 2, high_m / 2, math.atan2(y1 - y0, x1 - x0))
     return {"pose": middle, "size": size, "color": colour}
 
 
-def _walls_around(corners: Corners, colour: dict[str, float]) -> list[dict[str, Any]]:
-    return [_wall(*a, *b, colour) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-
-
-def _loop(corners: Corners, colour: dict[str, float]) -> dict[str, Any]:
-    points = [{"x": x, "y": y, "z": _WALL_HEIGHT_M} for x, y in corners]
-    return {
-        "type": 1,  # a closed line
-        "pose": _pose(0.0, 0.0),
-        "thickness": _WALL_WIDTH_M,
-        "scale_invariant": False,
-        "points": points,
-        "color": colour,
-        "colors": [],
-        "indices": [],
-    }
+def _walls_around(corners: Corners, colour: dict[str, float], high_m: float = _WALL_HEIGHT_M) -> list[dict[str, Any]]:
+    return [_wall(*a, *b, colour, high_m) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
 
 
 def _triangles(points: list[dict[str, float]], colour: dict[str, float]) -> dict[str, Any]:
@@ -199,7 +181,6 @@ def _example() -> dict[str, Any]:
     """A message with one of each thing."""
     colour, corner = _colour(LEADER), {"x": 0.0, "y": 0.0, "z": 0.0}
     cube = _wall(0.0, 0.0, 1.0, 0.0, colour)
-    lists = {"colors": [colour], "indices": [0]}
     entity = {
         "timestamp": {"sec": 0, "nsec": 0},
         "id": "",
@@ -209,8 +190,8 @@ def _example() -> dict[str, Any]:
         "cubes": [cube],
         "spheres": [cube],
         "cylinders": [_cylinder(0.0, 0.0, 1.0, 1.0, colour, 0.0)],
-        "lines": [{**_loop(((0.0, 0.0),), colour), **lists}],
-        "triangles": [{**_triangles([corner], colour), **lists}],
+        "lines": [{}],
+        "triangles": [{**_triangles([corner], colour), "colors": [colour], "indices": [0]}],
         "texts": [_text(0.0, 0.0, "", 1.0)],
         "models": [{}],
     }
