@@ -9,7 +9,6 @@ import pytest
 
 from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run, run_many
 from motorcade.boards.lines import Line
-from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
@@ -56,23 +55,16 @@ def test_an_image_that_cannot_be_stored_does_not_replace_the_old_one():
     assert car.load_image() == b"old"
 
 
-def test_a_car_waits_before_each_tick_and_closes_its_voice_at_the_end():
-    class Voice(VoiceSource):
-        closed = False
-
-        def close(self) -> None:
-            self.closed = True
-
-    clock, voice, waits = Clock(), Voice(), []
+def test_a_car_waits_before_each_tick():
+    clock, waits = Clock(), []
 
     def wait(seconds: float) -> None:
         waits.append(seconds)
         clock.now_s += seconds
 
-    run(board(clock, voice=voice), wait, lambda: clock.now_s >= 100.1)
+    run(board(clock), wait, lambda: clock.now_s >= 100.1)
     # A car ticks often enough to sense that the air is free for as long as its profile demands.
     assert max(waits) * 1000 < CLASSROOM.infrared.sense_ms
-    assert voice.closed
 
 
 class Port(Line):

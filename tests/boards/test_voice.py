@@ -46,9 +46,7 @@ def test_a_modules_bytes_become_words_in_chunks_of_any_size(chunks, says):
 
 
 def test_a_source_without_a_microphone_hears_nothing():
-    source = VoiceSource()
-    assert source.heard_voice() == NO_VOICE
-    source.close()
+    assert VoiceSource().heard_voice() == NO_VOICE
 
 
 class Typist:

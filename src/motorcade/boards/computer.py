@@ -199,7 +199,6 @@ class ComputerBoard(Board):
 
     def close(self) -> None:
         """Release what the board holds; its outputs are then as at power-on."""
-        self._equipment.voice.close()
 
 
 class HardwareWatchdog:

@@ -21,9 +21,6 @@ class VoiceSource:
         """
         return NO_VOICE
 
-    def close(self) -> None:
-        """Release what the source holds."""
-
 
 class SerialVoice(VoiceSource):
     """A module that recognises words by itself, such as one with an LD3320, and reports them over a UART.
