@@ -90,12 +90,12 @@ class Description:
         """
         if texts.get("format") != FORMAT:
             raise ValueError(f"the format is not {FORMAT}")
-        values = {field.name: _to_tuples(json.loads(texts[field.name])) for field in fields(cls)}
-        mat, profile = (dict(json.loads(texts[name])) for name in ("mat", "profile"))
-        name = profile.pop("name")
+        values = {field.name: json.loads(texts[field.name]) for field in fields(cls)}
+        mat, profile = dict(values["mat"]), dict(values["profile"])
         values["mat"] = mat_of(mat, Phrase("mat-named", name=mat["name"]))
+        name = profile.pop("name")
         values["profile"] = profile_from_dict(profile, name)
-        return cls(**values)
+        return cls(**values | {name: tuple(values[name]) for name in ("images", "leaders")})
 
     def to_texts(self) -> dict[str, str]:
         """The description as one text a name: ``format`` as it is, all others as JSON."""
@@ -128,10 +128,6 @@ class Description:
                 t_s %= times[-1]
             places.append((float(np.interp(t_s, times, xs)), float(np.interp(t_s, times, ys))))
         return places
-
-
-def _to_tuples(value: Any) -> Any:
-    return tuple(_to_tuples(each) for each in value) if isinstance(value, list) else value
 
 
 class Recording(Protocol):
