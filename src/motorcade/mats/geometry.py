@@ -87,12 +87,8 @@ class _Side(NamedTuple):
 
     def is_near(self, x: float, y: float, clearance_m: float) -> bool:
         """Whether a point is nearer to the side than ``clearance_m``."""
-        x0, y0 = self.x0, self.y0
-        along_x, along_y = self.x1 - x0, self.y1 - y0
-        part = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
-        part = min(max(part, 0.0), 1.0)
-        across, up = x - (x0 + part * along_x), y - (y0 + part * along_y)
-        return across * across + up * up < clearance_m * clearance_m
+        near_x, near_y = _nearest(x, y, self.x0, self.y0, self.x1, self.y1)
+        return (x - near_x) * (x - near_x) + (y - near_y) * (y - near_y) < clearance_m * clearance_m
 
     def is_right_of(self, x: float, y: float) -> bool:
         """Whether a ray to the right from a point crosses the side."""
