@@ -39,7 +39,7 @@ class Graded(NamedTuple):
 
 
 def grade_runs(
-    mission: Mission, images: Sequence[bytes], programs: Sequence[int], seeds: Sequence[int], threads: int = 1
+    mission: Mission, images: Sequence[bytes], programs: Sequence[int], seeds: Sequence[int]
 ) -> list[Graded]:
     """Simulate a mission in a world for each run, and return the outcomes. Grades are those of `check_program`.
 
@@ -47,13 +47,12 @@ def grade_runs(
         images: at most 255 programs.
         programs: the index of the image that the leaders of each run have.
         seeds: of each run.
-        threads: how many threads the engine uses.
 
     Raises MotorcadeError.
     """
     kinds = {goal.kind for goal in mission.goals} - {WORKS}
     mat, with_events = mission.mat, not kinds.isdisjoint(_WITH_EVENTS)
-    world = World(mat, images, mission.profile, seeds=list(seeds), events=with_events, threads=threads)
+    world = World(mat, images, mission.profile, seeds=list(seeds), events=with_events, threads=1)
     world.assign_images(programs)
     watches = [MissionWatch(mission, images[program]) for program in programs]
     sees_all = watches[0].sees_all
