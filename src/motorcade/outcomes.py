@@ -21,7 +21,7 @@ Rows = tuple[tuple[int, tuple[str, ...]], ...]
 EXIT_CODES: Rows = (
     (PROGRAM_ERROR, ("program-errors",)),
     (PORT_NOT_FOUND, ("gpio-needs-linux", "no-gpio-chip", "another-computer", "watchdog-unusable")),
-    (PORT_NOT_FOUND, ("battery-unreadable", "infrared-needs-linux", "infrared-forbidden", "no-infrared-sender")),
+    (PORT_NOT_FOUND, ("battery-unreadable", "infrared-forbidden", "no-infrared-sender")),
     (PORT_NOT_FOUND, ("infrared-sender-fails", "camera-driver-missing", "no-camera", "no-picture")),
     (PORT_NOT_FOUND, ("camera-gives-no-answer", "too-many-viewers", "no-such-host", "no-car-there", "speaks-no-tls")),
     (PORT_NOT_FOUND, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),

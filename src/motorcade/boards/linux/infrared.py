@@ -32,7 +32,11 @@ def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:
     Raises:
         MotorcadeError: there is none, or this user may not use it.
     """
-    control = ioctl or _ioctl()
+    # A car opens its pins before this, and Windows has none.
+    assert sys.platform != "win32"
+    import fcntl
+
+    control: Ioctl = ioctl or fcntl.ioctl
     forbidden = None
     for path in sorted(folder.glob("lirc*")):
         try:
@@ -49,14 +53,6 @@ def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:
     if forbidden:
         raise MotorcadeError("infrared-forbidden", path=forbidden)
     raise MotorcadeError("no-infrared-sender")
-
-
-def _ioctl() -> Ioctl:
-    if sys.platform == "win32":
-        raise MotorcadeError("infrared-needs-linux")
-    import fcntl
-
-    return fcntl.ioctl
 
 
 class LircSender:
