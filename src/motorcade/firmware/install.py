@@ -20,7 +20,6 @@ from motorcade.firmware.car_files import LIBRARY, MAIN, PLATFORMS, board_files, 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 # What mpy-cross makes; MicroPython 1.19 and later read it.
 BYTECODE_VERSION = 6
-_SUFFIXES = {".py": ".mpy", ".mpy": ".py"}
 # Without names of lines, which the car's messages don't show.
 _OPTIONS = ("-O3",)
 
@@ -90,9 +89,9 @@ def install(
         _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
-        # MicroPython takes a .py file before a .mpy file.
-        stale = {path: size for path, size in prompt.sizes(f"/{LIBRARY}").items() if other_form(path[1:]) in files}
-        stale = {path: size for path, size in stale.items() if path[1:] not in files}
+        # The same modules in the other form: MicroPython takes a .py file before a .mpy file.
+        modules, there = {_module(path) for path in files}, prompt.sizes(f"/{LIBRARY}")
+        stale = {path: size for path, size in there.items() if path[1:] not in files and _module(path[1:]) in modules}
         _check_room(port, facts, differing, stale)
         if differing or stale:
             _copy(prompt, files, differing, stale, progress)
@@ -178,14 +177,12 @@ def compiled(files: dict[str, bytes], folder: str) -> dict[str, bytes]:
             shown = PurePosixPath(path).relative_to(folder)
             command = [compiler, *_OPTIONS, "-s", str(shown), "-o", str(output), str(source)]
             subprocess.run(command, check=True, capture_output=True)
-            found[other_form(path)] = output.read_bytes()
+            found[f"{_module(path)}.mpy"] = output.read_bytes()
     return found
 
 
-def other_form(path: str) -> str:
-    """Return the path of the same module as .mpy, or as .py where ``path`` is that of a .mpy file."""
-    old = PurePosixPath(path)
-    return str(old.with_suffix(_SUFFIXES[old.suffix])) if old.suffix in _SUFFIXES else path
+def _module(path: str) -> PurePosixPath:
+    return PurePosixPath(path).with_suffix("")
 
 
 def _compiler() -> str:
