@@ -228,7 +228,7 @@ BREAKS = (
     Break(
         "a-host-fills-the-list",
         "fleet",
-        "fleet/finding.py",
+        "fleet/cars.py",
         " >= _MOST_OF_A_HOST:\n            self.problem",
         " < 0:\n            self.problem",
     ),

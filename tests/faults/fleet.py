@@ -18,10 +18,8 @@ from motorcade.boards import lines as car_lines
 from motorcade.errors import MotorcadeError
 from motorcade.fleet import cars as fleet_cars
 from motorcade.fleet import contact as fleet_contact
-from motorcade.fleet import finding as fleet_finding
 from motorcade.fleet import link as fleet_link
-from motorcade.fleet.cars import ALL, Cars
-from motorcade.fleet.finding import Finder
+from motorcade.fleet.cars import ALL, Cars, Finder
 from motorcade.fleet.places import network_place
 from motorcade.upload.transfer import EITHER, NEW, OLD
 from motorcade.words.request import BLINK, GO, NAME, REQUEST_BYTES, STOP, read_request
@@ -321,7 +319,7 @@ class Fleet:
             (fleet_link, "monotonic"): Time.monotonic,
             (fleet_link, "monotonic_ms"): lambda: int(Time.monotonic() * 1000),
             (fleet_link, "secrets"): ticks,
-            (fleet_finding, "ports"): list,
+            (fleet_cars, "ports"): list,
             (car_lines, "listen"): lambda host, port: self.network.listen(here(), host, port),
         }
 

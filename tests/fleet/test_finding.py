@@ -8,8 +8,7 @@ import pytest
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import client_context, name_in, server_context
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.cars import Cars
-from motorcade.fleet.finding import Finder
+from motorcade.fleet.cars import Cars, Finder
 from motorcade.fleet.places import CAR, CLASS, SERVICE, STUDIO, announced, read_list
 from support.rooms import simulated_cars
 from support.waiting import until

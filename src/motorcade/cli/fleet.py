@@ -29,9 +29,8 @@ from motorcade.cli.options import (
 )
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.fleet.cars import MOST_CARS, Cars
+from motorcade.fleet.cars import MOST_CARS, Cars, Finder
 from motorcade.fleet.contact import CarStatus, Verdict
-from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
 from motorcade.sockets import allow_files

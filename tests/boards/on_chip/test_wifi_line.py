@@ -13,8 +13,7 @@ from motorcade.boards.on_chip.lines import UsbLine
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
-from motorcade.fleet.cars import Cars
-from motorcade.fleet.finding import Finder
+from motorcade.fleet.cars import Cars, Finder
 from motorcade.fleet.places import network_place
 from motorcade.words.request import STOP
 from support.rooms import SECOND

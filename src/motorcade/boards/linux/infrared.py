@@ -33,7 +33,6 @@ def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:
         MotorcadeError: there is none, or this user may not use it.
     """
     # A car opens its pins before this, and Windows has none.
-    assert sys.platform != "win32"
     import fcntl
 
     control: Ioctl = ioctl or fcntl.ioctl

@@ -10,9 +10,8 @@ from functools import partial
 from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.cars import Cars
+from motorcade.fleet.cars import Cars, Finder
 from motorcade.fleet.contact import CarStatus, Contact, Verdict
-from motorcade.fleet.finding import Finder
 from motorcade.fleet.places import Place, safe_name
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
