@@ -14,7 +14,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 246
+MOST_FILES = 245
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.boards.computer import KeyboardVoice
-from motorcade.boards.voice import SerialVoice, VoiceSource
+from motorcade.boards.on_chip.parts import SerialVoice, VoiceSource
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, load_voice_map, parse_voice_map
 from motorcade.errors import MotorcadeError

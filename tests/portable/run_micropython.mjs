@@ -9,7 +9,7 @@ const HERE = new URL("./", import.meta.url);
 const SOURCE = new URL("../../src/motorcade/", import.meta.url);
 // Portable folders, each with its files that aren't portable: they need NumPy or a computer.
 const PACKAGES = { devices: [], words: [], car: [], "car/check": [], "boards/on_chip": [] };
-const FILES = ["errors.py", "boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
+const FILES = ["errors.py", "boards/__init__.py", "boards/micropython.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";
 // Counting allocated bytes takes as long as the heap is large.

@@ -3,7 +3,7 @@
 import threading
 
 from motorcade.boards import lines
-from motorcade.boards.voice import VoiceSource
+from motorcade.boards.on_chip.parts import VoiceSource
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.check.checked_board import BoardObserver
 from motorcade.words.infrared import air_us, frame_durations_us, to_frame

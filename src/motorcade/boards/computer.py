@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from motorcade.boards.lines import Line, TcpPort
-from motorcade.boards.voice import VoiceSource
+from motorcade.boards.on_chip.parts import VoiceSource
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE, VOICE_STOP
 from motorcade.car.loop import Car

@@ -11,8 +11,7 @@ if MYPY:
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come, open_receiver
 from motorcade.boards.on_chip.lines import UploadLine
-from motorcade.boards.on_chip.parts import Motor, Ultrasonic, Wheels
-from motorcade.boards.voice import VoiceSource
+from motorcade.boards.on_chip.parts import Motor, Ultrasonic, VoiceSource, Wheels
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_LED, UNIT_US
 from motorcade.words.infrared import air_us

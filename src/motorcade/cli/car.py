@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from motorcade.boards.computer import ComputerBoard, Equipment, Observer
     from motorcade.boards.lines import Line, SerialLine
-    from motorcade.boards.voice import VoiceSource
+    from motorcade.boards.on_chip.parts import VoiceSource
     from motorcade.config.profile import Profile
     from motorcade.drive.keys import RevokedKeys
 
@@ -362,7 +362,7 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
 
 
 def _open_voice(resources: ExitStack, voice: str, voice_map: Path | None) -> "VoiceSource":
-    from motorcade.boards.voice import SerialVoice, VoiceSource
+    from motorcade.boards.on_chip.parts import SerialVoice, VoiceSource
 
     if voice == KEYBOARD:
         from motorcade.boards.computer import KeyboardVoice

@@ -16,9 +16,8 @@ from collections import namedtuple
 from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UploadLine, UsbLine
-from motorcade.boards.on_chip.parts import ImageFile
+from motorcade.boards.on_chip.parts import ImageFile, SerialVoice, VoiceSource
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
-from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
 from motorcade.words.ticks import elapsed_ms
