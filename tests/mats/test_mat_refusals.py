@@ -272,15 +272,3 @@ def test_a_mat_built_in_python_has_the_same_checks(changes: dict, said: str) -> 
         check_mat(replace(table, **changes), CLASSROOM)
     assert str(caught.value) == f"mat open table: {said}"
     assert_in_chinese(caught.value)
-
-
-def test_cars_that_do_not_fit_into_the_free_memory_are_refused_before_they_are_placed(monkeypatch):
-    class Memory:
-        available = 300_000_000
-
-    monkeypatch.setattr("psutil.virtual_memory", Memory)
-    text = "format = 'motorcade-mat/1'\nname = 'x'\nsize_m = [900, 900]\ncrowd = [{cars = %d, spacing_m = 0.5}]"
-    with pytest.raises(MotorcadeError) as refused:
-        parse_mat(text % 200_000, "m.toml", "TOML")
-    assert refused.value.code == "mat-needs-memory"
-    assert len(parse_mat(text % 120_000, "m.toml", "TOML").starts) == 120_000

@@ -23,9 +23,6 @@ _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 _MOST_HEADING = 1e6
 # The simulator rounds positions to whole micrometres.
 _ROUNDING_M = 1e-6
-# What a car takes while a mat is read and simulated, and how many cars any computer has room for.
-_BYTES_A_CAR = 2200
-_ALWAYS_FIT = 100_000
 _SMALLEST_M2 = SHORTEST_M * SHORTEST_M
 _SHORTEST_S = 0.001
 # Pairs of sides of all polygons that are checked: a second. A polygon of 1,000 corners has at most half a million.
@@ -189,10 +186,6 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
     total = len(cars) + sum(crowd["cars"] for crowd in crowds)
     if total > MOST_CARS:
         raise MotorcadeError("mat-has-too-many-cars", file=file, count=total, most=MOST_CARS)
-    free = math.inf if total <= _ALWAYS_FIT else _free_bytes()
-    if total * _BYTES_A_CAR > free:
-        sizes = {"needed": total * _BYTES_A_CAR / 1e9, "free": free / 1e9}
-        raise MotorcadeError("mat-needs-memory", file=file, count=total, **sizes)
     x_m, y_m = (array("d", [car["at_m"][axis] for car in cars]) for axis in (0, 1))
     heading = array("d", [math.radians(car["heading_deg"]) for car in cars])
     leads = bytearray(car["role"] == "leader" for car in cars)
@@ -215,15 +208,6 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
         leads += its_leads
         groups.append((crowd.place, crowd.cars))
     return Starts(floats(x_m), floats(y_m), floats(heading), flags(leads), tuple(groups))
-
-
-def _free_bytes() -> float:
-    """The memory that is free; infinite where that can't be known, as in a browser."""
-    try:
-        import psutil
-    except ImportError:
-        return math.inf
-    return float(psutil.virtual_memory().available)
 
 
 def check_outlines(mat: Mat, file: Text) -> None:
