@@ -72,17 +72,13 @@ class Motor:
             self._enable.value = share
 
 
-class TwoMotors:
+class TwoMotors(Wheels):
     """A left and a right motor; their difference steers."""
 
     def __init__(self, pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> None:
-        self._left = Motor(pins, "left_motor", factory, devices)
-        self._right = Motor(pins, "right_motor", factory, devices)
         self._max_duty = profile.motor.pwm_max
-        self._wheels = Wheels(self._left, self._right, *_duties(pins, self._max_duty))
-
-    def set(self, direction: int, speed_level: int) -> None:
-        self._wheels.set(direction, speed_level)
+        left, right = (Motor(pins, part, factory, devices) for part in ("left_motor", "right_motor"))
+        super().__init__(left, right, *_duties(pins, self._max_duty))
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         left, right = motor_duties(angle_deg, direction, min(speed, self._max_duty))
