@@ -214,8 +214,6 @@ def cut(
     total_ms = max(durations_ms, default=0)
     if total_ms == 0:
         return ()
-    if total_ms in lengths_ms and all(duration in levels_ms for duration in durations_ms):
-        return (total_ms,)
     longest_first = sorted(lengths_ms, reverse=True)
     if not longest_first or total_ms > MOST_PIECES * longest_first[0]:
         return None
