@@ -3,7 +3,7 @@
 import math
 from array import array
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from operator import itemgetter
@@ -220,10 +220,11 @@ def check_outlines(mat: Mat, file: Text) -> None:
     pairs = 0
     for number, corners in enumerate(mat.polygons):
         place = f"polygon[{number}].corners_m"
-        pairs += _Sides(corners).pairs
+        beside = _beside(corners)
+        pairs += sum(len(others) for _, others in beside)
         if pairs > _MOST_PAIRS:
             raise MotorcadeError("polygons-too-detailed", file=file, place=place)
-        if fault := _fault_of(corners):
+        if fault := _fault_of(corners, beside):
             code, sides = fault
             raise MotorcadeError(code, file=file, place=place, **sides)
     for number, person in enumerate(mat.people):
@@ -237,62 +238,47 @@ def check_outlines(mat: Mat, file: Text) -> None:
                 raise MotorcadeError("path-times-not-rising", file=file, place=f"{place}[{step}]", **details)
 
 
-def _fault_of(corners: Corners) -> tuple[str, dict[str, int]] | None:
-    """What is wrong with a polygon: an error's code, and the two corners or sides."""
-    nexts = (*corners[1:], corners[0])
-    for number, ((x0, y0), (x1, y1)) in enumerate(zip(corners, nexts, strict=True)):
+def _fault_of(corners: Corners, beside: Sequence[tuple[int, Sequence[int]]]) -> tuple[str, dict[str, int]] | None:
+    """What is wrong with a polygon whose sides lie ``beside`` each other: an error's code, and the corners or sides."""
+    sides = list(zip(corners, (*corners[1:], corners[0]), strict=True))
+    for number, ((x0, y0), (x1, y1)) in enumerate(sides):
         if (x1 - x0) ** 2 + (y1 - y0) ** 2 < _SMALLEST_M2:
             return "polygon-repeats-corner", {"one": number, "other": (number + 1) % len(corners)}
-    if math.fsum(abs(_turn(corners[0], here, there)) for here, there in zip(corners, nexts, strict=True)) / 2 < (
-        _SMALLEST_M2
-    ):
+    if math.fsum(abs(_turn(corners[0], *side)) for side in sides) / 2 < _SMALLEST_M2:
         return "polygon-without-area", {}
-    if crossing := _Sides(corners).crossing():
-        one, other = crossing
-        return "polygon-crosses-itself", {"one": one, "other": other}
+    if crossing := min((*_turned_back(sides), *_met(sides, beside)), default=None):
+        return "polygon-crosses-itself", {"one": crossing[0], "other": crossing[2]}
     return None
 
 
-class _Sides:
-    """The sides of a polygon in the order of their least x or y, whichever leaves fewer pairs to check.
+def _beside(corners: Corners) -> list[tuple[int, list[int]]]:
+    """Each side of a polygon, in the order of their least x, and those after it that it overlaps in x.
 
-    Attributes:
-        pairs: how many pairs of sides overlap in x or in y.
+    Side k begins at corner k.
     """
+    ends = zip(corners, (*corners[1:], corners[0]), strict=True)
+    spans = sorted((min(begin[0], end[0]), max(begin[0], end[0]), side) for side, (begin, end) in enumerate(ends))
+    lows, order = [low for low, _, _ in spans], [side for _, _, side in spans]
+    return [(side, order[k + 1 : bisect_right(lows, high)]) for k, (_, high, side) in enumerate(spans)]
 
-    def __init__(self, corners: Corners) -> None:
-        self._sides = list(zip(corners, (*corners[1:], corners[0]), strict=True))
-        self.pairs, self._order, self._ends = min(self._ordered(axis) for axis in (0, 1))
 
-    def _ordered(self, axis: int) -> tuple[int, list[int], list[int]]:
-        """Count the pairs; return the sides in order, and up to where in the order each one overlaps others."""
-        lows = [min(begin[axis], end[axis]) for begin, end in self._sides]
-        order = sorted(range(len(lows)), key=lows.__getitem__)
-        in_order = [lows[side] for side in order]
-        ends = [bisect_right(in_order, max(begin[axis] for begin in self._sides[side])) for side in order]
-        return sum(ends) - len(ends) * (len(ends) + 1) // 2, order, ends
+def _turned_back(sides: Sequence[tuple[Point, Point]]) -> Iterator[tuple[int, int, int]]:
+    """Yield each side whose following side runs back over it."""
+    for side, ((x0, y0), (x1, y1)) in enumerate(sides):
+        following = (side + 1) % len(sides)
+        x2, y2 = sides[following][1]
+        if _turn((x0, y0), (x1, y1), (x2, y2)) == 0 and (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1) < 0:
+            yield side, 0, following
 
-    def crossing(self) -> tuple[int, int] | None:
-        """Find the first two sides that meet elsewhere than at their common corner; side k begins at corner k."""
-        found = min((*self._turned_back(), *self._met()), default=None)
-        return found and (found[0], found[2])
 
-    def _turned_back(self) -> Iterator[tuple[int, int, int]]:
-        """Yield each side whose following side runs back over it."""
-        sides = self._sides
-        for side, ((x0, y0), (x1, y1)) in enumerate(sides):
-            following = (side + 1) % len(sides)
-            x2, y2 = sides[following][1]
-            if _turn((x0, y0), (x1, y1), (x2, y2)) == 0 and (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1) < 0:
-                yield side, 0, following
-
-    def _met(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the pairs of sides that are no neighbours and meet."""
-        sides, order = self._sides, self._order
-        for k, (side, end) in enumerate(zip(order, self._ends, strict=True)):
-            for other in order[k + 1 : end]:
-                if abs(side - other) not in (1, len(sides) - 1) and _meet(*sides[side], *sides[other]):
-                    yield min(side, other), 1, max(side, other)
+def _met(
+    sides: Sequence[tuple[Point, Point]], beside: Sequence[tuple[int, Sequence[int]]]
+) -> Iterator[tuple[int, int, int]]:
+    """Yield the pairs of sides that are no neighbours and meet."""
+    for side, others in beside:
+        for other in others:
+            if abs(side - other) not in (1, len(sides) - 1) and _meet(*sides[side], *sides[other]):
+                yield min(side, other), 1, max(side, other)
 
 
 def _meet(a: Point, b: Point, c: Point, d: Point) -> bool:
