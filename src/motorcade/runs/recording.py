@@ -175,18 +175,16 @@ class InMemoryRecording(Sink):
     def __init__(self, about: Description):
         self.about = about
         self.damage: MotorcadeError | None = None
+        self.last_ms = 0
         self._moments: list[Moment] = []
         self._events: list[NDArray[np.void]] = []
 
     def write(self, moment: Moment) -> None:
         self._moments.append(moment)
+        self.last_ms = moment.t_ms
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         self._events.append(events)
-
-    @property
-    def last_ms(self) -> int:
-        return self._moments[-1].t_ms if self._moments else 0
 
     def moments(self) -> Iterator[Moment]:
         return iter(self._moments)
@@ -204,18 +202,13 @@ class SpooledRecording(InMemoryRecording):
     def __init__(self, about: Description):
         super().__init__(about)
         self._file = tempfile.TemporaryFile(prefix="motorcade-")  # noqa: SIM115 - `remove` closes it
-        self._last_ms = 0
 
     def write(self, moment: Moment) -> None:
         pickle.dump(tuple(moment), self._file, pickle.HIGHEST_PROTOCOL)
-        self._last_ms = moment.t_ms
+        self.last_ms = moment.t_ms
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         """Leave them out."""
-
-    @property
-    def last_ms(self) -> int:
-        return self._last_ms
 
     def moments(self) -> Iterator[Moment]:
         end = self._file.seek(0, os.SEEK_END)
