@@ -39,18 +39,6 @@ def mat_schema() -> Schema:
     }
 
 
-def _ends(what: str) -> Schema:
-    return table(from_m=_point(f"where {what} begins"), to_m=_point(f"where {what} ends"))
-
-
-def _round(what: str) -> Schema:
-    return table(centre_m=_point(f"the centre of {what}"), radius_m=_radius(f"the radius of {what}"))
-
-
-def _corners(what: str) -> Schema:
-    return table(corners_m=_points("a corner", 3, f"the corners of {what}, in order"))
-
-
 def _line(what: str) -> Schema:
     return table(
         points_m=_points("a point", 2, f"the points of {what}, in order"),
@@ -157,9 +145,9 @@ def _tables(name: str, items: Schema) -> Schema:
 THINGS = tuple(sorted((each for device in DEVICES for each in device.things), key=lambda thing: not thing.is_flat))
 # The table of a thing of each shape.
 SHAPES: Mapping[str, Callable[[str], Schema]] = {
-    "ends": _ends,
-    "round": _round,
-    "corners": _corners,
+    "ends": lambda what: table(from_m=_point(f"where {what} begins"), to_m=_point(f"where {what} ends")),
+    "round": lambda what: table(centre_m=_point(f"the centre of {what}"), radius_m=_radius(f"the radius of {what}")),
+    "corners": lambda what: table(corners_m=_points("a corner", 3, f"the corners of {what}, in order")),
     "line": _line,
     "walk": _walk,
     "speech": _speech,
