@@ -78,17 +78,21 @@ class Fault(NamedTuple):
         )
 
 
-def load(document: Any, schema: Schema, file: Text, text: str | None = None) -> Any:
-    """Return ``document`` with defaults filled in. Raises MotorcadeError for the first fault; see `Fault.error`.
+def load(document: Any, schema: Schema, file: Text) -> Any:
+    """Return ``document`` with defaults filled in. Raises MotorcadeError for the first fault; see `Fault.error`."""
+    value, faults = check(document, schema)
+    if faults:
+        raise first_fault(faults).error(file)
+    return value
+
+
+def first_fault(faults: Sequence[Fault]) -> Fault:
+    """Return the fault of a document that a sentence is about.
 
     A wrong ``format`` comes before all others, since files of another format have other keys; then a key that isn't
     known, since a misspelt key is missing too.
     """
-    value, faults = check(document, schema)
-    if faults:
-        first = min(faults, key=lambda fault: (fault.place != ("format",), fault.code != "unknown-key"))
-        raise first.error(file, text)
-    return value
+    return min(faults, key=lambda fault: (fault.place != ("format",), fault.code != "unknown-key"))
 
 
 def check(document: Any, schema: Schema) -> tuple[Any, list[Fault]]:

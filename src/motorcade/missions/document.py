@@ -13,8 +13,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from motorcade.config.check import Fault, Text, check, load
-from motorcade.config.files import Kind, parse, place_text, read_text
+from motorcade.config.check import Fault, Text, check, first_fault
+from motorcade.config.files import Kind, parse, read_text
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
@@ -132,11 +132,9 @@ class _Reading:
         )
 
     def _load(self, document: Any) -> dict[str, Any]:
-        if not self._is_draft:
-            return load(document, mission_schema(), self._file, self._text)  # type: ignore[no-any-return]
         checked, faults = check(document, mission_schema())
         if faults:
-            raise self._error(faults[0])
+            raise self._error(first_fault(faults))
         return checked  # type: ignore[no-any-return]
 
     def _fault(self, code: str, place: tuple[str | int, ...], value: Text = "", allowed: Text = "") -> MotorcadeError:
@@ -152,10 +150,6 @@ class _Reading:
             case ("zone", int(number), "name") if str(fault.value).strip('" ') == "":
                 return MotorcadeError("mission-zone-nameless", number=number + 1)
         return MotorcadeError(problem.code, **{**problem.details, "place": words})
-
-    def _place_of(self, place: tuple[str | int, ...], *more: str) -> Text:
-        whole = (*place, *more)
-        return (_place_in_words(whole) if self._is_draft else None) or place_text(whole)
 
     def _wording(self, texts: str | Sentence, place: tuple[str | int, ...]) -> Wording:
         if isinstance(texts, str):
@@ -217,7 +211,7 @@ class _Reading:
             return tuple(who)
         found = tuple(car for car in cars if who == "all" or (car in leaders) == (who == "leader"))
         if not found:
-            raise MotorcadeError("mission-without-cars", file=self._file, place=self._place_of(place, "who"), who=who)
+            raise self._fault("mission-without-cars", (*place, "who"), who)
         return found
 
     def _check_goals(self, goals: tuple[Goal, ...], mat: Mat) -> None:
@@ -227,14 +221,13 @@ class _Reading:
             raise MotorcadeError("mission-without-leader", file=self._file)
         for number, goal in enumerate(goals):
             if goal.kind == "stopped-by-voice" and not any(voice.word == "stop" for voice in mat.voices):
-                raise MotorcadeError("mission-without-voice", file=self._file, place=self._place_of(("goal", number)))
+                raise self._fault("mission-without-voice", ("goal", number))
             if goal.kind == WORKS and goal.star == 1:
                 raise self._fault("not-allowed", ("goal", number, "star"), "1", "2, 3")
             if goal.kind == "all-by":
                 other = goals[goal.values["goal"] - 1] if goal.values["goal"] <= len(goals) else None
                 if other is None or other.values.get("at") == "always" or other.kind not in _REACHED:
-                    place = self._place_of(("goal", number), "goal")
-                    raise MotorcadeError("mission-goal-not-reached", file=self._file, place=place)
+                    raise self._fault("mission-goal-not-reached", ("goal", number, "goal"))
 
     def _check_size(self, checked: dict[str, Any]) -> None:
         """Before the cars are placed: a crowd is one line, yet it may have millions of cars."""
