@@ -207,7 +207,6 @@ class _Reader:
                 document[name] = self._followers(value, node)
             else:
                 document[name] = self._setting(value, node)
-        root.parts.sort(key=lambda part: part.start)
         return root, document
 
     def _followers(self, value: ast.expr, node: Node) -> Any:
@@ -227,7 +226,6 @@ class _Reader:
         # None stands for the choice of the compiler, for which a document has no value.
         if document.get("dwell_seconds", 0) is None:
             del document["dwell_seconds"]
-        node.parts.sort(key=lambda part: part.start)
         return document
 
     def _setting(self, value: ast.expr, node: Node) -> Any:
