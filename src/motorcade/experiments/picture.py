@@ -111,6 +111,7 @@ class _Axis:
         return np.sqrt(below * above) if self.logarithmic else (below + above) / 2
 
     def show(self, axis_of: Any, set_scale: Callable[[str], None]) -> None:
+        axis_of.set_label_text(self.label)
         if self.names:
             every = math.ceil(self.places / _MOST_TICKS)
             slant = 20 if sum(map(len, self.names[::every])) > _MOST_LETTERS else 0
@@ -163,8 +164,6 @@ def _heat(sweep: Sweep, figure: Figure, axes: Axes, data: pa.Table, names: tuple
     figure.colorbar(mesh, ax=axes, label=picture_text("picture-mean", measure=_measure(names[2])))
     across.show(axes.xaxis, axes.set_xscale)
     up.show(axes.yaxis, axes.set_yscale)
-    axes.set_xlabel(across.label)
-    axes.set_ylabel(up.label)
     axes.set_title(picture_text("picture-runs-a-field", runs=len(values), each=_each(count[count > 0])))
 
 
@@ -189,7 +188,6 @@ def _lines(sweep: Sweep, axes: Axes, data: pa.Table, x: str, y: str) -> None:
             (line,) = axes.plot(where, mean, marker="o", markersize=4, label=name)
             axes.fill_between(where, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
     across.show(axes.xaxis, axes.set_xscale)
-    axes.set_xlabel(across.label)
     axes.set_ylabel(_measure(y))
     share = _HIGHEST - _LOWEST
     axes.set_title(picture_text("picture-runs-a-point", runs=len(values), each=_each(np.array(counts)), share=share))
