@@ -74,14 +74,16 @@ def run_task(task: Task) -> bytes:
     tables, first_run = [], task.first_run
     for batch in task.batches:
         columns = {"run": range(first_run, first_run + len(batch.seeds)), **_rows(batch, task)}
-        tables.append(pa.Table.from_pydict({name: list(columns[name]) for name in schema.names}, schema))
+        # What is undefined, and thus NaN, becomes null.
+        arrays = [pa.array(columns[each.name], each.type, from_pandas=True) for each in schema]
+        tables.append(pa.Table.from_arrays(arrays, schema=schema))
         first_run += len(batch.seeds)
     sink = pa.BufferOutputStream()
     pq.write_table(pa.concat_tables(tables).combine_chunks(), sink, write_page_checksum=True)
     return bytes(sink.getvalue())
 
 
-def _rows(batch: Batch, task: Task) -> dict[str, Sequence[Any]]:
+def _rows(batch: Batch, task: Task) -> dict[str, Any]:
     from motorcade.engine.world import World
 
     count = len(batch.seeds)
@@ -104,7 +106,7 @@ def _rows(batch: Batch, task: Task) -> dict[str, Sequence[Any]]:
     }
 
 
-def _run(world: "World", task: Task) -> dict[str, Sequence[Any]]:
+def _run(world: "World", task: Task) -> dict[str, list[bytes]]:
     """Run every world to its end; return the column DIGESTS where it is wanted."""
     if not task.checkpoints:
         world.run(task.duration_ms)
@@ -136,46 +138,36 @@ def car_digests(world: "World") -> NDArray[np.uint64]:
     return in_order
 
 
-def _measures(world: "World", image: bytes, duration_ms: int) -> dict[str, list[int] | list[float | None]]:
-    """Return each measure's values, one for each world, None where undefined."""
+def _measures(world: "World", image: bytes, duration_ms: int) -> dict[str, NDArray[Any]]:
+    """Return each measure's values, one for each world, NaN where undefined."""
     counts = world.counts()
-    columns: dict[str, list[int] | list[float | None]] = {name: counts[name].tolist() for name in COUNTS}
     lost = np.sum([counts[name] for name in _LOST], axis=0)
-    columns["lost_share"] = _known(lost / np.maximum(lost + counts["heard"], 1), lost + counts["heard"] > 0)
-    return columns | _ends(world, last_word(image, world.profile, duration_ms, world.tick_ms))
+    with np.errstate(invalid="ignore"):
+        lost_share = lost / (lost + counts["heard"])
+    ends = _ends(world, last_word(image, world.profile, duration_ms, world.tick_ms))
+    return {name: counts[name] for name in COUNTS} | {"lost_share": lost_share} | ends
 
 
-def _ends(world: "World", word: int | None) -> dict[str, list[int] | list[float | None]]:
+def _ends(world: "World", word: int | None) -> dict[str, Numbers]:
     """The measures of the last moment; an informed follower holds ``word``."""
     starts, ends = world.mat.starts, [world.snapshot(index) for index in range(world.worlds)]
     x_m, y_m, heading, words = (
         np.stack([getattr(end, name) for end in ends]) for name in ("x_m", "y_m", "heading", "word")
     )
     leads = np.asarray(starts.leads)
-    follows = ~leads
-    some = np.full(world.worlds, follows.any())
+    follows, undefined = ~leads, np.full(world.worlds, np.nan)
     distance_m = _to_nearest(x_m[:, follows], y_m[:, follows], x_m[:, leads], y_m[:, leads])
-    informed = words[:, follows] == (0 if word is None else word)
+    informed = words[:, follows] == word
     spread_m = np.sqrt(np.var(x_m, axis=1) + np.var(y_m, axis=1))
     alignment = np.hypot(np.mean(np.cos(heading), axis=1), np.mean(np.sin(heading), axis=1))
     moved_m = np.mean(np.hypot(x_m - np.asarray(starts.x_m), y_m - np.asarray(starts.y_m)), axis=1)
     return {
-        "informed_share": _known(_mean(informed), some & (word is not None)),
-        "leader_distance_m": _known(_mean(distance_m), some & leads.any()),
-        "spread_m": spread_m.tolist(),
-        "alignment": alignment.tolist(),
-        "moved_m": moved_m.tolist(),
+        "informed_share": informed.mean(axis=1) if word is not None and follows.any() else undefined,
+        "leader_distance_m": distance_m.mean(axis=1) if leads.any() and follows.any() else undefined,
+        "spread_m": spread_m,
+        "alignment": alignment,
+        "moved_m": moved_m,
     }
-
-
-def _mean(values: NDArray[np.generic]) -> Numbers:
-    """The mean of each world's values; 0 where there are none."""
-    mean: Numbers = np.sum(values, axis=1, dtype=np.float64) / max(values.shape[1], 1)
-    return mean
-
-
-def _known(values: Numbers, known: NDArray[np.bool_]) -> list[float | None]:
-    return [value if is_known else None for value, is_known in zip(values.tolist(), known.tolist(), strict=True)]
 
 
 def _to_nearest(x_m: Numbers, y_m: Numbers, leaders_x_m: Numbers, leaders_y_m: Numbers) -> Numbers:
