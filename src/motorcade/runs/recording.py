@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields, replace
+from itertools import cycle, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -282,36 +283,25 @@ class WordColours:
         images: the images in hexadecimal.
 
     Attributes:
-        words: the words, followers' first, in the order of the images.
-        followers: how many of them are followers'.
         shades: float32 of shape (words + 2, 2, 3): red, green and blue of each word, at index 0 after its duration
-            and at 1 while it runs. The last two rows are for no word, and for a word that is in no image.
+            and at 1 while it runs. The first row is for no word, the last for a word that is in no image.
     """
 
     def __init__(self, images: Sequence[str]):
         parts = [parse_image_bytes(bytes.fromhex(image)) for image in dict.fromkeys(images)]
         followers = dict.fromkeys(word for part in parts for word in part.followers)
         leaders = dict.fromkeys(word for part in parts for word in part.leader if word not in followers)
-        self.words = (*followers, *leaders)
-        self.followers = len(followers)
-        colours = [FOLLOWERS[place % len(FOLLOWERS)] for place in range(len(followers))]
-        colours += [_LEADER_SHADES[place % len(_LEADER_SHADES)] for place in range(len(leaders))]
-        strong = np.array([rgb(each) for each in (*colours, _NO_WORD, _UNKNOWN)], np.float32)
+        colours = (*islice(cycle(FOLLOWERS), len(followers)), *islice(cycle(_LEADER_SHADES), len(leaders)))
+        strong = np.array([rgb(each) for each in (_NO_WORD, *colours, _UNKNOWN)], np.float32)
         pale = strong + (1 - strong) * _PALER
-        pale[-2] = strong[-2]
+        pale[0] = strong[0]
         self.shades: NDArray[np.float32] = np.stack([pale, strong], axis=1)
-        self._sorted = np.argsort(np.array(self.words, np.uint32), kind="stable")
-        self._known = np.array(self.words, np.uint32)[self._sorted]
-
-    def places(self, words: NDArray[np.uint32]) -> NDArray[np.intp]:
-        """The row of each word in ``shades``."""
-        none, unknown = len(self._known), len(self._known) + 1
-        if not none:
-            return np.where(words == 0, none, unknown)
-        found = np.minimum(np.searchsorted(self._known, words), none - 1)
-        places = np.where(self._known[found] == words, self._sorted[found], unknown)
-        return np.where(words == 0, none, places)
+        words = np.array([0, *followers, *leaders], np.uint32)
+        self._rows = np.argsort(words, kind="stable")
+        self._words = words[self._rows]
 
     def of(self, words: NDArray[np.uint32], runs: NDArray[np.bool_]) -> NDArray[np.float32]:
         """Red, green and blue for each word; paler where it no longer runs."""
-        return self.shades[self.places(words), runs.astype(np.intp)]
+        found = np.minimum(np.searchsorted(self._words, words), len(self._words) - 1)
+        rows = np.where(self._words[found] == words, self._rows[found], -1)
+        return self.shades[rows, runs.astype(np.intp)]
