@@ -1,5 +1,6 @@
 """Simulate a run from an image to what the cars did and how words spread, with recordings and drawings on the way."""
 
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,7 +66,11 @@ class SlotCounts(Sink):
         self._tagged = bool(parsed.tagged)
         self._dwell_ms = profile.dwell_ms[parsed.dwell_level] if parsed.followers else 0
         self._leads = np.asarray(mat.starts.leads)
-        self._open: dict[int, tuple[NDArray[np.uint8], NDArray[np.int32]]] = {}
+        cars = len(self._leads)
+        # Of each open slot: how often each car has begun its word, at most 2, and how late it did so first.
+        self._open = defaultdict[int, tuple[NDArray[np.uint8], NDArray[np.int32]]](
+            lambda: (np.zeros(cars, np.uint8), np.full(cars, _NEVER_MS, np.int32))
+        )
         self._closed: list[tuple[int, int, int, int | None, int | None]] = []
 
     @property
@@ -80,7 +85,7 @@ class SlotCounts(Sink):
         slots = self._slots_of(at_ms // self._dwell_ms, started)
         for slot in np.unique(slots[slots >= len(self._closed)]).tolist():
             of_slot = slots == slot
-            counts, lags_ms = self._of_slot(slot)
+            counts, lags_ms = self._open[slot]
             begun = np.bincount(cars[of_slot], minlength=len(counts))
             counts[:] = np.minimum(counts + begun, 2)
             np.minimum.at(lags_ms, cars[of_slot], (at_ms[of_slot] - slot * self._dwell_ms).astype(np.int32))
@@ -108,15 +113,8 @@ class SlotCounts(Sink):
             found = np.where(words == self._words[now % len(self._words)], now, before)
         return found
 
-    def _of_slot(self, slot: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-        """How often each car has begun the word of an open slot, at most 2, and how late it did so first."""
-        if slot not in self._open:
-            cars = len(self._leads)
-            self._open[slot] = np.zeros(cars, np.uint8), np.full(cars, _NEVER_MS, np.int32)
-        return self._open[slot]
-
     def _close_one(self) -> None:
-        counts, lags_ms = self._of_slot(len(self._closed))
+        counts, lags_ms = self._open[len(self._closed)]
         del self._open[len(self._closed)]
         followers = counts[~self._leads]
         once, never = int((followers == 1).sum()), int((followers == 0).sum())
