@@ -179,7 +179,7 @@ def test_a_budget_of_0_and_a_mission_whose_runs_change_nothing_are_refused():
 @pytest.mark.parametrize("name", ["the-square", "find-the-road", "aac"])
 def test_programs_are_of_the_missions_blocks_and_differ(name):
     wanted = built_in_mission(name)
-    source, random = ProgramSource(wanted, set()), Random(1)
+    source, random = ProgramSource(wanted), Random(1)
     drawn = [source.draw(random) for _ in range(100)]
     changed = [source.change(random, program) for program in drawn]
     images = {compile_program(program, wanted.profile).image for program in (*drawn, *changed)}

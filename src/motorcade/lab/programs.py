@@ -21,15 +21,12 @@ _TRIES = 40
 
 
 class ProgramSource:
-    """Makes programs of the blocks that a mission offers.
+    """Makes programs of the blocks that a mission offers."""
 
-    Args:
-        tried: the images of programs that were made before; it adds those that it makes.
-    """
-
-    def __init__(self, mission: Mission, tried: set[bytes]) -> None:
+    def __init__(self, mission: Mission) -> None:
         self._mission = mission
-        self._tried = tried
+        # The images of programs that were made before.
+        self._tried: set[bytes] = set()
         self._has_followers = len(mission.mat.starts.leaders) < len(mission.mat.starts)
         kinds = [KINDS[kind] for kind in mission.palette]
         self._simple = [kind for kind in kinds if kind not in (RepeatStep, TogetherStep)]

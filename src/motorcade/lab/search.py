@@ -265,7 +265,7 @@ class Search:
             "ahead": str(ahead),
             "code": code_hash(GRADED_BY),
         }
-        self._source = ProgramSource(mission, set())
+        self._source = ProgramSource(mission)
         self._given = self._made = self._taken = 0
         self._batches: dict[int, list[Tried]] = {}
         # Racing: all candidates after their first run, and those that have had all runs; the best first.
