@@ -72,9 +72,7 @@ class RaspberryPi(ComputerBoard):
         }
         self._range_mm = profile.body.ultrasonic_range_mm
         trigger = pins.pin("ultrasonic", "trigger")
-        self._ultrasonic = self._open(
-            _distance_sensor, pins.pin("ultrasonic", "echo"), trigger, self._range_mm, factory
-        )
+        self._ultrasonic = self._open(_DistanceSensor, pins.pin("ultrasonic", "echo"), trigger, self._range_mm, factory)
         self._ticks = factory.ticks
         self._echo_ended_s = factory.ticks()
         self._infrared = InfraredReceiver(lambda: _to_us(factory.ticks()), profile.infrared.unit_us, _MAX_EDGES)
@@ -141,6 +139,14 @@ class RaspberryPi(ComputerBoard):
 class _DistanceSensor(DistanceSensor):  # type: ignore[misc]
     """An HC-SR04 whose thread ends before its pins are closed; gpiozero's thread could still ping a closed pin."""
 
+    def __init__(self, echo: int, trigger: int, range_mm: int, factory: Any) -> None:
+        # The kernel times the edges, and a missing echo is normal for a car that drives.
+        warnings.simplefilter("ignore", PWMSoftwareFallback)
+        warnings.simplefilter("ignore", DistanceSensorNoEcho)
+        super().__init__(
+            echo, trigger, max_distance=range_mm / 1000, queue_len=_PINGS, partial=True, pin_factory=factory
+        )
+
     def close(self) -> None:
         if getattr(self, "_queue", None):
             self._queue.stop()
@@ -150,15 +156,6 @@ class _DistanceSensor(DistanceSensor):  # type: ignore[misc]
 def _to_us(ticks_s: float) -> int:
     """Return the time of gpiozero's clock in µs that wrap at 2^30."""
     return int(ticks_s * 1e6) & TICKS_MASK
-
-
-def _distance_sensor(echo: int, trigger: int, range_mm: int, factory: Any) -> Any:
-    # The kernel times the edges, and a missing echo is normal for a car that drives.
-    warnings.simplefilter("ignore", PWMSoftwareFallback)
-    warnings.simplefilter("ignore", DistanceSensorNoEcho)
-    return _DistanceSensor(
-        echo, trigger, max_distance=range_mm / 1000, queue_len=_PINGS, partial=True, pin_factory=factory
-    )
 
 
 def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: int | None = None) -> RaspberryPi:
