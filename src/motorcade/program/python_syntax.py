@@ -30,16 +30,7 @@ _MOST_TRIED = 20_000
 _MOST_TRIES = 20
 _CLOSERS = {"(": ")", "[": "]", "{": "}"}
 # Signs of a Chinese keyboard that the compatibility form of Unicode leaves as they are.
-_PLAIN = {
-    "\u3001": ",",
-    "\u3002": ".",
-    "\u2018": "'",
-    "\u2019": "'",
-    "\u201c": '"',
-    "\u201d": '"',
-    "\u3010": "[",
-    "\u3011": "]",
-}
+_PLAIN = dict(zip("\u3001\u3002\u2018\u2019\u201c\u201d\u3010\u3011", ",.''\"\"[]", strict=True))
 # The beginnings of the messages of Python's parser, and the phrase for each; groups become its details.
 _REASONS = tuple(
     (re.compile(pattern, re.DOTALL), key)
