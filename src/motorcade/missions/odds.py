@@ -120,9 +120,8 @@ class Odds:
         for number in self._asked:
             goal = self._mission.goals[number]
             values = goal.values
-            from_ms, until_ms = round(values.get("from_s", 0) * 1000), _NEVER_MS
-            if "until_s" in values:
-                until_ms = round(values["until_s"] * 1000)
+            from_ms = round(values.get("from_s", 0) * 1000)
+            until_ms = round(values["until_s"] * 1000) if "until_s" in values else _NEVER_MS
             if goal.kind == "lit" and values["at"] == "always":
                 # Before the first tick no LED is on.
                 from_ms = max(from_ms, 1)
