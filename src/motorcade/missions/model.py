@@ -17,11 +17,11 @@ from motorcade.program.steps import KINDS
 Sentence = dict[str, str]
 
 
+@dataclass(frozen=True, slots=True)
 class Wording:
     """A text of a mission as a detail of a sentence."""
 
-    def __init__(self, texts: Sentence) -> None:
-        self.texts = texts
+    texts: Sentence
 
     @classmethod
     def of_page(cls, *path: str) -> Self:
@@ -34,9 +34,6 @@ class Wording:
 
     def __str__(self) -> str:
         return self.sentence()
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Wording) and self.texts == other.texts
 
     def __hash__(self) -> int:
         return hash(tuple(self.texts.items()))
