@@ -26,7 +26,7 @@ ARROWS = {
     "__main__": ("cli",),
     "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
     # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
-    "browser": ("car", "config", "engine", "mats", "missions", "program", "service", "upload", "words"),
+    "browser": ("config", "engine", "mats", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),
     "car": ("words",),
     "classroom": ("config", "drive", "engine", "missions", "server", "service", "sockets", "timing", "words"),

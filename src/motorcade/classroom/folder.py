@@ -29,6 +29,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
 from motorcade.server.studio.library import FolderStorage
+from motorcade.server.studio.uploads import VIRTUAL_CAR
 from motorcade.service.documents import project_text
 from motorcade.service.library import LONGEST_NAME, Limits, iso_time, mission_library
 from motorcade.service.messages import LibraryEntry, decode
@@ -185,9 +186,7 @@ class ClassFolder(FolderStorage):
 
     def virtual_car(self, owner: str) -> Path:
         """Return the file of an owner's simulated car."""
-        folder = self._owner_folder(owner)
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder / "virtual-car.image"
+        return self._owner_folder(owner) / VIRTUAL_CAR
 
 
 class WorkFile(Struct):

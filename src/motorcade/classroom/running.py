@@ -27,7 +27,7 @@ from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.app import Settings, capabilities
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Visitors
-from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
+from motorcade.server.studio.uploads import VIRTUAL, listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
@@ -100,7 +100,6 @@ class RunningClass(Visitors):
         self._waiting: set[asyncio.Event] = set()
         # Of pupils, and of strangers by address: a page needs a few requests in a second, also one that joins.
         self.rates = Attempts(2 * _REQUESTS_A_SECOND, _RATE_WINDOW_S, "requests-too-fast")
-        self._cars: dict[str, VirtualCar] = {}
         self._turns: dict[tuple[str, bool], asyncio.Lock] = {}
         # Cookies are shared between ports: two classes on one computer need different names, one the same at any port.
         own = self.room.record.id
@@ -262,17 +261,14 @@ class RunningClass(Visitors):
         """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
         return self._turns.setdefault((visitor, request == CHECK), asyncio.Lock())
 
-    @contextmanager
-    def virtual_car(self, connection: HTTPConnection, port: str) -> Iterator[VirtualCar]:
+    def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
         visitor = self.visitor(connection)
         if visitor != TEACHER:
             if self.room.frozen:
                 raise MotorcadeError("class-frozen")
             if port != VIRTUAL:
                 self.room.check_cable(visitor)
-        if visitor not in self._cars:
-            self._cars[visitor] = VirtualCar(self.folder.virtual_car(visitor))
-        yield self._cars[visitor]
+        return self.folder.virtual_car(visitor)
 
 
 class EmergencyStop:

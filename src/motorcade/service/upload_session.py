@@ -1,6 +1,13 @@
-"""An upload or a readback through a port that the page opened: bytes and time in, bytes and answers out."""
+"""An upload or a readback through a port that the page opened, or with a simulated car: without I/O.
 
-from motorcade.config.profile import Profile, built_in_profile
+Bytes and time come in, bytes and answers go out.
+"""
+
+from collections.abc import Callable
+
+from motorcade.car.board import Board
+from motorcade.car.loop import Car
+from motorcade.config.profile import Profile, built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, sentences
@@ -22,6 +29,8 @@ WEB_SERIAL = "Web Serial"
 # No car sends more bytes; if more arrive, the port has another device.
 _MOST_BYTES = 1 << 16
 _READ_S = 0.02
+# As the loop of a car on a computer.
+_TICK_S = 0.004
 
 
 class UploadSession:
@@ -95,6 +104,76 @@ class UploadSession:
             return failed(failure) if failure else world_messages.ImageRead(bytes(outcome.detail))
         failure = upload_error(WEB_SERIAL, outcome, self._transfer.holds)
         return failed(failure) if failure else uploaded(self._order, str(outcome.detail))
+
+
+class _VirtualBoard(Board):
+    """A leader without wheels and lights."""
+
+    is_leader = True
+
+    def __init__(
+        self, levels: tuple[int, ...], load: Callable[[], bytes | None], store: Callable[[bytes], None]
+    ) -> None:
+        self.levels = levels
+        self.time_ms = 0
+        self.received = self.sent = b""
+        self._load, self._store = load, store
+
+    def now_ms(self) -> int:
+        return self.time_ms
+
+    def load_image(self) -> bytes | None:
+        return self._load()
+
+    def store_image(self, data: bytes) -> None:
+        self._store(data)
+
+    def read_serial(self) -> bytes:
+        received, self.received = self.received, b""
+        return received
+
+    def write_serial(self, data: bytes) -> None:
+        self.sent += data
+
+
+class VirtualCarSession(UploadSession):
+    """One transfer with a simulated leader, which is switched on for it. Raises what `UploadSession` raises.
+
+    Args:
+        order, check_number: as `UploadSession` takes them.
+        load: returns the image that the car holds; None for none.
+        store: stores a new image. Raises OSError.
+    """
+
+    def __init__(
+        self,
+        order: UploadOrder,
+        check_number: int,
+        load: Callable[[], bytes | None],
+        store: Callable[[bytes], None],
+    ) -> None:
+        super().__init__(order, check_number)
+        self._board = _VirtualBoard(levels_of(check_order(order)), load, store)
+        self._car = Car(self._board)
+
+    @property
+    def wait_s(self) -> float:
+        return _TICK_S
+
+    def receive(self, data: bytes | None) -> None:
+        """End the transfer: nothing of the page is for this car."""
+        super().receive(None)
+
+    def advance(self, now_s: float) -> list[bytes | UploadAnswer]:
+        """Continue both ends at ``now_s``; return answers for the page. Raises what ``load`` raises."""
+        out = super().advance(now_s)
+        self._board.received += b"".join(each for each in out if isinstance(each, bytes))
+        self._board.time_ms = int(now_s * 1000) & TICKS_MASK
+        self._car.tick()
+        if self._board.sent:
+            super().receive(self._board.sent)
+            self._board.sent = b""
+        return [each for each in out if not isinstance(each, bytes)]
 
 
 def check_order(order: UploadOrder) -> Profile:

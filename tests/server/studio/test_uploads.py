@@ -12,16 +12,13 @@ from starlette.websockets import WebSocketDisconnect
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio import uploads
 from motorcade.server.studio.app import Settings, make_app
-from motorcade.server.studio.uploads import VirtualCar
 from motorcade.upload import check_request as asking
-from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
 from motorcade.upload.serial_port import BARE, BOARD, PortInfo
 from motorcade.upload.transfer import holds_phrase
 from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES
 from support.played_car import IMAGE, PlayedCar
-from support.strategies import CLASSROOM
 from support.upload_ends import NO_PROGRAM, Car
 
 HERE = "http://127.0.0.1:7700"
@@ -113,14 +110,6 @@ def test_without_verification_the_outcome_is_not_verified(client) -> None:
     assert ask(client, port="virtual", image=IMAGE, verify=False)[-1] == {"outcome": "not-verified"}
 
 
-def test_a_virtual_car_is_busy_during_a_transfer(tmp_path) -> None:
-    car = VirtualCar(tmp_path / "car.image")
-    with car.at_a_port(CLASSROOM), pytest.raises(MotorcadeError), car.at_a_port(CLASSROOM):
-        pass
-    with car.at_a_port(CLASSROOM) as port:
-        assert serial_port.readback(port, 115200) == NO_PROGRAM
-
-
 def test_a_damaged_file_of_the_virtual_car_is_named(client, tmp_path) -> None:
     (tmp_path / "virtual-car.image").write_bytes(b"broken")
     code, sentence = failure(ask(client, port="virtual", image=IMAGE))
@@ -182,7 +171,8 @@ def test_every_failure_has_the_pages_name_of_the_port(client, monkeypatch, code)
         raise MotorcadeError(code, port="/dev/pts/9", detail="DETAIL", holds=holds_phrase("old"))
 
     monkeypatch.setattr(uploads, "upload", fail)
-    received = ask(client, port="virtual", image=IMAGE)[-1]["error"]
+    monkeypatch.setattr(uploads, "ports", lambda: [PortInfo("COM3", "a board", "")])
+    received = ask(client, port="COM3", image=IMAGE)[-1]["error"]
     assert received["code"] == code
     assert "/dev/pts/9" not in str(received)
     assert ("keeps the image that it had" in received["sentence"]["en"]) == (code != "no-such-port")

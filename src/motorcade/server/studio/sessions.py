@@ -8,7 +8,7 @@ import asyncio
 import os
 import re
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractAsyncContextManager, AbstractContextManager, nullcontext
+from contextlib import AbstractAsyncContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -23,7 +23,7 @@ from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.uploads import VirtualCar, listed_ports
+from motorcade.server.studio.uploads import VIRTUAL_CAR, listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service.history import PAST_BYTES
 from motorcade.service.library import Storage
@@ -97,7 +97,7 @@ class Visitors:
         self.storage: Storage = FolderStorage(library)
         self.capabilities = capabilities
         self.bodies = Bodies()
-        self._car = VirtualCar(library / "virtual-car.image")
+        self._library = library
 
     def visitor(self, connection: HTTPConnection) -> str:
         """Whom a connection counts for: its address. Raises MotorcadeError where nobody of that kind is let in."""
@@ -135,12 +135,9 @@ class Visitors:
         """Keep a request back while others of the same visitor are to be answered before; here none is."""
         return nullcontext()
 
-    def virtual_car(self, connection: HTTPConnection, port: str) -> AbstractContextManager[VirtualCar]:
-        """Give the simulated car of a visitor while a transfer through ``port`` runs.
-
-        Raises MotorcadeError where the visitor may not use that port.
-        """
-        return nullcontext(self._car)
+    def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
+        """The file of a visitor's simulated car. Raises MotorcadeError where the visitor may not use ``port``."""
+        return self._library / VIRTUAL_CAR
 
 
 async def do_in_turn(turns: asyncio.Lock, job: Callable[[], _T]) -> _T:

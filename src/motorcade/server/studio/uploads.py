@@ -2,29 +2,35 @@
 
 import asyncio
 import secrets
-import sys
-import threading
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from anyio import CapacityLimiter, from_thread, to_thread
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.boards.computer import ImageStore, StoreError, simulated_car
-from motorcade.boards.lines import LineError, PseudoTerminal, TcpPort
-from motorcade.config.profile import Profile
+from motorcade.boards.computer import ImageStore, StoreError
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket, next_message
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
-from motorcade.service.upload_session import UploadSession, check_order, failed, retry_notice, uploaded
-from motorcade.service.world_messages import ImageRead, Outcome, Progress, UploadOrder
+from motorcade.service.upload_session import (
+    UploadSession,
+    VirtualCarSession,
+    check_order,
+    failed,
+    retry_notice,
+    uploaded,
+)
+from motorcade.service.world_messages import ImageRead, Progress, UploadAnswer, UploadOrder
 from motorcade.upload.serial_port import BARE, PortInfo, ports, readback, upload
 
 VIRTUAL: Literal["virtual"] = "virtual"
+# The simulated car's image.
+VIRTUAL_CAR = "virtual-car.image"
 _MOST_AT_ONCE = 4
 
 
@@ -40,35 +46,8 @@ def _listed(port: PortInfo) -> Port:
     return Port(port.device, port.title, "serial")
 
 
-class VirtualCar:
-    """A simulated leader that stores its image in a file and runs only during a transfer."""
-
-    def __init__(self, store: Path) -> None:
-        self._store = store
-        self._lock = threading.Lock()
-
-    @contextmanager
-    def at_a_port(self, profile: Profile) -> Iterator[str]:
-        """Run the car at a port of its own during the context. Raises MotorcadeError."""
-        if not self._lock.acquire(blocking=False):
-            raise MotorcadeError("car-busy", port=VIRTUAL, holds="")
-        try:
-            # Only this user can open a pseudo-terminal, while every user of this computer can reach a TCP port.
-            line = TcpPort("127.0.0.1", 0) if sys.platform == "win32" else PseudoTerminal()
-            try:
-                with simulated_car(line, ImageStore(self._store), profile):
-                    yield line.address
-            finally:
-                line.close()
-        except (StoreError, LineError):
-            raise MotorcadeError("virtual-car", path=self._store) from None
-        finally:
-            self._lock.release()
-
-
-# Gives the simulated car of who asks while the transfer runs; raises MotorcadeError where they may not use the port of
-# that name.
-Admit = Callable[[WebSocket, str], AbstractContextManager[VirtualCar]]
+# The file of the simulated car of who asks; raises MotorcadeError where they may not use the port of that name.
+Admit = Callable[[WebSocket, str], Path]
 
 
 class Uploads:
@@ -83,11 +62,18 @@ class Uploads:
         """Do one transfer through a port of the server; it continues if the page leaves."""
 
         async def transfer(order: UploadOrder, page: PageSocket) -> None:
-            profile = check_order(order)
+            baud = check_order(order).serial.baud
+
+            def put(answer: UploadAnswer) -> None:
+                from_thread.run_sync(page.put, answer)
+
             try:
-                with self._admit(socket, order.port) as car:
-                    work = partial(self._transfer, order, profile, page, car)
-                    page.put(await to_thread.run_sync(work, limiter=self._workers))
+                file = self._admit(socket, order.port)
+                if order.port == VIRTUAL:
+                    work = partial(self._reach_virtual_car, order, ImageStore(file), put)
+                else:
+                    work = partial(_reach_car, order, baud, put)
+                await to_thread.run_sync(work, limiter=self._workers)
             except MotorcadeError as problem:
                 page.put(failed(problem, order.port))
 
@@ -137,26 +123,32 @@ class Uploads:
         with suppress(WebSocketDisconnect):
             await sending
 
-    def _transfer(self, order: UploadOrder, profile: Profile, page: PageSocket, car: VirtualCar) -> Outcome:
-        with _port(order.port, profile, car) as port:
-            if order.image is None:
-                return ImageRead(readback(port, profile.serial.baud))
-            size = len(order.image)
-            answer = upload(
-                port,
-                order.image,
-                profile.serial.baud,
-                order.verify,
-                lambda sent: from_thread.run_sync(page.put, Progress(sent, size)),
-                lambda retry: from_thread.run_sync(page.put, retry_notice(retry, size)),
-            )
-            return uploaded(order, answer)
+    def _reach_virtual_car(self, order: UploadOrder, store: ImageStore, put: Callable[[Any], None]) -> None:
+        session = VirtualCarSession(order, secrets.randbelow(256), store.load, store.save)
+        try:
+            while not session.is_over:
+                for answer in session.advance(self._settings.clock()):
+                    put(answer)
+                time.sleep(session.wait_s)
+        except StoreError:
+            raise MotorcadeError("virtual-car", path=store.path) from None
 
 
-def _port(port: str, profile: Profile, car: VirtualCar) -> AbstractContextManager[str]:
-    if port == VIRTUAL:
-        return car.at_a_port(profile)
+def _reach_car(order: UploadOrder, baud: int, put: Callable[[UploadAnswer], None]) -> None:
+    port, image = order.port, order.image
     # Some of pyserial's URLs write files, so a page may use listed ports only.
     if port not in {each.device for each in ports()}:
         raise MotorcadeError("no-such-port", port=port)
-    return nullcontext(port)
+    if image is None:
+        put(ImageRead(readback(port, baud)))
+        return
+    size = len(image)
+    answer = upload(
+        port,
+        image,
+        baud,
+        order.verify,
+        lambda sent: put(Progress(sent, size)),
+        lambda retry: put(retry_notice(retry, size)),
+    )
+    put(uploaded(order, answer))
