@@ -57,7 +57,7 @@ class PageControl(Protocol):
         """Request an action of the car; this may take a while. Raises MotorcadeError where the car refuses."""
 
     def telemetry(self) -> dict[str, Any]:
-        """The fields of `motorcade.server.remote_messages.CarTelemetry` that are known of the car and this page."""
+        """What is known of the car and this page: by name, also the fields of `remote_messages.CarTelemetry`."""
 
     def leave(self) -> None:
         """End the connection; the car stands still if this page drove it."""

@@ -129,7 +129,9 @@ You = Annotated[dict[str, Any], Meta(title="{ drives: boolean; waits: boolean }"
 
 
 class CarTelemetry(Struct, kw_only=True):
-    """A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none.
+    """What a page shows of a car's `motorcade.drive.wire.Telemetry`, and what concerns this page.
+
+    By default, of a car that sent none.
 
     Attributes:
         state: also ``away``: the car can't be reached.
@@ -140,20 +142,11 @@ class CarTelemetry(Struct, kw_only=True):
     """
 
     state: CarState = "away"
-    angle_deg: int = 90
-    direction: int = 1
     speed: int = 0
     driver: str | None = None
     wanted_by: str | None = None
-    age_ms: int | None = None
     battery_mv: int | None = None
-    watchers: int = 0
-    refused: int = 0
-    failsafes: int = 0
-    stalls: int = 0
-    faults: int = 0
     last_fault: str = ""
-    turned_away: int = 0
     switches: dict[str, int] = {}
     obstacle_mm: int | None = None
     paused: bool = False

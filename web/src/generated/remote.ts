@@ -90,23 +90,14 @@ export interface Telemetry {
   clock: number | null;
 }
 
-/** A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none. */
+/** What a page shows of a car's `motorcade.drive.wire.Telemetry`, and what concerns this page. */
 export interface CarTelemetry {
   state: "away" | "disarmed" | "discharged" | "failsafe" | "moving" | "program" | "ready" | "standing" | "stopped";
-  angle_deg: number;
-  direction: number;
   speed: number;
   driver: string | null;
   wanted_by: string | null;
-  age_ms: number | null;
   battery_mv: number | null;
-  watchers: number;
-  refused: number;
-  failsafes: number;
-  stalls: number;
-  faults: number;
   last_fault: string;
-  turned_away: number;
   switches: Record<string, number>;
   obstacle_mm: number | null;
   paused: boolean;
