@@ -22,16 +22,16 @@ class _Message(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True
     pass
 
 
-class Join(_Message):
+class _ToOneCar(_Message):
+    car: Name
+
+
+class Join(_ToOneCar):
     """Connect to a car, to watch or to drive."""
 
-    car: Name
 
-
-class Leave(_Message):
+class Leave(_ToOneCar):
     """End the connection to a car."""
-
-    car: Name
 
 
 class Drive(_Message):
@@ -53,16 +53,12 @@ class Drive(_Message):
     stamp: Stamp = 0
 
 
-class Request(_Message):
+class Request(_ToOneCar):
     """Ask to drive."""
 
-    car: Name
 
-
-class Release(_Message):
+class Release(_ToOneCar):
     """Stop driving, or stop waiting to drive."""
-
-    car: Name
 
 
 class Stop(_Message):
@@ -71,16 +67,12 @@ class Stop(_Message):
     cars: Names
 
 
-class Clear(_Message):
+class Clear(_ToOneCar):
     """Lift the emergency stop."""
 
-    car: Name
 
-
-class Resume(_Message):
+class Resume(_ToOneCar):
     """Give the car back to its own program."""
-
-    car: Name
 
 
 class Sync(_Message):
