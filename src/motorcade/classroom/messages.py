@@ -69,12 +69,17 @@ def exchanges_of(kind: type) -> list[Exchange]:
     return [each.exchange for each in vars(kind).values() if hasattr(each, "exchange")]
 
 
-class Self(Struct):
-    """The pupil whose page asks; ``number`` is the personal one, of four digits, for coming back."""
+class Classmate(Struct):
+    """Another pupil, to whom a copy of a project can be given."""
 
     id: str
     name: str
     avatar: str
+
+
+class Self(Classmate):
+    """The pupil whose page asks; ``number`` is the personal one, of four digits, for coming back."""
+
     number: str
 
 
@@ -107,14 +112,6 @@ class StoredDraft(Struct):
     name: str
     project: Project | None
     saved_at: str
-
-
-class Classmate(Struct):
-    """Another pupil, to whom a copy of a project can be given."""
-
-    id: str
-    name: str
-    avatar: str
 
 
 class TeacherAbout(Struct):
@@ -270,13 +267,25 @@ class ClassAnswerBase(Struct, tag_field="is", tag=str.lower):
     """What is sent over a WebSocket; ``is`` says what it is."""
 
 
-class PupilView(ClassAnswerBase, tag="pupil"):
+class _ClassState(ClassAnswerBase):
+    """What everybody in a class is shown.
+
+    Attributes:
+        frozen: 'eyes up': pupils' pages show nothing to work with, their worlds are paused.
+        shared: the cable and the real cars.
+        stopped: the teacher's emergency stop holds all real cars.
+    """
+
+    frozen: bool
+    shared: list[Shared]
+    stopped: bool
+    mat: MatView
+
+
+class PupilView(_ClassState, tag="pupil", kw_only=True):
     """All that concerns a pupil; sent whole when something has changed.
 
     Attributes:
-        frozen: 'eyes up': the page shows nothing to work with, worlds are paused.
-        shared: the cable and the real cars.
-        stopped: the teacher's emergency stop holds all real cars.
         mission: the number of the mission that was handed out last; None for none.
         news: what came and was not seen yet, at most 20.
         pair: with whom the pupil programs one project; None for nobody.
@@ -284,20 +293,15 @@ class PupilView(ClassAnswerBase, tag="pupil"):
 
     me: Self
     hand: bool
-    frozen: bool
-    shared: list[Shared]
-    stopped: bool
-    mat: MatView
     mission: int | None
     news: list[News]
     pair: PairView | None = None
 
 
-class PupilRow(Struct):
+class PupilRow(Self):
     """A pupil, as the teacher sees it; all times in seconds until now.
 
     Attributes:
-        number: the personal number.
         online: a page of the pupil is connected.
         away_s: since when it isn't; 0 where it is.
         hand_s: since when the hand is raised; None where it isn't.
@@ -307,10 +311,6 @@ class PupilRow(Struct):
         stars: all that the pupil has earned.
     """
 
-    id: str
-    name: str
-    avatar: str
-    number: str
     online: bool
     away_s: int
     hand_s: int | None
@@ -321,25 +321,19 @@ class PupilRow(Struct):
     stars: int
 
 
-class ClassView(ClassAnswerBase, tag="class"):
+class ClassView(_ClassState, tag="class", kw_only=True):
     """The whole class, for the teacher; sent whole when something has changed.
 
     Attributes:
         pupils: in the order in which they joined.
-        shared: the cable and the real cars.
-        stopped: the emergency stop holds all real cars.
         disk: why the server can't store work at present; None where it can.
     """
 
     title: str
     code: str
     is_open: bool
-    frozen: bool
     stuck_minutes: int
     pupils: list[PupilRow]
-    shared: list[Shared]
-    stopped: bool
-    mat: MatView
     disk: Sentence | None
 
 

@@ -45,17 +45,20 @@ class MissionZone(Struct):
     radius_m: float | None
 
 
-class MissionEntry(Struct):
-    """A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned."""
-
+class _ShownMission(Struct, kw_only=True):
     id: str
     name: Sentence
     path: str
     order: int
-    stars: list[int]
-    earned: list[int]
     mat: MatDocument
     zones: list[MissionZone]
+
+
+class MissionEntry(_ShownMission, kw_only=True):
+    """A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned."""
+
+    stars: list[int]
+    earned: list[int]
 
 
 class MissionGoal(Struct):
@@ -66,28 +69,22 @@ class MissionGoal(Struct):
     text: Sentence
 
 
-class _ToldMission(Struct):
+class _ToldMission(_ShownMission, kw_only=True):
     """What everybody is told of a mission.
 
     Attributes:
         steps: the kinds of steps whose blocks are offered.
     """
 
-    id: str
-    name: Sentence
     story: Sentence
     hints: list[Sentence]
     learned: Sentence
-    path: str
-    order: int
     level: str
     steps: list[str]
-    mat: MatDocument
-    zones: list[MissionZone]
     goals: list[MissionGoal]
 
 
-class Mission(_ToldMission):
+class Mission(_ToldMission, kw_only=True):
     """All that the page needs to play a mission.
 
     Attributes:
@@ -114,7 +111,7 @@ class NotedMistake(Struct):
     hint: Sentence | None
 
 
-class MissionNotes(_ToldMission):
+class MissionNotes(_ToldMission, kw_only=True):
     """A mission for a teacher; what a mission without notes says nothing of is None.
 
     Attributes:
@@ -168,16 +165,7 @@ def chosen_mission(choice: MissionChoice) -> model.Mission:
 def list_missions(stars: Stars) -> list[MissionEntry]:
     """Return the missions that come with Motorcade, path by path and in order."""
     return [
-        MissionEntry(
-            id=each.id,
-            name=each.name.texts,
-            path=each.document["path"],
-            order=each.document["order"],
-            stars=sorted({goal.star for goal in each.goals}),
-            earned=stars.get(each.id, []),
-            mat=each.mat_document,
-            zones=mission_zones(each),
-        )
+        MissionEntry(**_shown(each), stars=sorted({goal.star for goal in each.goals}), earned=stars.get(each.id, []))
         for each in documents.missions()
     ]
 
@@ -219,19 +207,26 @@ def mission_notes(choice: MissionChoice) -> MissionNotes:
     )
 
 
-def _told(mission: model.Mission) -> dict[str, Any]:
-    """Return the fields of `_ToldMission`."""
-    document = mission.document
+def _shown(mission: model.Mission) -> dict[str, Any]:
+    """Return the fields of `_ShownMission`."""
     return {
         "id": mission.id,
         "name": mission.name.texts,
+        **{key: mission.document[key] for key in ("path", "order")},
+        "mat": mission.mat_document,
+        "zones": mission_zones(mission),
+    }
+
+
+def _told(mission: model.Mission) -> dict[str, Any]:
+    """Return the fields of `_ToldMission`."""
+    return {
+        **_shown(mission),
         "story": mission.story.texts,
         "hints": [hint.texts for hint in mission.hints],
         "learned": mission.learned.texts,
-        **{key: document[key] for key in ("path", "order", "level")},
+        "level": mission.document["level"],
         "steps": mission.palette,
-        "mat": mission.mat_document,
-        "zones": mission_zones(mission),
         "goals": mission_goals(mission),
     }
 

@@ -82,12 +82,12 @@ export interface MissionStars {
 /** All that concerns a pupil; sent whole when something has changed. */
 export interface PupilView {
   is: "pupil";
-  me: Self;
-  hand: boolean;
   frozen: boolean;
   shared: Shared[];
   stopped: boolean;
   mat: MatView;
+  me: Self;
+  hand: boolean;
   mission: number | null;
   news: News[];
   pair: PairView | null;
@@ -148,15 +148,15 @@ export interface Goodbye {
 /** The whole class, for the teacher; sent whole when something has changed. */
 export interface ClassView {
   is: "class";
-  title: string;
-  code: string;
-  is_open: boolean;
   frozen: boolean;
-  stuck_minutes: number;
-  pupils: PupilRow[];
   shared: Shared[];
   stopped: boolean;
   mat: MatView;
+  title: string;
+  code: string;
+  is_open: boolean;
+  stuck_minutes: number;
+  pupils: PupilRow[];
   disk: Sentence | null;
 }
 

@@ -277,10 +277,10 @@ export interface MissionEntry {
   name: Sentence;
   path: string;
   order: number;
-  stars: number[];
-  earned: number[];
   mat: MatDocument;
   zones: MissionZone[];
+  stars: number[];
+  earned: number[];
 }
 
 /** A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read. */
@@ -302,15 +302,15 @@ export interface MissionChoice {
 export interface Mission {
   id: string;
   name: Sentence;
+  path: string;
+  order: number;
+  mat: MatDocument;
+  zones: MissionZone[];
   story: Sentence;
   hints: Sentence[];
   learned: Sentence;
-  path: string;
-  order: number;
   level: string;
   steps: string[];
-  mat: MatDocument;
-  zones: MissionZone[];
   goals: MissionGoal[];
   edits: string;
   seconds: number;
@@ -333,15 +333,15 @@ export interface MissionGoal {
 export interface MissionNotes {
   id: string;
   name: Sentence;
+  path: string;
+  order: number;
+  mat: MatDocument;
+  zones: MissionZone[];
   story: Sentence;
   hints: Sentence[];
   learned: Sentence;
-  path: string;
-  order: number;
   level: string;
   steps: string[];
-  mat: MatDocument;
-  zones: MissionZone[];
   goals: MissionGoal[];
   minutes: number | null;
   aim: Sentence | null;
