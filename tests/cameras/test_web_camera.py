@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.cameras.web import Parts, WebCamera
+from motorcade.cameras.broadcast import Parts, WebCamera
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import https_context, visitor_context
 from motorcade.errors import MotorcadeError

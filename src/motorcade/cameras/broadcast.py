@@ -1,19 +1,35 @@
-"""Share a camera among viewers: each picture is taken and packed once, and each viewer gets the newest one."""
+"""Share a camera among viewers: each picture is taken and packed once, and each viewer gets the newest one.
+
+Pictures come from this computer's camera, or by HTTP, such as those of a car's page: MJPEG, or a JPEG file for each
+request.
+"""
 
 import asyncio
+import http.client
 import io
+import ssl
+import threading
 import time
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import AsyncGenerator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import aclosing
+from contextlib import aclosing, closing
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 
 WIDTH, HEIGHT = 640, 480
 RATE_HZ = 15.0
 MOST_VIEWERS = 16
 _QUALITY = 70
+# Of a camera that is reached by HTTP.
+_PATIENCE_S = 2.0
+# A viewer asks many times a second; the connection ends when nobody has asked for so long.
+_IDLE_S = 1.0
+_AGAIN_S = 0.5
+_MOST_BYTES = 1 << 22
+_CHUNK_BYTES = 1 << 16
+_MULTIPART, _JPEG = "multipart/x-mixed-replace", "image/jpeg"
 
 
 class Source(Protocol):
@@ -193,3 +209,175 @@ def find_camera() -> Source:
         if problem.code != "camera-driver-missing":
             raise
     return OpenCvCamera()
+
+
+class Parts:
+    """Split a body of multipart/x-mixed-replace into its pictures, however its bytes are cut. Pure.
+
+    Args:
+        boundary: of its parts, without the leading hyphens.
+        most_bytes: the longest part, with its headers.
+    """
+
+    def __init__(self, boundary: str, most_bytes: int = _MOST_BYTES) -> None:
+        # Some servers name the boundary with its hyphens.
+        self._boundary = b"--" + boundary.removeprefix("--").encode("latin-1")
+        self._most_bytes = most_bytes
+        self._rest = bytearray()
+
+    def receive_data(self, data: bytes) -> list[bytes]:
+        """The pictures that are whole now. Raises ValueError where a part is too long."""
+        self._rest += data
+        pictures = []
+        while (picture := self._next()) is not None:
+            pictures.append(picture)
+        if len(self._rest) > self._most_bytes:
+            raise ValueError(f"more than {self._most_bytes} bytes without an end")
+        return pictures
+
+    def _next(self) -> bytes | None:
+        begin = self._rest.find(self._boundary)
+        head_end = self._rest.find(b"\r\n\r\n", begin)
+        if begin < 0 or head_end < 0:
+            return None
+        body = head_end + 4
+        length = _length(bytes(self._rest[begin:head_end]))
+        end = self._rest.find(self._boundary, body) if length is None else body + length
+        if end < body or end > len(self._rest):
+            return None
+        picture = bytes(self._rest[body:end])
+        del self._rest[:end]
+        return picture if length is not None else picture.removesuffix(b"\r\n")
+
+
+def _length(head: bytes) -> int | None:
+    for line in head.split(b"\r\n"):
+        name, _, value = line.partition(b":")
+        if name.strip().lower() == b"content-length" and value.strip().isdigit():
+            return int(value)
+    return None
+
+
+class WebCamera:
+    """Read the pictures at one address while somebody asks for them; redirections aren't followed.
+
+    Args:
+        url: http:// or https://, with all that it needs, such as ``token=``.
+        trust: the authorities for an https:// address; those that this computer trusts, unless given.
+        patience_s: how long `jpeg` waits for a picture before an error.
+        idle_s: the connection ends when nobody has asked for so long.
+
+    Raises:
+        MotorcadeError: "not-a-camera-address".
+    """
+
+    def __init__(
+        self,
+        url: str,
+        trust: ssl.SSLContext | None = None,
+        patience_s: float = _PATIENCE_S,
+        idle_s: float = _IDLE_S,
+    ) -> None:
+        try:
+            parts = urlsplit(url)
+            self._host, self._port = parts.hostname or "", parts.port
+        except ValueError:
+            raise MotorcadeError("not-a-camera-address", url=url) from None
+        if parts.scheme not in ("http", "https") or not self._host:
+            raise MotorcadeError("not-a-camera-address", url=url)
+        self._path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+        # Shown in errors, without the token, which is a secret.
+        self._shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
+        self._tls = (trust or ssl.create_default_context()) if parts.scheme == "https" else None
+        self._patience_s = patience_s
+        self._idle_s = idle_s
+        self._changed = threading.Condition()
+        self._reader: threading.Thread | None = None
+        self._asked_s = 0.0
+        self._newest = b""
+        self._given = self._count = 0
+        self._problem: str | Phrase | OSError = ""
+        self._closed = False
+
+    def jpeg(self) -> bytes:
+        """A picture that was not returned yet. Raises MotorcadeError."""
+        with self._changed:
+            self._asked_s = time.monotonic()
+            if self._reader is None and not self._closed:
+                # The picture that was read for former viewers is old.
+                self._given = self._count
+                self._problem = ""
+                self._reader = threading.Thread(target=self._read, name="web camera", daemon=True)
+                self._reader.start()
+            self._changed.wait_for(lambda: self._count != self._given or bool(self._problem), self._patience_s)
+            if self._count == self._given:
+                reason = self._problem or Phrase("stays-silent")
+                raise MotorcadeError("camera-gives-no-answer", url=self._shown, reason=reason)
+            self._given = self._count
+            return self._newest
+
+    def close(self) -> None:
+        """Close the connection when the next picture comes, or none comes in time."""
+        with self._changed:
+            self._closed = True
+
+    def _read(self) -> None:
+        """Read while somebody asks, so that no old pictures gather in buffers."""
+        try:
+            for picture in self._pictures():
+                if not self._show(picture):
+                    return
+            problem: str | Phrase | OSError = Phrase("has-ended")
+        except OSError as caught:
+            problem = caught
+        except (http.client.HTTPException, ValueError) as caught:
+            problem = str(caught) or type(caught).__name__
+        with self._changed:
+            self._problem = problem
+            self._changed.notify_all()
+        time.sleep(_AGAIN_S)
+        with self._changed:
+            self._reader = None
+
+    def _show(self, picture: bytes) -> bool:
+        """Offer a picture. Returns whether somebody still asks for pictures."""
+        with self._changed:
+            self._newest = picture
+            self._count += 1
+            self._changed.notify_all()
+            is_wanted = not self._closed and time.monotonic() - self._asked_s < self._idle_s
+            if not is_wanted:
+                self._reader = None
+            return is_wanted
+
+    def _pictures(self) -> Iterator[bytes]:
+        """The camera's pictures as they come. Raises OSError, HTTPException, ValueError."""
+        with closing(self._connection()) as connection:
+            while True:
+                connection.request("GET", self._path)
+                answer = connection.getresponse()
+                if answer.status != http.HTTPStatus.OK:
+                    raise OSError(f"{answer.status} {answer.reason}"[:60])
+                kind = answer.headers.get_content_type()
+                if kind == _MULTIPART:
+                    yield from _parts_of(answer)
+                    return
+                if kind != _JPEG:
+                    raise OSError(f"{kind[:40]} is no picture")
+                picture = answer.read(_MOST_BYTES + 1)
+                if len(picture) > _MOST_BYTES:
+                    raise OSError(f"more than {_MOST_BYTES} bytes")
+                yield picture
+                time.sleep(1 / RATE_HZ)
+
+    def _connection(self) -> http.client.HTTPConnection:
+        if self._tls:
+            return http.client.HTTPSConnection(self._host, self._port, timeout=self._patience_s, context=self._tls)
+        return http.client.HTTPConnection(self._host, self._port, timeout=self._patience_s)
+
+
+def _parts_of(answer: http.client.HTTPResponse) -> Iterator[bytes]:
+    parts = Parts(str(answer.headers.get_param("boundary", "")))
+    while data := answer.read1(_CHUNK_BYTES):
+        # Of pictures that come together only the newest counts.
+        yield from parts.receive_data(data)[-1:]

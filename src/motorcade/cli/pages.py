@@ -187,7 +187,7 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
 
     Raises MotorcadeError.
     """
-    from motorcade.cameras.web import WebCamera
+    from motorcade.cameras.broadcast import WebCamera
     from motorcade.drive.keys import client_context, visitor_context
 
     urls = dict(_pair(each, "not-name-and-url") for each in cameras)

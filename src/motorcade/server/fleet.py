@@ -10,8 +10,7 @@ import ssl
 from collections.abc import Callable, Iterable
 from typing import Any, Literal, NamedTuple, Protocol
 
-from motorcade.cameras.broadcast import Camera
-from motorcade.cameras.web import WebCamera
+from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.places import MOST_SESSIONS
