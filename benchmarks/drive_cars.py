@@ -14,12 +14,11 @@ from typing import Any, cast
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.drive import server as drive_server
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import server_context
 from motorcade.drive.listener import bind
+from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
-from motorcade.drive.watchdog import watched
 from motorcade.timing import monotonic_ms
 
 NEUTRAL = (90, 1, 0)
@@ -106,7 +105,7 @@ async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoa
             if isinstance(board, AnsweringBoard):
                 board.server = server
             await stack.enter_async_context(watched(drive))
-            await stack.enter_async_context(drive_server.serving(server, sockets[0], sockets[1], tls))
+            await stack.enter_async_context(serving(server, sockets[0], sockets[1], tls))
             ports += [each.getsockname()[1] for each in sockets]
         pipe.send(ports)
         await _wait_for_end(pipe)

@@ -78,7 +78,7 @@ BREAKS = (
         "        if silent_ms <= self._failsafe_ms:\n            return self._failsafe_ms + 1 - silent_ms\n",
         "        if silent_ms <= 2 * self._failsafe_ms:\n            return 2 * self._failsafe_ms + 1 - silent_ms\n",
     ),
-    Break("no-watchdog", "driving", "drive/watchdog.py", "rest_ms = self._control.watch()", "rest_ms = 50"),
+    Break("no-watchdog", "driving", "drive/server.py", "rest_ms = self._control.watch()", "rest_ms = 50"),
     Break(
         "guard-ignores-frozen",
         "driving",

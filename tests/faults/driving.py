@@ -17,12 +17,12 @@ from tests.faults.world import Faults, Process, World, world
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive import client as drive_client
-from motorcade.drive import motor_guard, watchdog
+from motorcade.drive import motor_guard
+from motorcade.drive import server as drive_server
 from motorcade.drive import session as drive_session
 from motorcade.drive.channels import Clients
-from motorcade.drive.server import serving
+from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
-from motorcade.drive.watchdog import watched
 from motorcade.timing import to_ticks
 from motorcade.words.ticks import TICKS_MASK
 
@@ -277,7 +277,7 @@ class Driving:
             | self.system.names(motor_guard)
             | {
                 (drive_session, "threading"): THREADS,
-                (watchdog, "threading"): THREADS,
+                (drive_server, "threading"): THREADS,
                 (drive_client, "random"): SimpleNamespace(uniform=self.random.uniform),
             }
         )

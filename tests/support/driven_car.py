@@ -13,9 +13,8 @@ from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.drive.channels import Clients
 from motorcade.drive.listener import bind
-from motorcade.drive.server import serving
+from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
-from motorcade.drive.watchdog import watched
 from motorcade.timing import monotonic_ms
 from motorcade.words.formats import SWITCHES
 from support.waiting import DEADLINE_S

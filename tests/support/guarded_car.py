@@ -18,8 +18,8 @@ from pathlib import Path
 from motorcade.car.arbiter import APPLIED
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
+from motorcade.drive.server import watched
 from motorcade.drive.session import CarControl
-from motorcade.drive.watchdog import watched
 from motorcade.timing import monotonic_ms
 from motorcade.words.formats import DRIVE
 

@@ -16,9 +16,8 @@ from motorcade.cli.options import current_language, print_note, print_result, tr
 from motorcade.drive.activity_log import ActivityLog
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import RevokedKeys
-from motorcade.drive.server import serving
+from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
-from motorcade.drive.watchdog import watched
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 from motorcade.timing import monotonic_ms

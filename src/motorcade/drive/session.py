@@ -1,7 +1,7 @@
 """Control of one car: the object that sockets and pages share, and their sessions. No sockets here.
 
 Every method may be called from any thread. `CarControl.beat` has to be called in time, as
-`motorcade.drive.watchdog.watched` does.
+`motorcade.drive.server.watched` does.
 """
 
 import threading
