@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperOption
 
 from motorcade import __version__
-from motorcade.cli import car, cars, classroom, drive, missions, pages, runs, uploads, words
+from motorcade.cli import car, classroom, drive, missions, pages, runs, uploads, words
 from motorcade.cli.options import (
     HELP_OPTIONS,
     Json,
@@ -44,7 +44,7 @@ for _part in (
 ):
     app.add_typer(_part)
 app.add_typer(car.app, name="car")
-app.add_typer(cars.app, name="cars")
+app.add_typer(uploads.cars_app, name="cars")
 app.add_typer(drive.app, name="drive")
 
 

@@ -4,6 +4,7 @@ import asyncio
 import re
 import sys
 import time
+from asyncio import run as run
 from binascii import crc32
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress

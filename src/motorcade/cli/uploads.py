@@ -1,7 +1,8 @@
-"""Commands that reach a car by cable: ports, upload, readback, install-firmware; and arduino-library."""
+"""Commands that reach cars: ports, upload, readback, install-firmware, arduino-library, and those for many cars."""
 
 import sys
 from binascii import crc32
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -44,6 +45,8 @@ ChipName = Literal["esp32", "rp2040"]
 _TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
 
 app = typer.Typer()
+cars_app = typer.Typer()
+Names = Annotated[list[str], typer.Argument(metavar="NAME…")]
 Port = Annotated[str, typer.Option("--port", "-p")]
 
 
@@ -82,12 +85,10 @@ def _upload(
     image, chosen = image_for(source, profile)
     if to:
         exclude_each_other(to=to, port=port, no_verify=no_verify, dry_run=dry_run)
-        import asyncio
-
-        from motorcade.cli.fleet import load
+        from motorcade.cli.fleet import load, run
 
         search = Search(car_list, keys, seconds)
-        asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
+        run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -194,6 +195,64 @@ def _arduino_library(
         return
     sketch = OWN_SKETCH if pins else "Uno / Mega"
     print(translated("library-written", output=output, files=len(files), sketch=sketch))
+
+
+@cars_app.callback(invoke_without_command=True)
+def _cars(
+    context: typer.Context,
+    car_list: CarList = None,
+    keys: OptionalFile = None,
+    seconds: Seconds = 4.0,
+    as_json: JsonInPipes = False,
+) -> None:
+    if context.invoked_subcommand is None:
+        from motorcade.cli.fleet import print_cars, run, show_cars
+
+        run((print_cars if as_json else show_cars)(Search(car_list, keys, seconds)))
+
+
+@cars_app.command("blink")
+def _blink(names: Names, car_list: CarList = None, keys: OptionalFile = None, seconds: Seconds = 4.0) -> None:
+    from motorcade.cli.fleet import act, run
+    from motorcade.words.request import BLINK
+
+    run(act(Search(car_list, keys, seconds), names, BLINK))
+    print(translated("cars-blink", names=", ".join(names)))
+
+
+@cars_app.command("name")
+def _name(
+    port: Annotated[str, typer.Argument(metavar="PORT")],
+    name: Annotated[str, typer.Argument(metavar="NAME")],
+    car_list: CarList = None,
+    keys: OptionalFile = None,
+    seconds: Seconds = 4.0,
+) -> None:
+    from motorcade.cli.fleet import act, run
+    from motorcade.fleet.places import check_name
+    from motorcade.words.request import NAME
+
+    check_name(name)
+    run(act(Search(car_list, keys, seconds), [port], NAME, name))
+    print(translated("car-named", port=port, name=name))
+
+
+def _ordering(kind: str) -> Callable[..., None]:
+    def order_all(
+        car_list: CarList = None,
+        keys: OptionalFile = None,
+        seconds: Seconds = 4.0,
+        as_json: JsonInPipes = False,
+    ) -> None:
+        from motorcade.cli.fleet import order, run
+
+        run(order(kind, Search(car_list, keys, seconds), as_json))
+
+    return order_all
+
+
+for _kind in ("stop", "go"):
+    cars_app.command(_kind)(_ordering(_kind))
 
 
 def _wifi_settings(
