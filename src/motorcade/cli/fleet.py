@@ -6,6 +6,7 @@ import sys
 import time
 from asyncio import run as run
 from binascii import crc32
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -45,8 +46,6 @@ _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
 _PROGRAMS, _MOST_PROGRAMS = ("*.motorcade.json", "*.image"), 200
 # So many problems are named below a table.
 _MOST_PROBLEMS = 20
-# Lines of the terminal that bars leave free: for the bar of all cars, and for what was printed before.
-_FREE_LINES = 4
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
 
 
@@ -241,24 +240,14 @@ async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, s
             raise MotorcadeError("no-cars-found")
         with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
             together = progress.add_task(translated("progress-sent"), total=len(contacts) * len(image))
-            most = max(1, console.height - _FREE_LINES)
-            fit = len(contacts) <= most
-            bars = {id(each): progress.add_task(each.name, total=len(image), visible=fit) for each in contacts}
-            sent_bytes: dict[int, int] = {}
-            # Where there are more cars than lines: those that are being loaded, and the last that are complete.
-            shown: dict[int, None] = {}
+            bars = {id(each): progress.add_task(each.name, total=len(image), visible=False) for each in contacts}
+            sent_bytes: Counter[int] = Counter()
 
             def advance(contact: object, sent: int) -> None:
                 car = id(contact)
-                progress.update(together, advance=sent - sent_bytes.get(car, 0))
+                progress.update(together, advance=sent - sent_bytes[car])
+                progress.update(bars[car], completed=sent, visible=0 < sent < len(image))
                 sent_bytes[car] = sent
-                complete = next((each for each in shown if sent_bytes[each] == len(image)), None)
-                if not fit and car not in shown and len(shown) == most and complete is not None:
-                    del shown[complete]
-                    progress.update(bars[complete], visible=False)
-                if not fit and len(shown) < most:
-                    shown[car] = None
-                progress.update(bars[car], completed=sent, visible=fit or car in shown)
 
             return await cars.load(image, names, advance if console.is_terminal else lambda *_: None, skips)
 
