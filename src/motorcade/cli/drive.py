@@ -91,12 +91,15 @@ def _serve(
     import asyncio
 
     from motorcade.boards.computer import BatteryFile
-    from motorcade.cli.serving import ServeOptions, serve
+    from motorcade.cli.serving import serve
     from motorcade.config.pins import load_pins
     from motorcade.drive.activity_log import logging_to
+    from motorcade.drive.channels import Clients
     from motorcade.drive.keys import https_context, name_in, server_context
     from motorcade.drive.listener import bind
+    from motorcade.drive.session import CarControl
     from motorcade.fleet.places import DRIVE, announced
+    from motorcade.timing import monotonic_ms
 
     exclude_each_other(keys=keys, insecure_lan=insecure_lan)
     if (pins is None) != (board == "simulated"):
@@ -135,9 +138,9 @@ def _serve(
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
-        serving = ServeOptions(
-            commands, telemetry, tls, refused, written, byte_order, as_json, serve_page, parts, notes
-        )
+        clients = Clients(CarControl(car, monotonic_ms, chosen), byte_order, refused)
+        if written:
+            clients.control.record = written.of_car()
         name = parts.equipment.name if parts else ""
         (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
         language = current_language()
@@ -149,7 +152,7 @@ def _serve(
             telemetry=telemetry_port,
             keys=name_in(keys),
         ):
-            asyncio.run(serve(car, chosen, serving))
+            asyncio.run(serve(clients, commands, telemetry, tls, serve_page, parts, notes, as_json))
     if not as_json:
         print_lines([translated("serve-ended")])
 

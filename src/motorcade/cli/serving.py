@@ -10,22 +10,18 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from motorcade.cli.options import current_language, print_note, print_result, translated
-from motorcade.drive.activity_log import ActivityLog
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
-from motorcade.timing import monotonic_ms
 
 if TYPE_CHECKING:
-    from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car import CarParts
-    from motorcade.config.profile import Profile
     from motorcade.drive.wire import Telemetry
 
 _PERIOD_S, _LAST_LINE_S = 0.1, 1.0
@@ -35,37 +31,28 @@ _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 Note = Phrase | MotorcadeError | str
 
 
-class ServeOptions(NamedTuple):
-    """How a car is served.
+async def serve(
+    clients: Clients,
+    commands: socket.socket,
+    telemetry: socket.socket,
+    tls: ssl.SSLContext | None,
+    page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None",
+    parts: "CarParts | None",
+    notes: deque[Note],
+    as_json: bool,
+) -> None:
+    """Serve a car until a signal ends it.
 
-    Attributes:
+    Args:
+        clients: of the car.
         commands, telemetry: where it listens.
         tls: for both; None for none.
-        revoked: drivers' keys that are refused.
-        log: who drove, stopped and cleared; None for no log.
         page: serves its page, if it has one, and gives the page's address.
         parts: a real car's equipment; None for a simulated car.
         notes: sentences for the log; other threads append to it.
+        as_json: prints JSON when the car takes commands.
     """
-
-    commands: socket.socket
-    telemetry: socket.socket
-    tls: ssl.SSLContext | None
-    revoked: RevokedKeys | None
-    log: ActivityLog | None
-    byte_order: str
-    as_json: bool
-    page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None"
-    parts: "CarParts | None"
-    notes: deque[Note]
-
-
-async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) -> None:
-    """Serve until a signal ends it."""
-    control = CarControl(board, monotonic_ms, profile)
-    if options.log:
-        control.record = options.log.of_car()
-    clients = Clients(control, options.byte_order, options.revoked)
+    control = clients.control
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
     # Other threads don't know what --language is.
     language = current_language()
@@ -78,29 +65,29 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
             signal.signal(getattr(signal, name), lambda number, frame: end())
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
-        listeners = await resources.enter_async_context(
-            serving(clients, options.commands, options.telemetry, options.tls)
-        )
-        url = await resources.enter_async_context(options.page(control)) if options.page else None
-        resources.enter_context(_logging(control.telemetry, options.notes, language))
+        listeners = await resources.enter_async_context(serving(clients, commands, telemetry, tls))
+        url = await resources.enter_async_context(page(control)) if page else None
+        resources.enter_context(_logging(control.telemetry, notes, language))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)
-        _print_addresses({"host": host, "port": port, "telemetry_port": telemetry_port}, url, options)
+        addresses = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": tls is not None}
+        _print_addresses(addresses | ({"url": url} if url else {}), clients.revoked, parts, as_json)
         await ended.wait()
 
 
-def _print_addresses(addresses: dict[str, Any], url: str | None, options: ServeOptions) -> None:
-    parts = options.parts
-    data = addresses | {"tls": options.tls is not None} | ({"url": url} if url else {})
-    if options.revoked:
-        data["revoked_problem"] = str(options.revoked.problem) if options.revoked.problem else None
+def _print_addresses(
+    data: dict[str, Any], revoked: RevokedKeys | None, parts: "CarParts | None", as_json: bool
+) -> None:
+    more = translated("serve-uploads", address=parts.address) if parts and parts.address else ""
+    if "url" in data:
+        more += translated("serve-page", url=data["url"])
+    sentence = translated("serve-begins", **data, more=more)
+    if revoked:
+        data["revoked_problem"] = str(revoked.problem) if revoked.problem else None
     if parts:
         data |= {"uploads": parts.address, "store": str(parts.store)}
-    more = translated("serve-uploads", address=parts.address) if parts and parts.address else ""
-    if url:
-        more += translated("serve-page", url=url)
-    print_result(data, translated("serve-begins", **addresses, more=more), options.as_json)
-    if options.revoked and options.revoked.problem:
-        print_note(options.revoked.problem.sentence(current_language()))
+    print_result(data, sentence, as_json)
+    if revoked and revoked.problem:
+        print_note(revoked.problem.sentence(current_language()))
 
 
 @contextmanager
