@@ -9,6 +9,7 @@ import sys
 import threading
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,7 @@ def test_it_says_who_drove_stopped_and_cleared_by_the_names_in_certificates(tmp_
     make_keys(tmp_path, [CarKeys("ada")], ["lin", "小美"], datetime.now(UTC))
     log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None)
     with DrivenCar(server_context(tmp_path / "car-ada.pem"), profile=PATIENT) as car:
-        car.control.record = log.of_car("ada")
+        car.control.record = partial(log.record, car="ada")
         plain = socket.create_connection(("127.0.0.1", car.port), DEADLINE_S)
         with client_context(tmp_path / "driver-lin.pem").wrap_socket(plain, server_hostname="ada") as lin:
             lin.sendall(ARM)
@@ -132,7 +133,7 @@ def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(t
     reader = os.open(hanging, os.O_RDONLY | os.O_NONBLOCK)
     log = ActivityLog(hanging, lambda problem: None, lambda: AT)
     with DrivenCar(profile=PATIENT) as car, socket.create_connection(("127.0.0.1", car.port), DEADLINE_S) as lin:
-        car.control.record = log.of_car()
+        car.control.record = log.record
         lin.sendall(ARM)
         wait_until(lambda: car.control.telemetry().driver)
         for number in range(3000):

@@ -19,6 +19,7 @@ from motorcade.cli.options import (
 )
 from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser, print_problem
 from motorcade.extras import needs_extra
+from motorcade.sockets import is_loopback
 
 app = typer.Typer()
 _KEY_BYTES = 12
@@ -52,7 +53,6 @@ def _class(
     from motorcade.drive.keys import https_context
     from motorcade.drive.listener import bind
     from motorcade.fleet.places import CLASS, announced
-    from motorcade.sockets import is_loopback
 
     named = named_cars(car or (), camera or (), keys)
     place = folder or Path(typer.get_app_dir("motorcade")) / "class"

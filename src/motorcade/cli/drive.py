@@ -140,7 +140,7 @@ def _serve(
         serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
         clients = Clients(CarControl(car, monotonic_ms, chosen), byte_order, refused)
         if written:
-            clients.control.record = written.of_car()
+            clients.control.record = written.record
         name = parts.equipment.name if parts else ""
         (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
         language = current_language()

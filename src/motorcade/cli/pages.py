@@ -29,7 +29,7 @@ from motorcade.cli.options import (
 )
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
-from motorcade.sockets import DRIVE_PORT, host_and_port
+from motorcade.sockets import DRIVE_PORT, host_and_port, is_loopback
 
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
@@ -57,8 +57,6 @@ def check_reach(listener: socket.socket, keys: Path | None, insecure_lan: bool, 
         refusal: the code of the MotorcadeError that is raised.
         warning: the key of the sentence that is printed.
     """
-    from motorcade.sockets import is_loopback
-
     if is_loopback(listener) or keys:
         return
     host = listener.getsockname()[0]
@@ -101,7 +99,6 @@ def page_address(
     An address that other computers reach has a new secret token; one of this computer alone has ``token``, if any.
     """
     from motorcade.server.running import names_of, url_of
-    from motorcade.sockets import is_loopback
 
     names, port = names_of(listener, host), listener.getsockname()[1]
     if not is_loopback(listener):

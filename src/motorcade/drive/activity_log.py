@@ -5,9 +5,8 @@ import os
 import stat
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from datetime import UTC, datetime, timedelta
-from functools import partial
 from io import FileIO
 from pathlib import Path
 from queue import Empty, Full, Queue
@@ -67,10 +66,6 @@ class ActivityLog:
         record = ({"car": car} if car else {}) | {"did": did, "who": who[:_LONGEST_NAME]}
         with self._lock:
             self._put(self._repeats.take(record, now), now)
-
-    def of_car(self, car: str = "") -> Record:
-        """The function that records what is done with ``car``."""
-        return partial(self.record, car=car)
 
     def close(self) -> None:
         """Write what waits, for at most a second."""
@@ -170,9 +165,5 @@ class _Repeats:
 @contextmanager
 def logging_to(file: Path | None, report: Callable[[MotorcadeError], None]) -> Iterator[ActivityLog | None]:
     """Open a log while the block runs; None where there is no file. Raises MotorcadeError."""
-    log = ActivityLog(file, report) if file else None
-    try:
+    with closing(ActivityLog(file, report)) if file else nullcontext() as log:
         yield log
-    finally:
-        if log:
-            log.close()
