@@ -187,7 +187,7 @@ class BrowserStorage(Storage):
         if not records:
             check_count(self._limits, len(self.list(owner)))
         most = self._limits.size_bytes
-        if self._used_bytes(owner) + len(data) > most:
+        if sum(record.size_bytes for record in self._of(owner)) + len(data) > most:
             raise MotorcadeError("browser-library-full", most=most / 1e6)
         changes = self._changes
         moment_s = self._clock_s() if saved_at_s is None else saved_at_s
@@ -196,7 +196,7 @@ class BrowserStorage(Storage):
         changes.put.append((record, text))
         all_records = (record, *records)
         self._projects[owner, name] = all_records[: self._limits.versions]
-        self._remove(all_records[self._limits.versions :])
+        changes.remove.extend(all_records[self._limits.versions :])
         return record.version
 
     def read(self, owner: str, name: str, version: int | None = None) -> bytes:
@@ -220,14 +220,14 @@ class BrowserStorage(Storage):
 
     def delete(self, owner: str, name: str) -> None:
         """Remove a project with all its versions for good. Raises MotorcadeError."""
-        self._remove(self._existing(owner, name))
+        self._changes.remove.extend(self._existing(owner, name))
         del self._projects[owner, checked_name(name)]
 
     def place(self) -> StorageState:
         return StorageState(not self._index.problem, self._problems)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
-        return stars_in(self._values().get(_STARS + owner))
+        return stars_in((self._index.values | self._changes.values).get(_STARS + owner))
 
     def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
         before = self.stars(owner)
@@ -254,24 +254,14 @@ class BrowserStorage(Storage):
         image, self._car_image = self._car_image, ""
         return image
 
-    def _values(self) -> dict[str, Any]:
-        return self._index.values | self._changes.values
-
     def _existing(self, owner: str, name: str) -> tuple[Record, ...]:
         records = self._projects.get((owner, checked_name(name)))
         if not records:
             raise MotorcadeError("no-project", name=name)
         return records
 
-    def _remove(self, records: "tuple[Record, ...]") -> None:
-        if records:
-            self._changes.remove.extend(records)
-
     def _of(self, owner: str) -> Iterator[Record]:
         return (record for (whose, _), records in self._projects.items() if whose == owner for record in records)
-
-    def _used_bytes(self, owner: str) -> int:
-        return sum(record.size_bytes for record in self._of(owner))
 
     # The last method: below it `list` would be this one.
     def list(self, owner: str) -> list[LibraryEntry]:

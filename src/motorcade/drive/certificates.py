@@ -84,7 +84,8 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             raise MotorcadeError("keys-named-twice", role=who, name=name)
         if (file := folder / f"{role}-{name}.pem").exists():
             raise MotorcadeError("keys-exist", file=file, name=name)
-    purposes = [_car_purpose(car) for car in cars] + [_driver_purpose()] * len(drivers)
+    purposes = [_car_purpose(car) for car in cars]
+    purposes += [[x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])]] * len(drivers)
     made: list[Path] = []
     issued: list[x509.Certificate] = []
     try:
@@ -164,10 +165,6 @@ def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:
     hosts = (car.name, f"{car.name}.local", *_OWN, *car.hosts)
     named = x509.SubjectAlternativeName([_general_name(host) for host in dict.fromkeys(hosts)])
     return [x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), named]
-
-
-def _driver_purpose() -> list[x509.ExtensionType]:
-    return [x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])]
 
 
 def _general_name(host: str) -> x509.GeneralName:
