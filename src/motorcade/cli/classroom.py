@@ -11,6 +11,7 @@ from motorcade.cli.options import (
     CarList,
     Json,
     TcpPortNumber,
+    current_language,
     listed,
     print_lines,
     print_result,
@@ -92,10 +93,10 @@ def _class(
             if network.local_name:
                 lines.append(translated("class-has-name", url=network.local_name))
             elif network.why_no_name:
-                lines.append(str(network.why_no_name.sentence()))
+                lines.append(network.why_no_name.sentence(current_language()))
             lines.append(translated("class-first-password" if first_key else "class-teacher", url=teacher))
             if files.problem:
-                lines.append(files.problem.sentence())
+                lines.append(files.problem.sentence(current_language()))
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
             print_result(found, "\n".join(lines), as_json)

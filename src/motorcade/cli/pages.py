@@ -20,6 +20,7 @@ from motorcade.cli.options import (
     Json,
     Output,
     TcpPortNumber,
+    current_language,
     exclude_each_other,
     listed,
     print_note,
@@ -176,7 +177,7 @@ def _remote(
 
 def print_problem(problem: MotorcadeError) -> None:
     """Print on standard error what a server does without, such as a log."""
-    print_note(problem.sentence())
+    print_note(problem.sentence(current_language()))
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
