@@ -23,7 +23,7 @@ def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_
             whole = end // 4
             expected.append(angles[whole - 1])
     assert car.board.angles == expected
-    assert len(expected) + channel.session.counts.superseded == len(angles)
+    assert len(expected) + channel.session.counts["superseded"] == len(angles)
 
 
 def test_of_what_has_gathered_the_newest_alone_is_executed() -> None:
@@ -32,7 +32,7 @@ def test_of_what_has_gathered_the_newest_alone_is_executed() -> None:
     receive(channel, command(90))
     receive(channel, b"".join(command(angle) for angle in range(50)))
     assert car.board.angles == [90, 49]
-    assert channel.session.counts.superseded == 49
+    assert channel.session.counts["superseded"] == 49
 
 
 def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
@@ -41,7 +41,7 @@ def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
     receive(channel, command(90))
     receive(channel, command(10) * 5000 + command(20))
     assert car.board.angles == [90, 20]
-    assert channel.session.counts.superseded == 5000
+    assert channel.session.counts["superseded"] == 5000
 
 
 @pytest.mark.parametrize(("byte_order", "packed"), [("big", "128CB000"), ("little", "00B08C12")])

@@ -89,9 +89,9 @@ def drive_on(car: DrivenCar, line: socket.socket) -> None:
     port = line.getsockname()[1]
     channel = wait_until(lambda: next((each for each in car.server.commands if each.port == port), None))
     for word in itertools.cycle((STILL, MOVE)):
-        received = sum(channel.session.counts.outcomes)
+        received = sum(channel.session.counts.values())
         line.sendall(word)
-        wait_until(lambda received=received: sum(channel.session.counts.outcomes) > received)
+        wait_until(lambda received=received: sum(channel.session.counts.values()) > received)
         if car.board.moves:
             return
 
@@ -153,10 +153,10 @@ async def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_a
         await until(lambda: car.board.setpoint == NEUTRAL)
         assert 0.3 <= car.board.notes[-1][0] - driver.sent_s < 0.32
         assert car.control.telemetry().state == "failsafe"
-        refused, count = car.server.commands[0].session.counts.outcomes[2], len(car.board.notes)
+        refused, count = car.server.commands[0].session.counts["needs-neutral"], len(car.board.notes)
         await driver.send(MOVE)
         await driver.send(MOVE)
-        assert car.server.commands[0].session.counts.outcomes[2] == refused + 2
+        assert car.server.commands[0].session.counts["needs-neutral"] == refused + 2
         assert not car.board.has_moved(count)
         await driver.send(STILL)
         assert car.board.was_told((40, 1, 0), count)
@@ -180,12 +180,12 @@ def test_a_server_that_is_stuck_stops_the_wheels_and_drops_what_came_meanwhile()
     watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))
     with DrivenCar(profile=watched) as car, connect(car) as line:
         drive_on(car, line)
-        stalls, outcomes = car.control.telemetry().stalls, car.server.commands[0].session.counts.outcomes
+        stalls, counts = car.control.telemetry().stalls, car.server.commands[0].session.counts
         with steady(line):
             with car.stuck():
                 wait_until(lambda: car.board.setpoint == NEUTRAL)
-                notes, refused = len(car.board.notes), outcomes[2]
-            wait_until(lambda: outcomes[2] > refused + 2)
+                notes, refused = len(car.board.notes), counts["needs-neutral"]
+            wait_until(lambda: counts["needs-neutral"] > refused + 2)
             assert len(car.board.notes) == notes
             assert car.control.telemetry().stalls > stalls
 
@@ -220,7 +220,7 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
     with connect(car) as first, connect(car) as second:
         drive_on(car, first)
         second.sendall(STILL)
-        wait_until(lambda: [each for each in car.server.commands if each.session.counts.outcomes[1]])
+        wait_until(lambda: [each for each in car.server.commands if each.session.counts["watching"]])
         told = car.control.telemetry()
         assert (told.driver, told.watchers, told.state) == (f"127.0.0.1:{first.getsockname()[1]}", 1, "moving")
         first.close()
@@ -314,8 +314,8 @@ def test_an_emergency_stop_of_a_watcher_stops_a_driver_who_goes_on(patient_car: 
         with steady(line):
             assert frames.ask(do="stop")["ok"]
             assert not car.board.moves
-            halted = next(iter(car.server.commands)).session.counts.outcomes
-            wait_until(lambda: halted[3] > 2)
+            halted = next(iter(car.server.commands)).session.counts
+            wait_until(lambda: halted["stopped"] > 2)
             assert not car.board.moves
 
 

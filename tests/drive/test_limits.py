@@ -264,7 +264,7 @@ def test_a_battery_that_is_not_low_or_not_measured_changes_nothing(voltage_mv: i
 def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> None:
     car = Car(arming=True)
     assert car.session.command(AHEAD) == NEEDS_NEUTRAL
-    assert (car.shown[0], car.session.counts.as_dict()["needs-neutral"]) == ("disarmed", 1)
+    assert (car.shown[0], car.session.counts["needs-neutral"]) == ("disarmed", 1)
     assert car.session.command(STILL) == car.session.command(AHEAD) == APPLIED
     car.session.release()
     other = car.control.session("other")

@@ -144,8 +144,8 @@ def test_what_is_no_command_is_named_counted_and_not_done(
     with pytest.raises(WordError, match=said):
         session.command(word)
     assert car.last == ("apply", 40, 1, 0)
-    assert (session.counts.refused, car.control.telemetry().refused) == (1, 1)
-    assert said.replace("\\", "") in session.counts.last_refusal
+    assert (session.counts["refused"], car.control.telemetry().refused) == (1, 1)
+    assert said.replace("\\", "") in session.last_refusal
 
 
 def test_wrong_words_are_no_sign_of_life(car: Car, session: ControlSession) -> None:
@@ -160,7 +160,7 @@ def test_wrong_words_are_no_sign_of_life(car: Car, session: ControlSession) -> N
 def test_a_hundred_commands_a_second_are_taken_and_no_more(car: Car, session: ControlSession) -> None:
     for car.now_ms in range(1000):
         session.command(MOVE)
-    counted = session.counts.as_dict()
+    counted = session.counts
     assert (counted["applied"], counted["over-rate"]) == (100, 900)
 
 

@@ -50,7 +50,7 @@ def test_a_command_counts_though_a_word_of_another_code_came_behind_it() -> None
     receive(channel, command(90))
     receive(channel, command(10) + command(20) + pack_word(15 << 28))
     assert car.board.angles == [90, 20]
-    assert (channel.session.counts.superseded, channel.session.counts.refused) == (1, 1)
+    assert (channel.session.counts["superseded"], channel.session.counts["refused"]) == (1, 1)
 
 
 @given(st.lists(st.dictionaries(st.text(max_size=5), st.integers()), max_size=8), st.integers(1, 40))

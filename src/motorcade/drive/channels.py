@@ -184,12 +184,12 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
         before, self._received = self._received, self._received + len(words)
         if nbytes == _BUFFER_BYTES:
             # Newer commands lie behind a full buffer.
-            self.own.counts.superseded += len(words)
+            self.own.counts["superseded"] += len(words)
             if words:
                 self._take(words[-1], self._received, is_newest=False)
             return
         newest = newest_of_each_code(words)
-        self.own.counts.superseded += len(words) - len(newest)
+        self.own.counts["superseded"] += len(words) - len(newest)
         for index in newest:
             self._take(words[index], before + index + 1)
 

@@ -57,7 +57,7 @@ class DriveClient:
     Attributes:
         telemetry: the latest `Telemetry`; None before the first, and while the car can't be reached.
         you: what the car sent with it about this client: its ``name``, whether it ``drives``, and what became of its
-            commands, by the names of `motorcade.drive.wire.Counts`.
+            commands, by the names of `motorcade.drive.wire.COUNTS`.
 
     Raises:
         MotorcadeError: ``keys`` can't be used.

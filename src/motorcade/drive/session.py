@@ -15,7 +15,7 @@ from motorcade.drive.activity_log import Record
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Command, Setpoint, Switchboard, Wheels, command_in
 from motorcade.drive.places import who_gives_way
 from motorcade.drive.stamps import STAMP_MASK, Freshness
-from motorcade.drive.wire import NO_HARDWARE, OVER_RATE, STALE, Counts, DriveError, Telemetry, stick_word
+from motorcade.drive.wire import COUNTS, NO_HARDWARE, OUTCOMES, OVER_RATE, STALE, DriveError, Telemetry, stick_word
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 from motorcade.words.formats import switch_words
@@ -255,7 +255,7 @@ class ControlSession:
         number: from 1, never given twice.
         name, client, watches, replaced: as `CarControl.session` takes them.
         rate: of commands that move the car.
-        counts: what became of its words.
+        counts: what became of its words, by the names of COUNTS; ``last_refusal``: why the last one was refused.
         freshness: finds its words that were sent long ago.
         commanded_ms: when it last sent a valid command (ticks); when it took its place, before the first.
         has_place: whether it drives or watches, rather than only looks.
@@ -278,7 +278,8 @@ class ControlSession:
         self.replaced, self._left = called
         limits = control.limits
         self.rate = RateLimit(max(1, limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
-        self.counts = Counts()
+        self.counts = dict.fromkeys(COUNTS, 0)
+        self.last_refusal = ""
         self.commanded_ms = control.clock()
         self.freshness = Freshness(limits.stale_ms)
         self.has_place = self.is_over = False
@@ -310,8 +311,8 @@ class ControlSession:
             return command_in(word & ~STAMP_MASK)
         except WordError as problem:
             self._control.refused += 1
-            self.counts.refused += 1
-            self.counts.last_refusal = str(problem)
+            self.counts["refused"] += 1
+            self.last_refusal = str(problem)
             raise
 
     def command(self, word: int, number: int = 0) -> int:
@@ -328,13 +329,13 @@ class ControlSession:
         command = self.check(word)
         self.take_place()
         outcome = self._control.apply(self, word, command, number)
-        self.counts.outcomes[outcome] += 1
+        self.counts[OUTCOMES[outcome]] += 1
         return outcome
 
     def you(self) -> dict[str, Any]:
         """What concerns this session, for its client: its name, whether it drives or waits, and its counts."""
         has_wheel = {"drives": self.drives, "waits": self._control.arbiter.wanted_by == self.number}
-        return {"name": self.name} | has_wheel | self.counts.as_dict()
+        return {"name": self.name} | has_wheel | self.counts | {"last_refusal": self.last_refusal}
 
     def telemetry(self) -> dict[str, Any]:
         """The car's telemetry, and what concerns this session."""

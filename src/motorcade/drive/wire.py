@@ -20,6 +20,9 @@ OUTCOMES = (
     *("applied", "watching", "needs-neutral", "stopped", "program", "discharged"),
     *("over-rate", "stale", "no-hardware"),
 )
+# What is counted of a session's words, by name: also those that were no DRIVE words, and those that were not looked at,
+# because newer ones of their code had come with them.
+COUNTS = (*OUTCOMES, "refused", "superseded")
 OVER_RATE = 6
 STALE = 7
 NO_HARDWARE = 8
@@ -196,24 +199,3 @@ class Telemetry(NamedTuple):
     turned_away: int
     switches: dict[str, int]
     obstacle_mm: int | None = None
-
-
-class Counts:
-    """What became of one session's words.
-
-    Attributes:
-        outcomes: the number of commands of each of OUTCOMES.
-        refused: number of words that were no DRIVE words; ``last_refusal`` is the reason of the last.
-        superseded: number of words that were not looked at, because newer ones of their code had come with them.
-    """
-
-    def __init__(self) -> None:
-        self.outcomes = [0] * len(OUTCOMES)
-        self.refused = 0
-        self.superseded = 0
-        self.last_refusal = ""
-
-    def as_dict(self) -> dict[str, int | str]:
-        """All of them by name."""
-        counts: dict[str, int | str] = dict(zip(OUTCOMES, self.outcomes, strict=True))
-        return counts | {"refused": self.refused, "superseded": self.superseded, "last_refusal": self.last_refusal}
