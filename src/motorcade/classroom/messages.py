@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from msgspec import Meta, Struct
 
-from motorcade.service.messages import LibraryEntry, MatDocument, Nothing, Project, Sentence, message_of
+from motorcade.service.messages import LibraryEntry, MatDocument, Nothing, Project, Sentence, StreamAnswer, message_of
 from motorcade.service.missions import MissionGoal, MissionZone
 from motorcade.service.world_messages import Refused
 
@@ -263,11 +263,7 @@ class PairView(Struct):
     conducted: Conducted | None
 
 
-class ClassAnswerBase(Struct, tag_field="is", tag=str.lower):
-    """What is sent over a WebSocket; ``is`` says what it is."""
-
-
-class _ClassState(ClassAnswerBase):
+class _ClassState(StreamAnswer):
     """What everybody in a class is shown.
 
     Attributes:
@@ -337,7 +333,7 @@ class ClassView(_ClassState, tag="class", kw_only=True):
     disk: Sentence | None
 
 
-class Goodbye(ClassAnswerBase, tag="goodbye"):
+class Goodbye(StreamAnswer, tag="goodbye"):
     """The pupil is no longer in the class; the connection ends. ``left``: on another page of this device."""
 
     why: Literal["removed", "ended", "left"]
@@ -358,7 +354,7 @@ class WallWorld(Struct):
     goals: list[MissionGoal]
 
 
-class Wall(ClassAnswerBase, tag="wall"):
+class Wall(StreamAnswer, tag="wall"):
     """The worlds on the wall; sent whole when one is new or changed. Pictures refer to their places in this list.
 
     A picture is binary: 4 bytes number of the list (the ``number`` of the last Wall), then for each world whose moment

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
-from motorcade.service.messages import Sentence
+from motorcade.service.messages import Sentence, StreamAnswer, StreamMessage
 from motorcade.service.world_messages import Refused
 
 Name = Annotated[str, Meta(max_length=40)]
@@ -18,11 +18,7 @@ Stamp = Annotated[int, Meta(ge=0, le=2047)]
 Number = Annotated[int, Meta(ge=0, lt=1 << 53)]
 
 
-class _Message(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
-    pass
-
-
-class _ToOneCar(_Message):
+class _ToOneCar(StreamMessage):
     car: Name
 
 
@@ -34,7 +30,7 @@ class Leave(_ToOneCar):
     """End the connection to a car."""
 
 
-class Drive(_Message):
+class Drive(StreamMessage):
     """The stick's position, for all of these cars.
 
     Attributes:
@@ -48,7 +44,7 @@ class Drive(_Message):
     cars: Names
     throttle: Axis
     steering: Axis
-    switches: dict[Name, Bit] = {}
+    switches: dict[Name, Bit] = field(default_factory=dict)
     number: Number = 0
     stamp: Stamp = 0
 
@@ -61,7 +57,7 @@ class Release(_ToOneCar):
     """Stop driving, or stop waiting to drive."""
 
 
-class Stop(_Message):
+class Stop(StreamMessage):
     """Emergency stop of all of these cars."""
 
     cars: Names
@@ -75,7 +71,7 @@ class Resume(_ToOneCar):
     """Give the car back to its own program."""
 
 
-class Sync(_Message):
+class Sync(StreamMessage):
     """The answer to the clock in `Telemetry`, so that the page's stamps are believed again.
 
     Attributes:
@@ -89,7 +85,7 @@ class Sync(_Message):
     stamp: Stamp
 
 
-class Start(_Message):
+class Start(StreamMessage):
     """Run the cars' world where it is paused."""
 
 
@@ -147,18 +143,14 @@ class CarTelemetry(Struct, kw_only=True):
     you: You = field(default_factory=lambda: {"drives": False, "waits": False})
 
 
-class _Answer(Struct, tag_field="is", tag=str.lower):
-    pass
-
-
-class Hello(_Answer):
+class Hello(StreamAnswer):
     """The cars, and the page's name at them; the first answer, and the answer to Start."""
 
     cars: list[ListedCar]
     you: str
 
 
-class Telemetry(_Answer):
+class Telemetry(StreamAnswer):
     """The telemetry of each car that the page has joined.
 
     ``clock`` is the server's clock, where the page has sent no fresh `Drive` for long and has to answer by `Sync`.
@@ -168,7 +160,7 @@ class Telemetry(_Answer):
     clock: int | None = None
 
 
-class Received(_Answer):
+class Received(StreamAnswer):
     """The number of the newest Drive that the server received; ``stale``: it was sent too long ago and did nothing."""
 
     number: int

@@ -10,14 +10,14 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal, NamedTuple
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
 from motorcade.engine.events import FRAME, HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import EVENT_BYTES, Event, unpack_events, unpack_moment
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.goals import car_phrase
 from motorcade.service.history import EVERY_MS, History, pack_picture
-from motorcade.service.messages import Sentence, sentences
+from motorcade.service.messages import Sentence, StreamAnswer, StreamMessage, sentences
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes
@@ -37,11 +37,7 @@ _WORK_MS = 1_000_000
 _ROW_NUMBERS = EVENT_BYTES // 4
 
 
-class TrialMessageBase(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
-    """What a page sends over the stream ``trials``."""
-
-
-class Compare(TrialMessageBase):
+class Compare(StreamMessage):
     """Find where two runs part; what was compared before ends."""
 
     one: SetWorld
@@ -49,14 +45,10 @@ class Compare(TrialMessageBase):
     until_ms: Annotated[int, Meta(ge=100, le=600_000)] = 60_000
 
 
-class Show(TrialMessageBase):
+class Show(StreamMessage):
     """Send a picture of each of the two runs at a time."""
 
     t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)]
-
-
-class TrialAnswerBase(Struct, tag_field="is", tag=str.lower):
-    """What a page is sent over the stream ``trials``."""
 
 
 class BegunWord(Struct):
@@ -66,7 +58,7 @@ class BegunWord(Struct):
     word: str
 
 
-class Difference(TrialAnswerBase):
+class Difference(StreamAnswer):
     """Where two runs part.
 
     Attributes:
@@ -89,12 +81,12 @@ class Difference(TrialAnswerBase):
     exact_car: int | None
     missed: int | None = None
     late_ms: int | None = None
-    words: list[str | None] = []
+    words: list[str | None] = field(default_factory=list)
     cause: Sentence | None = None
-    begun: list[list[BegunWord]] = []
+    begun: list[list[BegunWord]] = field(default_factory=list)
 
 
-class Compared(TrialAnswerBase):
+class Compared(StreamAnswer):
     """How far two runs are simulated."""
 
     t_ms: int

@@ -31,6 +31,14 @@ RangeMm = Annotated[int, Meta(ge=1, le=20_000)]
 VersionNumber = Annotated[int, Meta(ge=0, lt=1 << 30)]
 
 
+class StreamMessage(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
+    """What a page sends over a WebSocket; ``do`` says what it is."""
+
+
+class StreamAnswer(Struct, tag_field="is", tag=str.lower):
+    """What a page is sent over a WebSocket; ``is`` says what it is."""
+
+
 class Nothing(Struct):
     """A request without arguments, or an answer without content."""
 

@@ -13,16 +13,8 @@ from motorcade.missions.check import open_worlds_here, watched
 from motorcade.missions.model import Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.watch import MissionWatch
-from motorcade.service.difference import (
-    Compare,
-    Compared,
-    Comparison,
-    Difference,
-    Show,
-    TrialAnswerBase,
-    TrialMessageBase,
-)
-from motorcade.service.messages import MissionChoice, Sentence, sentences
+from motorcade.service.difference import Compare, Compared, Comparison, Difference, Show
+from motorcade.service.messages import MissionChoice, Sentence, StreamAnswer, StreamMessage, sentences
 from motorcade.service.missions import chosen_mission
 from motorcade.service.studio_world import StudioWorld, check_mission_size
 from motorcade.service.world_messages import Refused, Seed, SetWorld
@@ -35,7 +27,7 @@ _FEWEST_RUNS = 20
 _MOST_FAILED = 100
 
 
-class Try(TrialMessageBase):
+class Try(StreamMessage):
     """Run a mission on other seeds than its own, with this image; what was tried before ends."""
 
     mission: MissionChoice
@@ -43,13 +35,13 @@ class Try(TrialMessageBase):
     runs: Annotated[int, Meta(ge=1, le=200)] = 200
 
 
-class Explain(TrialMessageBase):
+class Explain(StreamMessage):
     """Say what went wrong in a run that was tried."""
 
     seed: Seed
 
 
-class Luck(TrialAnswerBase):
+class Luck(StreamAnswer):
     """In how many runs the goals of the first star were met.
 
     Attributes:
@@ -64,7 +56,7 @@ class Luck(TrialAnswerBase):
     failed: list[int]
 
 
-class Failure(TrialAnswerBase):
+class Failure(StreamAnswer):
     """What went wrong in a run: at ``t_ms`` one can see it, and ``cars`` are the cars that ``why`` is about."""
 
     seed: int

@@ -4,18 +4,23 @@ from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from motorcade.service.messages import ErrorAnswer, MatDocument, MissionChoice, RangeMm, Remedy, Sentence
+from motorcade.service.messages import (
+    ErrorAnswer,
+    MatDocument,
+    MissionChoice,
+    RangeMm,
+    Remedy,
+    Sentence,
+    StreamAnswer,
+    StreamMessage,
+)
 
 Length = Annotated[float, Meta(ge=-2000, le=2000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
 CarNumber = Annotated[int, Meta(ge=0, lt=1 << 20)]
 
 
-class _WorldMessage(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
-    pass
-
-
-class SetWorld(_WorldMessage, tag="set"):
+class SetWorld(StreamMessage, tag="set"):
     """Build a world; without an image no car has a program.
 
     With a mission its goals are watched (`Goals`), and the world stops at the mission's end. The mat is the mission's.
@@ -29,23 +34,23 @@ class SetWorld(_WorldMessage, tag="set"):
     mission: MissionChoice | None = None
 
 
-class Play(_WorldMessage):
+class Play(StreamMessage):
     """Go on, ``speed`` simulated seconds in a real one."""
 
     speed: Annotated[float, Meta(ge=0.25, le=16)] = 1.0
 
 
-class Pause(_WorldMessage):
+class Pause(StreamMessage):
     """Pause the world."""
 
 
-class Step(_WorldMessage):
+class Step(StreamMessage):
     """Go on by so many ticks."""
 
     ticks: Annotated[int, Meta(ge=1, le=100)] = 1
 
 
-class Reset(_WorldMessage):
+class Reset(StreamMessage):
     """Begin again; with ``until_ms`` the run is simulated until then at once."""
 
     seed: Seed = 0
@@ -72,26 +77,26 @@ class StopCondition(Struct, forbid_unknown_fields=True):
     words: Annotated[list[int], Meta(max_length=512)] = []
 
 
-class StopWhen(_WorldMessage, tag="stop-when"):
+class StopWhen(StreamMessage, tag="stop-when"):
     """Stop as soon as one of these happens; they replace those before, and end with the world."""
 
     conditions: Annotated[list[StopCondition], Meta(max_length=20)]
 
 
-class Speak(_WorldMessage, tag="say"):
+class Speak(StreamMessage, tag="say"):
     """Speak a word that all cars hear."""
 
     word: Literal["stop", "go"]
 
 
-class SetEnvironment(_WorldMessage, tag="set_environment"):
+class SetEnvironment(StreamMessage, tag="set_environment"):
     """Change what is around the cars."""
 
     mat: MatDocument
     range_mm: RangeMm | None = None
 
 
-class Move(_WorldMessage):
+class Move(StreamMessage):
     """Put a car elsewhere."""
 
     car: CarNumber
@@ -100,25 +105,25 @@ class Move(_WorldMessage):
     heading_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
 
 
-class Watch(_WorldMessage):
+class Watch(StreamMessage):
     """Send the details of a car, or of none."""
 
     car: CarNumber | None = None
 
 
-class Seek(_WorldMessage):
+class Seek(StreamMessage):
     """Show a moment of the past, or the present."""
 
     t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
 
 
-class Resume(_WorldMessage):
+class Resume(StreamMessage):
     """Give a car that somebody drove back to its program."""
 
     car: CarNumber
 
 
-class Shown(_WorldMessage):
+class Shown(StreamMessage):
     """The newest picture that the page has drawn."""
 
     frame: Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -129,11 +134,7 @@ WorldMessage = (
 )
 
 
-class _WorldAnswer(Struct, tag_field="is", tag=str.lower):
-    pass
-
-
-class Hello(_WorldAnswer):
+class Hello(StreamAnswer):
     """The first answer of a connection, and after each SetWorld; without a world it has three fields only."""
 
     session: str
@@ -145,7 +146,7 @@ class Hello(_WorldAnswer):
     range_m: float | UnsetType = UNSET
 
 
-class State(_WorldAnswer):
+class State(StreamAnswer):
     """How time passes.
 
     Attributes:
@@ -198,7 +199,7 @@ class Why(Struct):
     value: int
 
 
-class CarDetails(_WorldAnswer, tag="car"):
+class CarDetails(StreamAnswer, tag="car"):
     """The details of the watched car: the word that it executes or holds, and its counts since the beginning.
 
     All are of the shown time, but ``why``: it says why the car does what it does at present.
@@ -230,14 +231,14 @@ class GoalNow(Struct):
     cars: list[int]
 
 
-class Goals(_WorldAnswer):
+class Goals(StreamAnswer):
     """The goals of the mission at the shown time, in its order; ``is_over``: the run has ended."""
 
     is_over: bool
     goals: list[GoalNow]
 
 
-class Stopped(_WorldAnswer):
+class Stopped(StreamAnswer):
     """The world has stopped: ``condition``, an index into those of StopWhen, began to hold for a car.
 
     ``others`` are the cars that it has to do with, too.
@@ -250,7 +251,7 @@ class Stopped(_WorldAnswer):
     why: Sentence
 
 
-class Refused(_WorldAnswer, tag="error"):
+class Refused(StreamAnswer, tag="error"):
     """The error of a message that was refused."""
 
     code: str
@@ -365,7 +366,7 @@ class CarRow(Struct):
     error: Sentence | None
 
 
-class CarsShown(_WorldAnswer, tag="cars"):
+class CarsShown(StreamAnswer, tag="cars"):
     """All cars that are found; ``others``: classes and studios; ``problem``: why the network isn't searched."""
 
     cars: list[CarRow]
