@@ -19,6 +19,7 @@ from motorcade.drive.activity_log import MOST_BYTES, OLD_FILES, ActivityLog
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import client_context, server_context
+from motorcade.drive.session import ControlSession
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from support.command_line import INSTALLED
@@ -137,7 +138,7 @@ def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(t
         lin.sendall(ARM)
         wait_until(lambda: car.control.telemetry().driver)
         for number in range(3000):
-            car.control.session(f"mei{number}:1").stop()
+            ControlSession(car.control, f"mei{number}:1").stop()
         assert car.control.telemetry().state == "stopped"
         assert not car.board.moves
     os.set_blocking(reader, True)

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.channels import MOST_WRONG
+from motorcade.drive.session import ControlSession
 from support.socketless_car import Car, command, receive
 
 
@@ -134,7 +135,7 @@ def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
     given_up = []
     for number in range(9):
         gone = partial(given_up.append, number)
-        car.control.session(f"page {number}", f"192.168.1.{number}", replaced=gone).take_place()
+        ControlSession(car.control, f"page {number}", f"192.168.1.{number}", replaced=gone).take_place()
     car.now_ms = 5001
     channel, line = car.commands()
     receive(channel, command(90))

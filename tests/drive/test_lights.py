@@ -9,7 +9,7 @@ from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.deadman import DeadmanSwitch
 from motorcade.drive.motors import Switchboard
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.stamps import Freshness, stamp_at
 from motorcade.drive.wire import OUTCOMES
 from motorcade.errors import MotorcadeError
@@ -37,7 +37,7 @@ class Car:
         self.board = board or SimulatedBoard(has_program=True)
         self.now_ms = 0
         self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
-        self.driver = self.control.session("ada")
+        self.driver = ControlSession(self.control, "ada")
         self.driver.command(STILL)
 
     def take(self, session, word):
@@ -69,7 +69,7 @@ def test_the_driver_switches_and_telemetry_says_so(car):
 
 
 def test_who_watches_switches_nothing(car):
-    watcher = car.control.session("grace")
+    watcher = ControlSession(car.control, "grace")
     assert car.take(watcher, BOTH) == "watching"
     car.driver.release()
     # Nobody drives: this gives nobody the wheel.
@@ -112,7 +112,7 @@ def test_the_horn_delays_no_failsafe(car):
 
 def test_the_next_driver_finds_the_light_on_until_who_switched_it_on_leaves(car):
     car.driver.command(LIGHT)
-    other = car.control.session("grace")
+    other = ControlSession(car.control, "grace")
     other.request()
     assert other.drives
     assert car.on == {"head_light"}

@@ -68,7 +68,7 @@ class Car:
     def __init__(self, **keys: Any) -> None:
         self.board, self.now_ms = Bench(), 0
         self.control = CarControl(self.board, lambda: self.now_ms, limited(**keys))
-        self.session = self.control.session("ada")
+        self.session = ControlSession(self.control, "ada")
 
     def drive(self, word: int, for_ms: int, session: ControlSession | None = None) -> list[int]:
         """Send ``word`` every 50 ms; the speed after each time that the car did what was due."""
@@ -161,7 +161,7 @@ def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> No
     driven, at_ms = DrivenCars(), [0]
     board = driven.board(0, has_program=False)
     control = CarControl(board, lambda: at_ms[0], world.profile)
-    session = control.session("ada")
+    session = ControlSession(control, "ada")
     board.apply(90, 1, 0)
     for _ in range(400):
         session.command(AHEAD)
@@ -267,7 +267,7 @@ def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> N
     assert (car.shown[0], car.session.counts["needs-neutral"]) == ("disarmed", 1)
     assert car.session.command(STILL) == car.session.command(AHEAD) == APPLIED
     car.session.release()
-    other = car.control.session("other")
+    other = ControlSession(car.control, "other")
     assert other.command(AHEAD) == NEEDS_NEUTRAL
     assert car.board.applied[-1] == (90, 1, 0)
     assert other.command(STILL) == other.command(AHEAD) == APPLIED

@@ -78,7 +78,7 @@ def car() -> Car:
 
 @pytest.fixture
 def session(car: Car) -> ControlSession:
-    return car.control.session("ada")
+    return ControlSession(car.control, "ada")
 
 
 def test_a_car_stands_still_from_the_first_moment(car: Car) -> None:
@@ -113,7 +113,7 @@ def test_without_its_guard_a_car_stands_also_where_the_board_refused_to(car: Car
 
 def test_a_profile_says_how_long_a_command_counts(session: ControlSession) -> None:
     car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
-    car.control.session("ada").command(MOVE)
+    ControlSession(car.control, "ada").command(MOVE)
     car.now_ms = 800
     assert car.control.beat() == 1
     assert car.state == "moving"
@@ -187,26 +187,26 @@ def test_a_driver_that_sends_too_much_can_still_stop(car: Car, session: ControlS
 
 def test_one_drives_and_eight_watch(car: Car, session: ControlSession) -> None:
     session.command(MOVE)
-    watchers = [car.control.session(f"watcher {number}", watches=True) for number in range(8)]
+    watchers = [ControlSession(car.control, f"watcher {number}", watches=True) for number in range(8)]
     for watcher in watchers:
         watcher.take_place()
     assert car.control.telemetry().watchers == 8
     with pytest.raises(DriveError, match="9 in all"):
-        car.control.session("one too many").take_place()
+        ControlSession(car.control, "one too many").take_place()
     watchers[0].leave()
-    car.control.session("next").take_place()
+    ControlSession(car.control, "next").take_place()
 
 
 def test_watchers_leave_a_place_for_a_driver(car: Car) -> None:
     for number in range(8):
-        car.control.session(f"watcher {number}", watches=True).take_place()
+        ControlSession(car.control, f"watcher {number}", watches=True).take_place()
     with pytest.raises(DriveError):
-        car.control.session("one too many", watches=True).take_place()
-    assert car.control.session("driver").command(MOVE) == APPLIED
+        ControlSession(car.control, "one too many", watches=True).take_place()
+    assert ControlSession(car.control, "driver").command(MOVE) == APPLIED
 
 
 def test_telemetry_has_driver_and_setpoint(car: Car, session: ControlSession) -> None:
-    other = car.control.session("grace")
+    other = ControlSession(car.control, "grace")
     session.command(MOVE)
     other.request()
     car.now_ms = 120
@@ -248,7 +248,7 @@ def test_resume_without_a_program_is_refused(car: Car, session: ControlSession) 
 def test_a_program_does_not_push_a_driver_aside(car: Car, session: ControlSession) -> None:
     session.command(MOVE)
     with pytest.raises(DriveError, match="somebody else drives"):
-        car.control.session("grace").resume_program()
+        ControlSession(car.control, "grace").resume_program()
     assert car.state == "moving"
 
 

@@ -19,7 +19,7 @@ from motorcade.car.arbiter import APPLIED
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.server import watched
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.timing import monotonic_ms
 from motorcade.words.formats import DRIVE
 
@@ -71,7 +71,7 @@ async def drive(file: str, failsafe_ms: int) -> None:
     order: asyncio.Future[str] = loop.create_future()
     threading.Thread(target=read_order, args=(loop, order), daemon=True).start()
     async with watched(control):
-        session, has_driven = control.session("test"), False
+        session, has_driven = ControlSession(control, "test"), False
         while not order.done():
             if session.command(MOVE) != APPLIED:
                 session.command(STILL)

@@ -126,7 +126,7 @@ class Channel(asyncio.BaseProtocol):
         self.port = int(address[1])
         self._keys_number = peer_number(line)
         name = f"{self.client}:{self.port}"
-        self.own = self.control.session(name, self.client, watches=self.watches, replaced=self._replaced)
+        self.own = ControlSession(self.control, name, self.client, watches=self.watches, replaced=self._replaced)
         self.check_keys()
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -6,6 +6,7 @@ Every method may be called from any thread. `CarControl.beat` has to be called i
 
 import threading
 from collections.abc import Callable
+from itertools import count
 from typing import Any, TypeVar
 
 from motorcade.car.arbiter import APPLIED, FAILSAFE, MOVING, STATES, WATCHING, Arbiter
@@ -40,6 +41,7 @@ class CarControl:
         arbiter: says who drives; only this class changes it.
         refused: number of words that were no DRIVE words.
         turned_away: number of connections that got or kept no place.
+        numbers: of the next sessions.
         record: is told who drives, stops and clears, see `motorcade.drive.activity_log.Record`.
     """
 
@@ -53,35 +55,14 @@ class CarControl:
         self._lock = threading.Lock()
         self._sessions: dict[int, ControlSession] = {}
         self.refused = self.turned_away = 0
-        self._last_number = self._failsafes = self._stalls = 0
+        self._failsafes = self._stalls = 0
+        self.numbers = count(1)
         self._beat_ms: int | None = None
         self._is_stuck = self._is_closed = False
         self.wheels = Wheels(board, profile, clock())
         self.switchboard = Switchboard(board, profile.drive.failsafe_ms)
         self._recorded_driver: ControlSession | None = None
         self.record: Record = lambda did, who: None
-
-    def session(
-        self,
-        name: str,
-        client: str = "",
-        *,
-        watches: bool = False,
-        replaced: Callable[[], None] = lambda: None,
-        left: Callable[[], None] = lambda: None,
-    ) -> "ControlSession":
-        """Make a session, which has no place yet.
-
-        Args:
-            name: what others are shown.
-            client: the name in the client's certificate, or its address: where places are short, no client keeps many.
-            watches: for a session that won't drive; while nobody drives one place is kept for a driver.
-            replaced: called, in the thread of the newcomer, when the session has lost its place.
-            left: called when it leaves.
-        """
-        with self._lock:
-            self._last_number += 1
-            return ControlSession(self, self._last_number, name, client, watches, (replaced, left))
 
     def take_place(self, session: "ControlSession") -> None:
         """Give a session one of the nine places, unless it has one or is over (`motorcade.drive.places`).
@@ -246,14 +227,21 @@ class CarControl:
 
 
 class ControlSession:
-    """One who drives or watches a car; `CarControl.session` makes it.
+    """One who drives or watches a car.
 
     It takes a place at the car with its first command or request, so who only looks takes none from others. One that
     has lost its place to others takes one again in the same way.
 
+    Args:
+        control: the car.
+        name: what others are shown.
+        client: the name in the client's certificate, or its address: where places are short, no client keeps many.
+        watches: for a session that won't drive; while nobody drives one place is kept for a driver.
+        replaced: called, in the thread of the newcomer, when the session has lost its place.
+        left: called when it leaves.
+
     Attributes:
         number: from 1, never given twice.
-        name, client, watches, replaced: as `CarControl.session` takes them.
         rate: of commands that move the car.
         counts: what became of its words, by the names of COUNTS; ``last_refusal``: why the last one was refused.
         freshness: finds its words that were sent long ago.
@@ -265,17 +253,18 @@ class ControlSession:
     def __init__(
         self,
         control: CarControl,
-        number: int,
         name: str,
-        client: str,
-        watches: bool,
-        called: tuple[Callable[[], None], Callable[[], None]],
+        client: str = "",
+        *,
+        watches: bool = False,
+        replaced: Callable[[], None] = lambda: None,
+        left: Callable[[], None] = lambda: None,
     ) -> None:
-        self.number = number
+        self.number = next(control.numbers)
         self.name = name
         self.client = client
         self.watches = watches
-        self.replaced, self._left = called
+        self.replaced, self._left = replaced, left
         limits = control.limits
         self.rate = RateLimit(max(1, limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
         self.counts = dict.fromkeys(COUNTS, 0)

@@ -14,7 +14,7 @@ from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.places import MOST_SESSIONS
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote_messages import ListedCar
@@ -109,7 +109,7 @@ class SingleCar(Fleet):
 
     async def connect(self, car: str, page: str) -> PageControl:
         self._check(car)
-        return self._car.session(page, address_of(page))
+        return ControlSession(self._car, page, address_of(page))
 
     async def camera(self, car: str) -> Camera | None:
         """The car's camera, also where no car is named. Raises MotorcadeError for any other car."""

@@ -14,7 +14,7 @@ from motorcade.car.arbiter import APPLIED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import DriveError
 from motorcade.words.formats import DRIVE, LIGHTS
 from motorcade.words.ticks import TICKS_MASK
@@ -78,7 +78,7 @@ class Car:
         self.board = ProgrammedDrive(equipment, wiring, CLASSROOM, pins, self.sender, watchdog)
         self.thread = next(each for each in threading.enumerate() if each.name == "car program")
         self.control = CarControl(self.board, lambda: int(clock() * 1000) & TICKS_MASK, CLASSROOM)
-        self.session = self.control.session("ada")
+        self.session = ControlSession(self.control, "ada")
         self.go_on()
 
     def _save(self, data: bytes) -> None:

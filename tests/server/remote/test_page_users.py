@@ -8,7 +8,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
@@ -85,4 +85,4 @@ def test_one_client_is_one_whatever_its_users_call_themselves(server):
         for number in range(12):
             pages.enter_context(server.page(f"user {number}")).drive("1", throttle=0.0)
         # Somebody else finds a place, since the client that has the most gives one up.
-        server.car.session("mei", "192.168.1.9").take_place()
+        ControlSession(server.car, "mei", "192.168.1.9").take_place()

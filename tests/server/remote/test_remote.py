@@ -14,7 +14,7 @@ from motorcade.cameras.broadcast import Camera
 from motorcade.car.arbiter import STATES
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.stamps import stamp_at
 from motorcade.drive.wire import DriveError
 from motorcade.server.fleet import SingleCar
@@ -204,7 +204,7 @@ def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(vi
     rig = visit()
     full = DriveError("full", sessions=9)
     for number in range(9):
-        rig.drive.session(f"watcher {number}", f"192.168.1.{number}").take_place()
+        ControlSession(rig.drive, f"watcher {number}", f"192.168.1.{number}").take_place()
     with rig.page() as page:
         page.send("join", car="1")
         page.send("drive", cars=["1"], throttle=1.0, steering=0.0, number=1)

@@ -13,7 +13,7 @@ from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, ControlSession
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
@@ -49,7 +49,7 @@ async def _beat(control: CarControl) -> None:
 
 def _resume(control: CarControl, clears: bool = False) -> None:
     """Give the car to its own program; ``clears``: lift its emergency stop first. Raises MotorcadeError."""
-    session = control.session("program")
+    session = ControlSession(control, "program")
     try:
         if clears:
             session.clear()
@@ -179,7 +179,7 @@ class SessionFleet(Fleet):
         driven.pages += 1
         if driven.beating is None:
             driven.beating = asyncio.create_task(_beat(driven.control))
-        return driven.control.session(page, address_of(page), left=partial(self._leave, number))
+        return ControlSession(driven.control, page, address_of(page), left=partial(self._leave, number))
 
     def give_back(self, car: int) -> None:
         """Give a car back to its program; lift its emergency stop where no page is connected that could.
