@@ -207,7 +207,8 @@ class Handlers:
     async def _store_window(self, pair: Pair, window: Window, project: Project, base: int) -> int:
         data = project_text(project).encode()
         version = await to_thread.run_sync(self._folder.write_version, pair.library, window, data, base)
-        self._pairs.note_stored(pair, window, version)
+        self._pairs.versions[pair.id, window] = version
+        self._room.changes += 1
         return version
 
     @request("class/pair/leave", stores=True)

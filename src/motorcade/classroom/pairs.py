@@ -175,8 +175,3 @@ class Pairs:
         if owner != who:
             raise MotorcadeError("window-of-another", name=self._room.pupil(owner).name)
         return pair
-
-    def note_stored(self, pair: Pair, window: Window, version: int) -> None:
-        """A window was stored."""
-        self.versions[pair.id, window] = version
-        self._room.changes += 1

@@ -247,11 +247,6 @@ class Classroom:
         self.ended += 1
         self.change_code()
 
-    def library_deleted(self, pupil_id: str) -> None:
-        """Note that the library of a pupil who is out has been deleted."""
-        self.record.removed.remove(pupil_id)
-        self.save()
-
     def chosen(self, to: Sequence[str] | None) -> list[Pupil]:
         """Return the pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""
         return list(self.record.pupils) if to is None else [self.pupil(each) for each in dict.fromkeys(to)]

@@ -172,7 +172,8 @@ class RunningClass(Visitors):
         """Delete the libraries of pupils who are out. Raises MotorcadeError; the next start tries again."""
         for owner in list(self.room.record.removed):
             await to_thread.run_sync(self.folder.remove_owner, owner)
-            self.room.library_deleted(owner)
+            self.room.record.removed.remove(owner)
+            self.room.save()
 
     def show_changes(self) -> None:
         """Let pages know of what has changed."""

@@ -15,9 +15,9 @@ from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sen
 from motorcade.service.missions import chosen_mission, mission_goals, mission_zones
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import Pause, Play, Reset, SetWorld, Shown, Watch
-from motorcade.words.image import parse_image_bytes, words_to_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.upload import NO_PROGRAM
 
-_NO_PROGRAM = words_to_bytes((0,))
 _MOST_CARS = 700
 _KEY = "mat"
 # So far apart, followers of one leader hear no other; followers stand behind theirs.
@@ -155,7 +155,7 @@ class SharedMat:
         images = [*self._images.values()]
         choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
         mission = chosen_mission(choice)
-        images += [_NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
+        images += [NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
         document, seed = mission.mat_document, secrets.randbelow(_SEED_BELOW)
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session

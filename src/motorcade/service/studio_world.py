@@ -24,12 +24,12 @@ from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
 from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
 from motorcade.words.formats import CONTROL, FRAME
-from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
+from motorcade.words.image import bytes_to_words, parse_image_bytes
 from motorcade.words.infrared import word_of
+from motorcade.words.upload import NO_PROGRAM
 
 # With more a moment takes so long to compute that one world delays the others.
 MOST_FURNITURE = 400
-_NO_PROGRAM = words_to_bytes((0,))
 _T = TypeVar("_T")
 
 MakeWorld = Callable[[Mat, Sequence[bytes], Profile, int], Simulation]
@@ -202,7 +202,7 @@ def open_world(
     if message.mission:
         check_mission_size(message.mission, most_cars)
     profile = built_in_profile(message.profile)
-    image = _NO_PROGRAM if message.image is None else message.image
+    image = NO_PROGRAM if message.image is None else message.image
     parse_image_bytes(image)
 
     def build() -> Simulation:
