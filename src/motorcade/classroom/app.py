@@ -40,7 +40,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
 from motorcade.missions.document import built_in_mission
 from motorcade.server.fleet import RemoteCars
-from motorcade.server.http import exception_handlers, json_response, page_file, page_routes
+from motorcade.server.http import EXCEPTION_HANDLERS, json_response, page_file, page_routes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import RequestFilter
 from motorcade.server.studio.app import TEACHERS_CARS, real_cars
@@ -101,7 +101,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
             *_pages(running),
             *page_routes(settings.page),
         ],
-        exception_handlers=exception_handlers(),
+        exception_handlers=EXCEPTION_HANDLERS,
         lifespan=lifespan,
     )
     return RequestFilter(app, settings, partial(admit, running), partial(_holder, running))

@@ -1,7 +1,7 @@
 """JSON over HTTP, the bodies of requests, and the files of the pages."""
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from html import escape
 from pathlib import Path
@@ -56,33 +56,22 @@ def error_response(problem: Exception) -> Response:
     return json_response({"error": error_answer(error)}, error.http_status)
 
 
-def exception_handlers() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
-    """Return the functions of a Starlette application that answer a request which raised an exception."""
-    return {
-        MotorcadeError: _answer_error,
-        HTTPException: _answer_http,
-        ClientDisconnect: _answer_nobody,
-        Exception: _answer_error,
-    }
-
-
-async def _answer_nobody(request: Request, problem: Exception) -> Response:
-    """Answer a sender who left before the request was whole: nobody reads it, and the log stays empty."""
-    return Response(status_code=400)
-
-
-async def _answer_error(request: Request, problem: Exception) -> Response:
-    return error_response(problem)
-
-
-async def _answer_http(request: Request, problem: Exception) -> Response:
-    assert isinstance(problem, HTTPException)
+async def _answer(request: Request, problem: Exception) -> Response:
+    if isinstance(problem, ClientDisconnect):
+        # The sender left before the request was whole: nobody reads the answer, and the log stays empty.
+        return Response(status_code=400)
+    if not isinstance(problem, HTTPException):
+        return error_response(problem)
     if problem.status_code == 404:
         return error_response(MotorcadeError("not-found"))
     error = MotorcadeError("bad-request", reason=problem.detail)
     response = json_response({"error": error.to_dict("page")}, problem.status_code)
     response.headers.update(problem.headers or {})
     return response
+
+
+# How a Starlette application answers a request that raised an exception.
+EXCEPTION_HANDLERS = dict.fromkeys((MotorcadeError, HTTPException, ClientDisconnect, Exception), _answer)
 
 
 def page_routes(folder: Path = PAGE) -> list[BaseRoute]:

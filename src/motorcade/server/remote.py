@@ -17,7 +17,7 @@ from motorcade.drive.stamps import Freshness
 from motorcade.errors import MotorcadeError
 from motorcade.server import remote_messages as messages
 from motorcade.server.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
-from motorcade.server.http import exception_handlers, page_routes
+from motorcade.server.http import EXCEPTION_HANDLERS, page_routes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.remote_messages import RemoteMessage
 from motorcade.server.request_filter import RequestFilter, ServerSettings
@@ -253,7 +253,7 @@ def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
 
     app = Starlette(
         routes=[*routes(settings, lambda connection: fleet), Route("/", to_the_page), *page_routes()],
-        exception_handlers=exception_handlers(),
+        exception_handlers=EXCEPTION_HANDLERS,
     )
     return RequestFilter(app, settings)
 

@@ -35,6 +35,7 @@ _PAGES = ("/", "/drive")
 _TOKEN_CODES = ("token-needed", "wrong-token")
 _CAMERA = "/camera"
 _GUARDED = ("/api/", "/drive/", _CAMERA)
+# A Host header.
 _HOST = re.compile(r"(\[(?P<address>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(:[0-9]{1,5})?")
 _LENGTH = re.compile("[0-9]{1,12}")
 # A file of all projects grows inside of a JSON text.
@@ -169,8 +170,8 @@ class RequestFilter:
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")
-        name = _host_name(hosts[0]) if len(hosts) == 1 else None
-        if name is None or not self._is_ours(name):
+        found = _HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
+        if found is None or not self._is_ours((found["address"] or found["name"]).lower()):
             raise MotorcadeError("foreign-host", name=", ".join(hosts)[:60] or "''")
 
     def _is_ours(self, name: str) -> bool:
@@ -234,12 +235,6 @@ class RequestFilter:
             return message
 
         return bounded
-
-
-def _host_name(host: str) -> str | None:
-    """Return the name in a Host header, without its port; None where it isn't valid."""
-    found = _HOST.fullmatch(host)
-    return (found["address"] or found["name"]).lower() if found else None
 
 
 def _is_token(shown: str, token: str) -> bool:

@@ -23,7 +23,7 @@ from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import Place
 from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
-from motorcade.server.http import PAGE, exception_handlers, page_routes
+from motorcade.server.http import EXCEPTION_HANDLERS, PAGE, page_routes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.remote import routes as remote_routes
 from motorcade.server.request_filter import RequestFilter, ServerSettings
@@ -77,7 +77,7 @@ def make_app(settings: Settings) -> ASGIApp:
             WebSocketRoute(CARS, cars.serve),
             *page_routes(settings.page),
         ],
-        exception_handlers=exception_handlers(),
+        exception_handlers=EXCEPTION_HANDLERS,
     )
     return RequestFilter(app, settings)
 
