@@ -18,16 +18,15 @@ from motorcade.browser.storage import BrowserStorage
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
-from motorcade.service.messages import Capabilities, Port, decode
+from motorcade.service.messages import Capabilities, decode
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.trials import TrialMessage, TrialSession
-from motorcade.service.upload_session import UploadSession, VirtualCarSession, failed
+from motorcade.service.upload_session import VIRTUAL_PORT, UploadSession, VirtualCarSession, failed
 from motorcade.service.world_messages import SetWorld, UploadOrder, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
 
-VIRTUAL_PORT = Port("virtual", "", "virtual")
 CAPABILITIES = Capabilities(
     serial_ports=False,
     downloads=False,

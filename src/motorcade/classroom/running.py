@@ -27,10 +27,11 @@ from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.app import Settings, capabilities
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Visitors
-from motorcade.server.studio.uploads import VIRTUAL, listed_ports
+from motorcade.server.studio.uploads import listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
+from motorcade.service.upload_session import VIRTUAL_PORT
 from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
 from motorcade.timing import Attempts
 
@@ -216,7 +217,7 @@ class RunningClass(Visitors):
         """Return the server's ports where the visitor has the cable, and the simulated car."""
         if visitor == TEACHER or self.room.holders[CABLE] == visitor:
             return listed_ports()
-        return [Port(VIRTUAL, "", VIRTUAL)]
+        return [VIRTUAL_PORT]
 
     def may_use(self, visitor: str, owner: str) -> bool:
         return visitor == owner
@@ -267,7 +268,7 @@ class RunningClass(Visitors):
         if visitor != TEACHER:
             if self.room.frozen:
                 raise MotorcadeError("class-frozen")
-            if port != VIRTUAL:
+            if port != VIRTUAL_PORT.port:
                 self.room.check_cable(visitor)
         return self.folder.virtual_car(visitor)
 

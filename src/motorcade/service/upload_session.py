@@ -10,7 +10,7 @@ from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
-from motorcade.service.messages import ErrorAnswer, sentences
+from motorcade.service.messages import ErrorAnswer, Port, sentences
 from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
 from motorcade.upload.transfer import (
     ReadbackTransfer,
@@ -24,6 +24,8 @@ from motorcade.upload.transfer import (
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
+# The port of the simulated car.
+VIRTUAL_PORT = Port("virtual", "", "virtual")
 # The name of the page's own port in messages.
 WEB_SERIAL = "Web Serial"
 # No car sends more bytes; if more arrive, the port has another device.

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from anyio import CapacityLimiter, from_thread, to_thread
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -18,6 +18,7 @@ from motorcade.server.page_socket import PageSocket, next_message
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
 from motorcade.service.upload_session import (
+    VIRTUAL_PORT,
     UploadSession,
     VirtualCarSession,
     check_order,
@@ -26,9 +27,8 @@ from motorcade.service.upload_session import (
     uploaded,
 )
 from motorcade.service.world_messages import ImageRead, Progress, UploadAnswer, UploadOrder
-from motorcade.upload.serial_port import BARE, PortInfo, ports, readback, upload
+from motorcade.upload.serial_port import BARE, ports, readback, upload
 
-VIRTUAL: Literal["virtual"] = "virtual"
 # The simulated car's image.
 VIRTUAL_CAR = "virtual-car.image"
 _MOST_AT_ONCE = 4
@@ -36,14 +36,9 @@ _MOST_AT_ONCE = 4
 
 def listed_ports() -> list[Port]:
     """List all ports: the likeliest first; those of the mainboard last, as usually nothing is connected there."""
-    found = ports()
-    likely = [_listed(port) for port in found if port.rank != BARE]
-    bare = [_listed(port) for port in found if port.rank == BARE]
-    return [*likely, Port(VIRTUAL, "", VIRTUAL), *bare]
-
-
-def _listed(port: PortInfo) -> Port:
-    return Port(port.device, port.title, "serial")
+    ranked = [(port.rank == BARE, Port(port.device, port.title, "serial")) for port in ports()]
+    ranked.append((False, VIRTUAL_PORT))
+    return [port for _, port in sorted(ranked, key=lambda each: each[0])]
 
 
 # The file of the simulated car of who asks; raises MotorcadeError where they may not use the port of that name.
@@ -69,7 +64,7 @@ class Uploads:
 
             try:
                 file = self._admit(socket, order.port)
-                if order.port == VIRTUAL:
+                if order.port == VIRTUAL_PORT.port:
                     work = partial(self._reach_virtual_car, order, ImageStore(file), put)
                 else:
                     work = partial(_reach_car, order, baud, put)
