@@ -56,13 +56,8 @@ def command_line() -> Any:
 
 
 def _add_language(command: Any) -> None:
-    def request(context: object, parameter: object, language: str) -> None:
-        # A command above another has no say in it.
-        if language:
-            request_language(language)
-
-    option = TyperOption(param_decls=["--language"], type=str, default="", expose_value=False, callback=request)
-    command.params.append(option)
+    # Its value is read before the command line is parsed, which may fail.
+    command.params.append(TyperOption(param_decls=["--language"], type=str, default="", expose_value=False))
     for each in getattr(command, "commands", {}).values():
         _add_language(each)
 
@@ -72,10 +67,10 @@ def main() -> NoReturn:
     _use_utf8()
     arguments = sys.argv[1:]
     command = command_line()
-    request_language(language_in(arguments))
-    if not arguments or set(HELP_OPTIONS) & set(arguments):
-        translate_help(command)
     try:
+        request_language(language_in(arguments))
+        if not arguments or set(HELP_OPTIONS) & set(arguments):
+            translate_help(command)
         sys.exit(command(standalone_mode=False) or 0)
     except (MotorcadeError, OSError) as error:
         print_note(error.sentence(current_language()) if isinstance(error, MotorcadeError) else str(error))

@@ -39,12 +39,11 @@ _LISTEN_S = 1.5
 _requested: ContextVar[str] = ContextVar("requested_language", default="")
 
 
-def request_language(language: str) -> str:
+def request_language(language: str) -> None:
     """Take the value of --language, empty for none. Raises MotorcadeError: unknown-language."""
     if language and language not in languages():
         raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
     _requested.set(language)
-    return language
 
 
 def wants_json(as_json: bool) -> bool:
@@ -275,10 +274,10 @@ def usage_sentence(message: str) -> str:
 
 
 def language_in(arguments: list[str]) -> str:
-    """Return the value of --language in ``arguments``; empty where it is missing or unknown."""
+    """Return the last value of --language in ``arguments``; empty where it is missing."""
+    language = ""
     for place, argument in enumerate(arguments):
         name, _, value = argument.partition("=")
         if name == "--language":
-            value = value or "".join(arguments[place + 1 : place + 2])
-            return value if value in languages() else ""
-    return ""
+            language = value or "".join(arguments[place + 1 : place + 2])
+    return language
