@@ -95,29 +95,25 @@ def _decode(
 @app.command("compile")
 def _compile(project: ExistingFile, output: OptionalOutput = None, as_json: JsonInPipes = False) -> None:
     from motorcade.cli.console import print_table, words_table
+    from motorcade.program.compiler import Compiled
     from motorcade.program.diagnostics import ProgramError, has_errors
     from motorcade.program.files import compile_project, read_file
 
     try:
         compiled, profile = compile_project(read_file(project), project)
-        words, diagnostics = compiled.words, compiled.diagnostics
-        counts = (compiled.leader_states, compiled.follower_words, compiled.dwell_ms, compiled.tagged)
     except ProgramError as problem:
-        words, diagnostics, counts, profile = (), problem.diagnostics, (0, 0, 0, False), None
-    failed = has_errors(diagnostics)
+        compiled, profile = Compiled((), 0, 0, 0, False, problem.diagnostics, ()), None
+    failed = has_errors(compiled.diagnostics)
     if output and not failed:
         write_file(output, compiled.image, project)
     if as_json:
-        print_json(
-            {
-                "words": list(words),
-                **dict(zip(("leader_states", "follower_words", "dwell_ms", "tagged"), counts, strict=True)),
-                "diagnostics": [each.as_dict(current_language()) for each in diagnostics],
-            }
-        )
+        names = ("leader_states", "follower_words", "dwell_ms", "tagged")
+        found = {name: getattr(compiled, name) for name in names}
+        diagnostics = [each.as_dict(current_language()) for each in compiled.diagnostics]
+        print_json({"words": list(compiled.words), **found, "diagnostics": diagnostics})
     elif profile and not failed:
-        print_table(words_table(words, profile))
-    print_diagnostics(diagnostics)
+        print_table(words_table(compiled.words, profile))
+    print_diagnostics(compiled.diagnostics)
     if failed:
         raise typer.Exit(PROGRAM_ERROR)
 
