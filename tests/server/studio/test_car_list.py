@@ -67,5 +67,5 @@ def test_a_page_sees_loads_blinks_and_stops_cars(tmp_path):
             socket.send_json({"do": "blink", "where": ["nobody"]})
             assert page.refusal() == "no-such-car"
             socket.send_json({"do": "load", "where": [cars[0].address], "image": base64.b64encode(SECOND[:6]).decode()})
-            assert page.refusal() == "not-a-program"
+            assert page.refusal() == "image-cut-off"
             assert [car.image for car in cars] == [FIRST, SECOND]

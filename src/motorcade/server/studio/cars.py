@@ -17,7 +17,7 @@ from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Sentence
 from motorcade.service.world_messages import CarRow, CarsOrder, CarsShown
-from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
 from motorcade.words.request import BLINK, GO, STOP
 
 _EVERY_S = 0.25
@@ -84,10 +84,7 @@ class CarList:
         elif order.do == "blink":
             await self._cars.ask(order.where, BLINK)
         elif order.image is not None:
-            try:
-                parse_image_bytes(order.image)
-            except ImageError as problem:
-                raise MotorcadeError("not-a-program", place="", reason=problem) from None
+            parse_image_bytes(order.image)
             self._cars.named(order.where)
             checksum = f"{crc32(order.image):08x}"
             self._programs.pop(checksum, None)
