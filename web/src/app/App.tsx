@@ -6,7 +6,7 @@ import { Problems } from "../blocks/Problems";
 import { setBlocklyLanguage } from "../blocks/definitions";
 import { focusBlocks } from "../blocks/workspaces";
 import { currentLanguage } from "../i18n";
-import { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
 import { useMission } from "../missions/store";
@@ -56,7 +56,7 @@ const stage = import("../mat/Stage");
 const Stage = lazy(async () => ({ default: (await stage).Stage }));
 
 /** The stage, made after the rest of the page. */
-function StageArea({ session }: { session: Session }) {
+function StageArea() {
   const { t } = useTranslation();
   const failed = (
     <div className={areas.failed} role="alert">
@@ -68,7 +68,7 @@ function StageArea({ session }: { session: Session }) {
     <section className={classes(css.stageArea, areas.panel)} id="stage" tabIndex={-1} aria-label={t("mat.title")}>
       <ErrorBoundary fallback={failed}>
         <Suspense fallback={<p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}>
-          <Stage session={session} />
+          <Stage />
         </Suspense>
       </ErrorBoundary>
     </section>
@@ -79,7 +79,6 @@ function Work() {
   const { t } = useTranslation();
   const language = useEditorsLanguage();
   const level = useSettings((settings) => settings.level);
-  const [session] = useState(() => new Session());
   const alone = useStudio((studio) => studio.alone);
   const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
@@ -90,18 +89,18 @@ function Work() {
   useEffect(() => {
     session.open();
     return () => session.close();
-  }, [session]);
-  const due = useEditorsDue(session);
+  }, []);
+  const due = useEditorsDue();
   // The editors have been filled by then.
   useEffect(() => {
     if (!due) return;
     openEditors();
-    startPairs(session);
-  }, [due, session]);
+    startPairs();
+  }, [due]);
   return (
     <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
       <div className={css.blocks}>
-        <MissionStrip session={session} />
+        <MissionStrip />
         {due ? <Editors key={`${language} ${level}`} /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}
         <Problems />
       </div>
@@ -111,8 +110,8 @@ function Work() {
         share={shares.blocks}
         onShare={(blocks) => useSettings.setState({ shares: { ...shares, blocks } })}
       />
-      <StageArea session={session} />
-      <Drawer session={session} />
+      <StageArea />
+      <Drawer />
     </main>
   );
 }
@@ -121,7 +120,7 @@ function Work() {
 const LATEST_EDITORS_MS = 4000;
 
 /** Whether it is time to make the editors: in what a first visit finds, once its cars are seen to drive. */
-function useEditorsDue(session: Session): boolean {
+function useEditorsDue(): boolean {
   const [due, setDue] = useState(() => !useStudio.getState().isOpening);
   useEffect(() => {
     if (due) return;
@@ -137,7 +136,7 @@ function useEditorsDue(session: Session): boolean {
       clearTimeout(timer);
       stop();
     };
-  }, [due, session]);
+  }, [due]);
   return due;
 }
 

@@ -2,7 +2,6 @@ import { lazy, Suspense, type CSSProperties, type ReactNode, useRef } from "reac
 import { Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { useStops } from "../certainty/stops";
-import type { Session } from "../mat/session";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
 import { Divider, usePrinting } from "../ui/areas";
@@ -14,15 +13,11 @@ import { WordsPanel } from "../words/WordsPanel";
 import areas from "../ui/areas.module.css";
 import css from "./drawer.module.css";
 
-export interface PanelProps {
-  session: Session;
-}
-
 interface Panel {
   id: DrawerTab;
   /** The level from which on it is there. */
   from: Level;
-  show: (props: PanelProps) => ReactNode;
+  content: ReactNode;
 }
 
 const CarsPanel = lazy(async () => ({ default: (await import("../mat/CarsPanel")).CarsPanel }));
@@ -33,16 +28,16 @@ const CertaintyPanel = lazy(async () => ({ default: (await import("../certainty/
 
 /** What is looked up below blocks and stage, in the order of its tabs. */
 const PANELS: readonly Panel[] = [
-  { id: "swarm", from: "start", show: ({ session }) => <CarsPanel session={session} /> },
-  { id: "things", from: "start", show: (props) => <Inspector {...props} /> },
-  { id: "sure", from: "start", show: (props) => <CertaintyPanel {...props} /> },
-  { id: "timeline", from: "words", show: (props) => <Timeline {...props} /> },
-  { id: "words", from: "words", show: () => <WordsPanel /> },
-  { id: "python", from: "python", show: () => <PythonPanel /> },
+  { id: "swarm", from: "start", content: <CarsPanel /> },
+  { id: "things", from: "start", content: <Inspector /> },
+  { id: "sure", from: "start", content: <CertaintyPanel /> },
+  { id: "timeline", from: "words", content: <Timeline /> },
+  { id: "words", from: "words", content: <WordsPanel /> },
+  { id: "python", from: "python", content: <PythonPanel /> },
 ];
 
 /** One drawer for what is looked up; it opens at the tab, and as high, as it was left. */
-export function Drawer({ session }: { session: Session }) {
+export function Drawer() {
   const { t } = useTranslation();
   const level = useSettings((settings) => settings.level);
   const drawer = useSettings((settings) => settings.drawer);
@@ -99,10 +94,10 @@ export function Drawer({ session }: { session: Session }) {
             onPress={() => setOpen(!open)}
           />
         </div>
-        {panels.map(({ id, show }) => (
+        {panels.map(({ id, content }) => (
           // A closed drawer keeps its panel, since the tab says that it controls it.
           <TabPanel key={id} id={id} className={css.panel} style={open ? undefined : { display: "none" }}>
-            {open && <Suspense>{show({ session })}</Suspense>}
+            {open && <Suspense>{content}</Suspense>}
           </TabPanel>
         ))}
       </Tabs>

@@ -11,7 +11,6 @@ import { inLanguage } from "../i18n";
 import type { Box } from "../mat/camera";
 import { colourWords, hexColour } from "../mat/colours";
 import fields from "../mat/fields.module.css";
-import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
@@ -19,13 +18,11 @@ import { clock } from "../timeline/events";
 import { watchSize } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
 import { differenceText, told } from "./difference";
-import { playFrom, type TrialStream, useTrials } from "./trials";
+import { playFrom, trials, useTrials } from "./trials";
 import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
 interface ComparisonProps {
-  session: Session;
-  stream: TrialStream;
   /** What the two runs are called. */
   names: readonly [string, string];
   onClose: () => void;
@@ -34,7 +31,7 @@ interface ComparisonProps {
 /** Pictures that are asked for one after another, as the runs are played. */
 const PICTURE_MS = 50;
 
-export function Comparison({ session, stream, names, onClose }: ComparisonProps) {
+export function Comparison({ names, onClose }: ComparisonProps) {
   const { t } = useTranslation();
   const difference = useTrials((now) => now.difference);
   const problem = useTrials((now) => now.problem);
@@ -45,16 +42,16 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
   const [playing, setPlaying] = useState(false);
   const car = difference && difference.kind !== "none" ? difference.car : null;
   const endMs = Math.max(comparedMs, difference?.t_ms ?? 0);
-  const show = (to: number) => stream.show(to);
+  const show = (to: number) => trials.show(to);
   useEffect(() => {
     if (!playing) return;
     const timer = setInterval(() => {
       const next = Math.min(useTrials.getState().shownMs + PICTURE_MS, endMs);
-      stream.show(next);
+      trials.show(next);
       if (next === endMs) setPlaying(false);
     }, PICTURE_MS);
     return () => clearInterval(timer);
-  }, [playing, endMs, stream]);
+  }, [playing, endMs]);
 
   return (
     <Sheet title={t("compare.title")} onClose={onClose} wide>
@@ -95,7 +92,7 @@ export function Comparison({ session, stream, names, onClose }: ComparisonProps)
                 isDisabled={runs[0].image !== runs[1].image}
                 onPress={() => {
                   onClose();
-                  playFrom(session, runs[1].seed ?? 0, difference.t_ms, car === null ? [] : [car]);
+                  playFrom(runs[1].seed ?? 0, difference.t_ms, car === null ? [] : [car]);
                 }}
               >
                 {t("compare.playOther")}

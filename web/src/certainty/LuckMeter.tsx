@@ -4,14 +4,13 @@ import { type CSSProperties, useEffect } from "react";
 import { Button, Label, Meter } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { inLanguage } from "../i18n";
-import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useDraft } from "../missions/draft";
 import { useMission } from "../missions/store";
 import { openDialog } from "../state/dialogs";
 import { openDrawer } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { playFrom, type TrialStream, useTrials } from "./trials";
+import { playFrom, trials, useTrials } from "./trials";
 import { TextButton } from "../ui/controls";
 import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
@@ -50,13 +49,11 @@ export function LuckButton() {
 }
 
 interface LuckProps {
-  session: Session;
-  stream: TrialStream;
   onCompare: (seed: number) => void;
 }
 
 /** The meter, and the runs that failed; one of them can be played. */
-export function LuckPart({ session, stream, onCompare }: LuckProps) {
+export function LuckPart({ onCompare }: LuckProps) {
   const { t } = useTranslation();
   const luck = useTrials((now) => now.luck);
   const problem = useTrials((now) => now.problem);
@@ -76,18 +73,18 @@ export function LuckPart({ session, stream, onCompare }: LuckProps) {
           <LuckBar />
           {!luck && <p className={controls.quiet}>{t("luck.how")}</p>}
           {!luck && (
-            <TextButton small isDisabled={!hasImage} onPress={() => stream.begin()}>{t("luck.begin")}</TextButton>
+            <TextButton small isDisabled={!hasImage} onPress={() => trials.begin()}>{t("luck.begin")}</TextButton>
           )}
           {problem && <p role="alert">{inLanguage(problem.sentence)}</p>}
           {luck && luck.tried === luck.of && luck.works === luck.of && <p>{t("luck.always")}</p>}
-          {luck && <Failures session={session} stream={stream} failed={luck.failed} onCompare={onCompare} />}
+          {luck && <Failures failed={luck.failed} onCompare={onCompare} />}
         </>
       )}
     </section>
   );
 }
 
-function Failures({ session, stream, failed, onCompare }: LuckProps & { failed: readonly number[] }) {
+function Failures({ failed, onCompare }: LuckProps & { failed: readonly number[] }) {
   const { t } = useTranslation();
   const failures = useTrials((now) => now.failures);
   const usual = useMission(({ mission }) => mission?.seed);
@@ -96,8 +93,8 @@ function Failures({ session, stream, failed, onCompare }: LuckProps & { failed: 
   const asked = told.join();
   useEffect(() => {
     const known = useTrials.getState().failures;
-    for (const each of asked ? asked.split(",").map(Number) : []) if (!known.has(each)) stream.explain(each);
-  }, [asked, stream]);
+    for (const each of asked ? asked.split(",").map(Number) : []) if (!known.has(each)) trials.explain(each);
+  }, [asked]);
   return (
     <>
       <ul className={css.list} aria-label={t("luck.failed")}>
@@ -109,7 +106,7 @@ function Failures({ session, stream, failed, onCompare }: LuckProps & { failed: 
                 <b>{t("luck.run", { seed: each })}</b> {failure && inLanguage(failure.why)}
               </span>
               {failure && (
-                <TextButton small onPress={() => playFrom(session, each, failure.t_ms, failure.cars)}>
+                <TextButton small onPress={() => playFrom(each, failure.t_ms, failure.cars)}>
                   {t("luck.play", { seconds: failure.t_ms / 1000 })}
                 </TextButton>
               )}
@@ -120,7 +117,7 @@ function Failures({ session, stream, failed, onCompare }: LuckProps & { failed: 
       </ul>
       {failed.length > MOST_TOLD && <p className={controls.quiet}>{t("luck.andMore", { count: failed.length - MOST_TOLD })}</p>}
       {usual !== undefined && seed !== usual && (
-        <TextButton small onPress={() => playFrom(session, usual, 0, [])}>{t("luck.usual")}</TextButton>
+        <TextButton small onPress={() => playFrom(usual, 0, [])}>{t("luck.usual")}</TextButton>
       )}
     </>
   );

@@ -2,13 +2,12 @@
 
 import { useState } from "react";
 import { useTranslation } from "react-i18next";
-import type { Session } from "../mat/session";
 import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
 import { Comparison } from "./Comparison";
 import { LuckPart } from "./LuckMeter";
 import { StopList } from "./StopTools";
-import { presentRun, type Run, trialsOf, useTrials } from "./trials";
+import { presentRun, type Run, trials, useTrials } from "./trials";
 import { TextButton } from "../ui/controls";
 import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
@@ -16,9 +15,8 @@ import css from "./certainty.module.css";
 /** Without a mission two runs are compared for so long. */
 const COMPARED_MS = 60_000;
 
-export function CertaintyPanel({ session }: { session: Session }) {
+export function CertaintyPanel() {
   const { t } = useTranslation();
-  const stream = trialsOf(session);
   const before = useTrials((now) => now.before);
   const hasImage = useStudio(({ compiled }) => Boolean(compiled?.image));
   const image = useStudio(({ compiled }) => compiled?.image);
@@ -27,7 +25,7 @@ export function CertaintyPanel({ session }: { session: Session }) {
     const run = presentRun();
     if (!run || !other) return;
     const seconds = useMission.getState().mission?.seconds;
-    stream.compare(run, other, seconds ? seconds * 1000 : COMPARED_MS);
+    trials.compare(run, other, seconds ? seconds * 1000 : COMPARED_MS);
     setNames([t("compare.this"), name]);
   };
   const withSeed = (seed: number) => {
@@ -39,7 +37,7 @@ export function CertaintyPanel({ session }: { session: Session }) {
   };
   return (
     <div className={css.panel}>
-      <LuckPart session={session} stream={stream} onCompare={withSeed} />
+      <LuckPart onCompare={withSeed} />
       <div className={css.column}>
       <section className={css.part} aria-label={t("compare.title")}>
         <h3>{t("compare.title")}</h3>
@@ -61,8 +59,8 @@ export function CertaintyPanel({ session }: { session: Session }) {
       </section>
       <StopList />
       </div>
-      {names && <Comparison session={session} stream={stream} names={names} onClose={() => {
-        stream.endComparison();
+      {names && <Comparison names={names} onClose={() => {
+        trials.endComparison();
         setNames(null);
       }} />}
     </div>

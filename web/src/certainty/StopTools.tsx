@@ -5,7 +5,7 @@ import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { PieceId } from "../mat/document";
 import { ToolButton } from "../mat/fields";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { choose } from "../mat/store";
 import { useMission } from "../missions/store";
 import { openDrawer } from "../state/settings";
@@ -65,7 +65,7 @@ export function ZoneCard() {
 }
 
 /** Says on the stage why the world has stopped. */
-export function StoppedNotice({ session }: { session: Session }) {
+export function StoppedNotice() {
   const { t } = useTranslation();
   const stopped = useStops((now) => now.stopped);
   const show = (car: number) => {

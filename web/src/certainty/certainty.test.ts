@@ -4,7 +4,7 @@ import { afterAll, beforeEach, describe, expect, it, vi } from "vitest";
 import { connectTo, type StreamListeners } from "../api/service";
 import type { Difference, MissionZone, TrialMessage } from "../generated/messages";
 import { startLanguages } from "../i18n";
-import { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useDraft } from "../missions/draft";
 import { useStudio } from "../state/studio";
@@ -47,9 +47,8 @@ afterAll(() => {
 
 describe("stops", () => {
   it("are sent to each new world, a block by the words that it makes now", () => {
-    const session = new Session();
     const send = vi.spyOn(session, "send").mockImplementation(() => undefined);
-    const end = watchStops(session);
+    const end = watchStops();
     addStop({ condition: { kind: "block" }, block: { editor: "followers", id: "b", text: "light" } });
     expect(send).not.toHaveBeenCalled();
     useMat.setState({ hello: { is: "hello", session: "", resumed: false, cars: 2 } });
@@ -101,7 +100,7 @@ describe("trials", () => {
 
   const playing = (is: boolean) => useMat.setState({ state: { playing: is } as never });
   const begin = () => {
-    const stream = new TrialStream(new Session());
+    const stream = new TrialStream();
     const end = stream.watch();
     playing(true);
     listeners.onOpen();
@@ -141,14 +140,14 @@ describe("trials", () => {
 
   it("begin nothing without blocks", () => {
     useStudio.setState({ compiled: { ...(compiled("AAAA") as object), states: 0 } as never });
-    const end = new TrialStream(new Session()).watch();
+    const end = new TrialStream().watch();
     playing(true);
     expect(sent).toEqual([]);
     end();
   });
 
   it("wait for a button in a class, and begin nothing without a goal", () => {
-    const stream = new TrialStream(new Session());
+    const stream = new TrialStream();
     useStudio.setState({ capabilities: { classroom: "pupil" } as never });
     const end = stream.watch();
     playing(true);

@@ -7,7 +7,7 @@ import type { MissionZone, StopCondition, Stopped } from "../generated/messages"
 import { inLanguage } from "../i18n";
 import type { Point } from "../mat/document";
 import { isInside } from "../mat/room";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -75,7 +75,7 @@ function conditions(): StopCondition[] {
 }
 
 /** Tell each new world on what to stop, and the stage that it has stopped; returns what ends this. */
-export function watchStops(session: Session): () => void {
+export function watchStops(): () => void {
   const send = () => session.send({ do: "stop-when", conditions: conditions() });
   const ends = [
     useStops.subscribe(({ stops }, before) => stops !== before.stops && useMat.getState().hello?.cars && send()),

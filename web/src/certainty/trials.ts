@@ -5,7 +5,7 @@ import { LastingStream } from "../api/connection";
 import { service } from "../api/service";
 import { decodePicture, type Picture } from "../api/world";
 import type { Difference, Failure, Luck, MissionChoice, Refused, SetWorld, TrialAnswer, TrialMessage } from "../generated/messages";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { documentOf, useDraft } from "../missions/draft";
 import { useStudio } from "../state/studio";
@@ -50,11 +50,9 @@ export function triedMission(): MissionChoice | null {
 
 export class TrialStream {
   private stream: LastingStream | null = null;
-  private isOpen = false;
   private tried: TrialMessage | null = null;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private run: Run | null = null;
-  constructor(private readonly session: Session) {}
 
   /** Follow the program and the world from now on; returns what ends this. */
   watch(): () => void {
@@ -136,28 +134,19 @@ export class TrialStream {
     clearTimeout(this.timer);
     this.stream?.close();
     this.stream = this.tried = null;
-    this.isOpen = false;
   }
 
   private send(message: TrialMessage): void {
-    if (!this.stream) {
-      const { name } = this.session;
-      this.stream = new LastingStream((listeners) => service().openStream("trials", name, listeners), {
-        onOpen: () => {
-          this.isOpen = true;
-          for (const each of this.waiting.splice(0)) this.stream?.send(each);
-        },
-        onMessage: (data) => this.receive(data),
-        onClose: () => {
-          this.isOpen = false;
-          // Its work is lost: it begins anew.
-          if (this.tried) this.waiting.unshift(this.tried);
-        },
-      });
-      this.waiting.push(message);
-      this.stream.reopen();
-    } else if (this.isOpen) this.stream.send(message);
-    else this.waiting.push(message);
+    if (this.stream?.send(message)) return;
+    this.waiting.push(message);
+    if (this.stream) return;
+    this.stream = new LastingStream((listeners) => service().openStream("trials", session.name, listeners), {
+      onOpen: () => this.waiting.splice(0).forEach((each) => this.stream?.send(each)),
+      onMessage: (data) => this.receive(data),
+      // Its work is lost: it begins anew.
+      onClose: () => this.tried && this.waiting.unshift(this.tried),
+    });
+    this.stream.reopen();
   }
 
   private readonly waiting: TrialMessage[] = [];
@@ -180,14 +169,8 @@ export class TrialStream {
   }
 }
 
-const streams = new WeakMap<Session, TrialStream>();
-
-/** The trials of a page. */
-export function trialsOf(session: Session): TrialStream {
-  const stream = streams.get(session) ?? new TrialStream(session);
-  streams.set(session, stream);
-  return stream;
-}
+/** The trials of the page. */
+export const trials = new TrialStream();
 
 /** The run of the project as it is now, from its beginning. */
 export function presentRun(): Run | null {
@@ -196,7 +179,7 @@ export function presentRun(): Run | null {
 }
 
 /** Play the run of a seed from shortly before a moment, with the cars ringed that it is about. */
-export function playFrom(session: Session, seed: number, tMs: number, cars: readonly number[]): void {
+export function playFrom(seed: number, tMs: number, cars: readonly number[]): void {
   useMat.setState({ seed });
   session.send({ do: "reset", seed, until_ms: Math.max(0, tMs - BEFORE_MS) });
   session.play();

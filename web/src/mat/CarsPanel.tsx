@@ -7,7 +7,7 @@ import { useStudio } from "../state/studio";
 import { setRange, startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
-import type { Session } from "./session";
+import { session } from "./session";
 import { editMat, useMat } from "./store";
 import { Choice, NumberSlider, ToolButton, ToolSwitch } from "./fields";
 import fields from "./fields.module.css";
@@ -20,7 +20,7 @@ const CROWDED = new Set(["crowd-has-no-room", "starts-too-close"]);
 const MOST_SPARE = 60;
 const MOST_SEED = 2 ** 32 - 1;
 
-export const CarsPanel = memo(function CarsPanel({ session }: { session: Session }) {
+export const CarsPanel = memo(function CarsPanel() {
   const { t } = useTranslation();
   const mat = useStudio((studio) => studio.mat);
   const inMission = useStudio(({ mission }) => mission !== null);
@@ -28,7 +28,7 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
   const caption = useSettings((settings) => settings.caption);
   return (
     <div className={fields.swarm}>
-      {inMission ? <p>{t("missions.matStays")}</p> : <Conditions session={session} />}
+      {inMission ? <p>{t("missions.matStays")}</p> : <Conditions />}
       <div className={fields.row}>
         <span>{t("mat.floor")}</span>
         <Choice
@@ -50,7 +50,7 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
           label={t("mat.startHere")}
           wide
           isDisabled={!hello || hello.cars > MOST_ONE_BY_ONE}
-          onPress={() => startHere(session)}
+          onPress={startHere}
         />
       )}
     </div>
@@ -58,7 +58,7 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
 });
 
 /** What a mission fixes: how many cars there are, and how messages reach them. */
-function Conditions({ session }: { session: Session }) {
+function Conditions() {
   const { t } = useTranslation();
   const mat = useStudio((studio) => studio.mat);
   const rangeMm = useStudio((studio) => studio.rangeMm);
@@ -85,7 +85,7 @@ function Conditions({ session }: { session: Session }) {
         onChange={setRange}
         onEnd={endEdit}
       />
-      <Seed session={session} />
+      <Seed />
     </>
   );
 }
@@ -128,7 +128,7 @@ function Followers() {
   );
 }
 
-function Seed({ session }: { session: Session }) {
+function Seed() {
   const { t } = useTranslation();
   const seed = useMat((now) => now.seed);
   return (

@@ -12,7 +12,7 @@ import { colourWords, hexColour } from "./colours";
 import { lastFrameText } from "./Narration";
 import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
-import type { Session } from "./session";
+import { session } from "./session";
 import { choose, useMat } from "./store";
 import { ToolButton, ToolSwitch } from "./fields";
 import { WhyAnswer } from "./Why";
@@ -24,32 +24,28 @@ import { TextButton } from "../ui/controls";
 
 const TURN_DEG = 15;
 
-interface InspectorProps {
-  session: Session;
-}
-
-export function Inspector({ session }: InspectorProps) {
+export function Inspector() {
   const { t } = useTranslation();
   const chosen = useMat((now) => now.chosen);
   const car = chosen && "car" in chosen ? chosen.car : null;
   const inMission = useStudio(({ mission }) => mission !== null);
   return (
     <div className={css.inspector}>
-      {inMission ? <p>{t("missions.matStays")}</p> : <Palette session={session} />}
+      {inMission ? <p>{t("missions.matStays")}</p> : <Palette />}
       <div className={fields.row}>
-        <CarPicker session={session} car={car} />
+        <CarPicker car={car} />
         {chosen && !inMission && (
           <>
-            <ToolButton icon="copy" label={t("mat.duplicate")} onPress={() => duplicateChosen(session)} />
-            <ToolButton icon="trash" label={t("mat.remove")} onPress={() => removeChosen(session)} />
+            <ToolButton icon="copy" label={t("mat.duplicate")} onPress={duplicateChosen} />
+            <ToolButton icon="trash" label={t("mat.remove")} onPress={removeChosen} />
           </>
         )}
       </div>
-      <DrivenCars session={session} car={car} />
-      {car !== null && <CarInspector session={session} car={car} />}
+      <DrivenCars car={car} />
+      {car !== null && <CarInspector car={car} />}
       {!inMission && (
         <>
-          <PieceInspector session={session} />
+          <PieceInspector />
           <Voices />
         </>
       )}
@@ -57,7 +53,7 @@ export function Inspector({ session }: InspectorProps) {
   );
 }
 
-function CarPicker({ session, car }: { session: Session; car: number | null }) {
+function CarPicker({ car }: { car: number | null }) {
   const { t } = useTranslation();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const pick = (number: number) => {
@@ -83,7 +79,7 @@ function CarPicker({ session, car }: { session: Session; car: number | null }) {
   );
 }
 
-function CarInspector({ session, car }: InspectorProps & { car: number }) {
+function CarInspector({ car }: { car: number }) {
   const { t } = useTranslation();
   const details = useMat((now) => now.details);
   const followed = useMat((now) => now.followed);
@@ -100,8 +96,8 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         {!inMission && (
           <>
-            <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
-            <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
+            <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(car, TURN_DEG)} />
+            <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(car, -TURN_DEG)} />
           </>
         )}
         <ToolSwitch label={t("mat.chase")} isSelected={chase} onChange={(on) => useMat.setState({ chase: on })} />
@@ -122,7 +118,7 @@ const NONE: readonly number[] = [];
 const MOST_NAMED = 12;
 
 /** The cars that somebody drives or drove; a button lets the chosen one continue its program. */
-function DrivenCars({ session, car }: { session: Session; car: number | null }) {
+function DrivenCars({ car }: { car: number | null }) {
   const { t } = useTranslation();
   const driven = useMat(({ state }) => state?.driven ?? NONE);
   // They are those of the present.

@@ -1,13 +1,14 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord, EditorName } from "../api/types";
+import type { EditorName } from "../api/types";
 import { NO_INDEX, type Picture } from "../api/world";
 import { findText } from "../blocks/workspaces";
 import { useSettings } from "../state/settings";
+import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { colourWords, hexColour } from "./colours";
-import type { Session } from "./session";
+import { session } from "./session";
 import css from "./mat.module.css";
 
 const MOST_COLOURS = 6;
@@ -22,14 +23,13 @@ function heldWords(picture: Picture | null): string {
 const MARKS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
 
 /** What the colours of the cars mean: the blocks whose words they hold now. Closed, only the colours show. */
-export function Legend({ session, words }: { session: Session; words: readonly CompiledWord[] }) {
+export function Legend() {
   const { t } = useTranslation();
+  const words = useWords();
   const open = useSettings((settings) => settings.legend);
   const marksShow = useSettings((settings) => settings.level !== "start");
   const [held, setHeld] = useState(() => heldWords(session.picture));
-  useEffect(() => {
-    return session.listen((picture) => setHeld(heldWords(picture)));
-  }, [session]);
+  useEffect(() => session.listen((picture) => setHeld(heldWords(picture))), []);
   const { strong } = colourWords(words);
   // A block may make several words.
   const entries = new Map<string, { part: EditorName; block: string; colours: string[] }>();

@@ -1,10 +1,9 @@
 import { type KeyboardEvent, memo, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord } from "../api/types";
 import { tapZone } from "../certainty/stops";
 import { useMission } from "../missions/store";
 import { endEdit } from "../state/history";
-import { useStudio } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
@@ -12,7 +11,7 @@ import { FURNITURE, listOf, type Mat, type PieceId, type Point } from "./documen
 import { attachPointers, gripAt, nudgeOf } from "./pointer";
 import { chasedCar, choose, type Chosen, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
-import type { Session } from "./session";
+import { session } from "./session";
 import { ToolButton } from "./fields";
 import css from "./mat.module.css";
 
@@ -20,17 +19,12 @@ const PAN_PX = 60;
 const ZOOM = 1.25;
 const TURN_DEG = 15;
 
-interface MatCanvasProps {
-  session: Session;
-  words: readonly CompiledWord[];
-}
-
 function pieceOfChosen(chosen: Chosen): PieceId | null {
   return chosen && "piece" in chosen ? chosen.piece : null;
 }
 
 /** Copy the stores into the scene, now and whenever they change, and act on its pointers. */
-function connect(scene: Scene, session: Session): () => void {
+function connect(scene: Scene): () => void {
   const show = () => {
     const { mat, rangeMm } = useStudio.getState();
     const { chosen, told, tracks, air, followed, hello } = useMat.getState();
@@ -62,7 +56,7 @@ function connect(scene: Scene, session: Session): () => void {
     },
     onChoose: (grip) => {
       if (grip && "car" in grip) {
-        tapCar(session, grip.car);
+        tapCar(grip.car);
         return;
       }
       choose(grip && { piece: grip.piece });
@@ -71,7 +65,7 @@ function connect(scene: Scene, session: Session): () => void {
     },
     onDrag: (grip, to, by) => {
       if (useMat.getState().asked) useMat.setState({ asked: null });
-      dragTo(session, grip, to, by);
+      dragTo(grip, to, by);
     },
     onDrop: endEdit,
     isDrawing: () => useMat.getState().drawing,
@@ -90,7 +84,7 @@ function allThings(mat: Mat, cars: number): NonNullable<Chosen>[] {
   return [...Array.from({ length: cars }, (_, car) => ({ car })), ...pieces];
 }
 
-function chooseNext(session: Session, step: 1 | -1): void {
+function chooseNext(step: 1 | -1): void {
   const { hello, chosen } = useMat.getState();
   const things = allThings(useStudio.getState().mat, hello?.cars ?? 0);
   const now = things.findIndex((each) => JSON.stringify(each) === JSON.stringify(chosen));
@@ -101,38 +95,38 @@ function chooseNext(session: Session, step: 1 | -1): void {
 /** While the stage is seen from behind a car, these lead to another car. */
 const CHASE_KEYS: Record<string, 1 | -1> = { n: 1, p: -1, ArrowRight: 1, ArrowLeft: -1 };
 
-function chaseNext(session: Session, car: number, step: 1 | -1): void {
+function chaseNext(car: number, step: 1 | -1): void {
   const cars = useMat.getState().hello?.cars ?? 1;
   choose({ car: (car + step + cars) % cars });
   session.watch();
 }
 
 /** Turn a car by so many degrees, or a road by a right angle. */
-function turn(session: Session, chosen: Chosen, degrees: number): void {
+function turn(chosen: Chosen, degrees: number): void {
   if (!chosen) return;
-  if ("car" in chosen) turnCar(session, chosen.car, degrees);
+  if ("car" in chosen) turnCar(chosen.car, degrees);
   else if (chosen.piece.kind === "line") turnRoad(chosen.piece);
 }
 
 /** Act on a key; false for a key that means nothing here. */
-function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
+function press(event: KeyboardEvent, scene: Scene): boolean {
   const { chosen } = useMat.getState();
   const command = event.ctrlKey || event.metaKey;
   const nudge = nudgeOf(event);
   const chased = chasedCar(useMat.getState());
   if (chased !== null && !command && event.key in CHASE_KEYS) {
-    chaseNext(session, chased, CHASE_KEYS[event.key]!);
+    chaseNext(chased, CHASE_KEYS[event.key]!);
     return true;
   }
   if (nudge && !command) {
     const [x, y] = nudge;
-    if (chosen) moveBy(session, chosen, x, y);
+    if (chosen) moveBy(chosen, x, y);
     else scene.look(panned(scene.camera, -Math.sign(x) * PAN_PX, Math.sign(y) * PAN_PX));
     return true;
   }
   if (command) {
     const key = event.key.toLowerCase();
-    if (key === "d") duplicateChosen(session);
+    if (key === "d") duplicateChosen();
     return key === "d";
   }
   const keys: Record<string, () => void> = {
@@ -141,17 +135,17 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
     "-": () => scene.look(zoomed(scene.camera, scene.size, 1 / ZOOM)),
     "0": () => scene.frame(),
     a: () => scene.showAll(),
-    n: () => chooseNext(session, 1),
-    p: () => chooseNext(session, -1),
-    Delete: () => removeChosen(session),
-    Backspace: () => removeChosen(session),
-    Enter: () => chosen && "car" in chosen && tapCar(session, chosen.car),
+    n: () => chooseNext(1),
+    p: () => chooseNext(-1),
+    Delete: removeChosen,
+    Backspace: removeChosen,
+    Enter: () => chosen && "car" in chosen && tapCar(chosen.car),
     Escape: () => {
       choose(null);
       drawRoads(false);
     },
-    r: () => turn(session, chosen, -TURN_DEG),
-    R: () => turn(session, chosen, TURN_DEG),
+    r: () => turn(chosen, -TURN_DEG),
+    R: () => turn(chosen, TURN_DEG),
   };
   const action = keys[event.key];
   action?.();
@@ -159,8 +153,9 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   return action !== undefined && event.key !== "Escape";
 }
 
-export function MatCanvas({ session, words }: MatCanvasProps) {
+export function MatCanvas() {
   const { t } = useTranslation();
+  const words = useWords();
   const host = useRef<HTMLDivElement>(null);
   const [scene, setScene] = useState<Scene | null>(null);
   const [camera, setCamera] = useState<Camera | null>(null);
@@ -183,7 +178,7 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
     }).then((created) => {
       if (ended) { created.destroy(); return; }
       made = created;
-      disconnect = connect(created, session);
+      disconnect = connect(created);
       setScene(created);
       useMat.setState({ scene: created });
     }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
@@ -193,7 +188,7 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
       made?.destroy();
       useMat.setState({ scene: null });
     };
-  }, [session]);
+  }, []);
 
   useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
 
@@ -211,7 +206,7 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
       aria-label={t("mat.canvas")}
       aria-describedby="mat-keys"
       onKeyDown={(event) => {
-        if (event.target !== host.current || !scene || !press(event, scene, session)) return;
+        if (event.target !== host.current || !scene || !press(event, scene)) return;
         event.preventDefault();
         event.stopPropagation();
       }}
@@ -225,13 +220,13 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
           {bar.metres >= 1 ? t("mat.metres", { count: bar.metres }) : t("mat.centimetres", { count: Math.round(bar.metres * 100) })}
         </div>
       )}
-      <ViewTools session={session} scene={scene} held={held} />
+      <ViewTools scene={scene} held={held} />
     </div>
   );
 }
 
 /** The buttons for the view; the scale beside them changes with each picture while the camera moves. */
-const ViewTools = memo(function ViewTools({ session, scene, held }: { session: Session; scene: Scene | null; held: boolean }) {
+const ViewTools = memo(function ViewTools({ scene, held }: { scene: Scene | null; held: boolean }) {
   const { t } = useTranslation();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const chased = useMat(chasedCar);
@@ -248,8 +243,8 @@ const ViewTools = memo(function ViewTools({ session, scene, held }: { session: S
       ) : (
         <>
           <ToolButton icon="mat" label={t("mat.fromAbove")} onPress={toggleChase} />
-          <ToolButton icon="left" label={t("mat.previousCar")} onPress={() => chaseNext(session, chased, -1)} />
-          <ToolButton icon="right" label={t("mat.nextCar")} onPress={() => chaseNext(session, chased, 1)} />
+          <ToolButton icon="left" label={t("mat.previousCar")} onPress={() => chaseNext(chased, -1)} />
+          <ToolButton icon="right" label={t("mat.nextCar")} onPress={() => chaseNext(chased, 1)} />
         </>
       )}
     </div>

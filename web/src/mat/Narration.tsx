@@ -6,7 +6,7 @@ import type { ReceivedFrame } from "../generated/messages";
 import { useSettings } from "../state/settings";
 import { clock } from "../timeline/events";
 import { describe, Pace, summarize } from "./account";
-import type { Session } from "./session";
+import { session } from "./session";
 import { useMat } from "./store";
 import controls from "../ui/controls.module.css";
 import css from "./mat.module.css";
@@ -14,7 +14,7 @@ import css from "./mat.module.css";
 const MINIMUM_MS = 3000;
 
 /** What the cars do: the sentence on the stage is true now; screen readers announce it when it has changed, in peace. */
-export const Narration = memo(function Narration({ session }: { session: Session }) {
+export const Narration = memo(function Narration() {
   const { i18n } = useTranslation();
   const on = useSettings((settings) => settings.caption);
   // Who begins has not met lost frames yet.
@@ -46,7 +46,7 @@ export const Narration = memo(function Narration({ session }: { session: Session
       silence();
       clearInterval(timer);
     };
-  }, [on, isStart, session, i18n.language]);
+  }, [on, isStart, i18n.language]);
 
   return (
     <>

@@ -4,7 +4,6 @@ import { useTranslation } from "react-i18next";
 import { type NewKind, NEW_KINDS, place } from "./actions";
 import { toWorld } from "./camera";
 import { Icon } from "../ui/icons";
-import type { Session } from "./session";
 import { drawRoads, useMat } from "./store";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
@@ -16,7 +15,7 @@ interface Drag {
 }
 
 /** Things to drag onto the mat; a key or a tap puts one in the middle. */
-export const Palette = memo(function Palette({ session }: { session: Session }) {
+export const Palette = memo(function Palette() {
   const { t } = useTranslation();
   const scene = useMat((now) => now.scene);
   const drawing = useMat((now) => now.drawing);
@@ -28,12 +27,12 @@ export const Palette = memo(function Palette({ session }: { session: Session }) 
     if (!scene || !box) return;
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
     if (x < 0 || y < 0 || x > box.width || y > box.height) return;
-    place(session, kind, toWorld(scene.camera, scene.size, x, y));
+    place(kind, toWorld(scene.camera, scene.size, x, y));
     scene.host.focus();
   };
   const placeInMiddle = (kind: NewKind) => {
     if (!scene || dragged.current) return;
-    place(session, kind, [scene.camera.x, scene.camera.y]);
+    place(kind, [scene.camera.x, scene.camera.y]);
     scene.host.focus();
   };
   const take = (kind: NewKind, event: PointerEvent<HTMLButtonElement>) => {

@@ -7,7 +7,6 @@ import { carsOf } from "./cars";
 import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { RoadInspector } from "./RoadTools";
-import type { Session } from "./session";
 import { choose, editMat, useMat } from "./store";
 import fields from "./fields.module.css";
 import controls from "../ui/controls.module.css";
@@ -16,7 +15,7 @@ import { classes } from "../ui/classes";
 const MOST_POINTS = 24;
 
 /** All furniture by name, and the chosen piece's points as numbers, for use by keyboard. */
-export function PieceInspector({ session }: { session: Session }) {
+export function PieceInspector() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
   const chosen = useMat((now) => now.chosen);
@@ -43,7 +42,7 @@ export function PieceInspector({ session }: { session: Session }) {
           </ListBoxItem>
         ))}
       </ListBox>
-      {piece?.kind === "line" && <RoadInspector session={session} id={piece} />}
+      {piece?.kind === "line" && <RoadInspector id={piece} />}
       {piece && <PieceStop piece={piece} />}
       {piece && <Points id={piece} />}
     </>

@@ -5,14 +5,13 @@ import { putConvoy, turnRoad } from "./actions";
 import { MOST_ONE_BY_ONE } from "./cars";
 import { type Line, type PieceId, pieceOf, withLine } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
-import type { Session } from "./session";
 import { drawRoads, editMat, useMat } from "./store";
 import { LINE_M } from "./ways";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 
 /** While roads are drawn: what to do, the way for the cars onto the newest road, and the end of it. */
-export function DrawHint({ session }: { session: Session }) {
+export function DrawHint() {
   const { t } = useTranslation();
   const drawing = useMat((now) => now.drawing);
   const chosen = useMat((now) => now.chosen);
@@ -21,17 +20,17 @@ export function DrawHint({ session }: { session: Session }) {
   return (
     <div className={css.drawHint} role="status">
       <span>{t("mat.drawHint")}</span>
-      {road && <PutConvoy session={session} id={road} />}
+      {road && <PutConvoy id={road} />}
       <ToolButton icon="done" wide label={t("mat.drawDone")} onPress={() => drawRoads(false)} />
     </div>
   );
 }
 
-function PutConvoy({ session, id }: { session: Session; id: PieceId }) {
+function PutConvoy({ id }: { id: PieceId }) {
   const { t } = useTranslation();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const isPossible = cars > 0 && cars <= MOST_ONE_BY_ONE;
-  return <ToolButton icon="leader" wide tone="main" label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(session, id)} />;
+  return <ToolButton icon="leader" wide tone="main" label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(id)} />;
 }
 
 const LEAST_M = 0.01;
@@ -39,7 +38,7 @@ const WIDEST_M = 1;
 const LARGEST_M = 2000;
 
 /** What a road has beside its points, and what is done with it. */
-export function RoadInspector({ session, id }: { session: Session; id: PieceId }) {
+export function RoadInspector({ id }: { id: PieceId }) {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
   const line = pieceOf(mat, id) as Line | undefined;
@@ -51,7 +50,7 @@ export function RoadInspector({ session, id }: { session: Session; id: PieceId }
   return (
     <>
       <div className={fields.row}>
-        <PutConvoy session={session} id={id} />
+        <PutConvoy id={id} />
         <ToolButton icon="turnLeft" label={t("mat.turnRoad")} onPress={() => turnRoad(id)} />
       </div>
       <div className={fields.row}>

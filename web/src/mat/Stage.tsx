@@ -2,10 +2,10 @@ import { useEffect, useMemo } from "react";
 import { useTranslation } from "react-i18next";
 import { StoppedNotice, ZoneCard } from "../certainty/StopTools";
 import { watchStops } from "../certainty/stops";
-import { trialsOf } from "../certainty/trials";
+import { trials } from "../certainty/trials";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
-import { isHeard, useStudio, useWords } from "../state/studio";
+import { isHeard, useStudio } from "../state/studio";
 import { useMission } from "../missions/store";
 import { ChaseView } from "./ChaseView";
 import { danceOf } from "./dance";
@@ -15,7 +15,7 @@ import { ZoneGrips } from "../missions/ZoneGrips";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
 import { carBeside } from "./room";
-import type { Session } from "./session";
+import { session } from "./session";
 import { choose, drawRoads, useMat } from "./store";
 import { Sound } from "./sound";
 import { Legend } from "./Legend";
@@ -25,38 +25,37 @@ import { CarCard } from "./Why";
 import css from "./mat.module.css";
 
 /** The mat of the open project with the cars that run its program, and what lies over it. */
-export function Stage({ session }: { session: Session }) {
-  const words = useWords();
+export function Stage() {
   const generation = useStudio((studio) => studio.generation);
   useEffect(() => {
     choose(null);
     drawRoads(false);
   }, [generation]);
-  useSound(session);
-  useEffect(() => watchStops(session), [session]);
-  useEffect(() => trialsOf(session).watch(), [session]);
+  useSound();
+  useEffect(watchStops, []);
+  useEffect(() => trials.watch(), []);
   return (
     <div className={css.stage}>
-      <MatCanvas session={session} words={words} />
+      <MatCanvas />
       <ChaseView />
-      <Thoughts session={session} />
+      <Thoughts />
       <ZoneGrips />
-      <CarCard session={session} />
+      <CarCard />
       <div className={css.top}>
-        <Notice session={session} />
-        <StoppedNotice session={session} />
+        <Notice />
+        <StoppedNotice />
         <ZoneCard />
-        <DrawHint session={session} />
-        <Narration session={session} />
-        <Legend session={session} words={words} />
+        <DrawHint />
+        <Narration />
+        <Legend />
       </div>
-      <Transport session={session} words={words} />
+      <Transport />
     </div>
   );
 }
 
 /** Let the stage sound as long as sound is on; with stars the cars dance. */
-function useSound(session: Session): void {
+function useSound(): void {
   useEffect(() => {
     const sound = new Sound();
     const end = session.listen((picture) => {
@@ -77,10 +76,10 @@ function useSound(session: Session): void {
       for (const each of ends) each();
       sound.close();
     };
-  }, [session]);
+  }, []);
 }
 
-function Notice({ session }: { session: Session }) {
+function Notice() {
   const { t } = useTranslation();
   const link = useMat((now) => now.link);
   const problem = useMat((now) => now.problem);

@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import { useStudio } from "../state/studio";
 import { toScreen } from "./camera";
-import type { Session } from "./session";
+import { session } from "./session";
 import { askWhy } from "./actions";
 import { chasedCar, useMat } from "./store";
 import { seesDark } from "./room";
@@ -16,7 +16,7 @@ const MOST_CARS = 200;
 const BEFORE_MS = 1000;
 
 /** Short sentences above the cars that have a reason to think. The caption tells screen readers what happens. */
-export function Thoughts({ session }: { session: Session }) {
+export function Thoughts() {
   const { t } = useTranslation();
   const scene = useMat((now) => now.scene);
   const [thoughts, setThoughts] = useState<{ car: number; thought: Thought }[]>([]);
@@ -69,7 +69,7 @@ export function Thoughts({ session }: { session: Session }) {
       end();
       clearInterval(timer);
     };
-  }, [session]);
+  }, []);
 
   useEffect(() => {
     if (!scene) return;
@@ -103,7 +103,7 @@ export function Thoughts({ session }: { session: Session }) {
   return (
     <div className={css.thoughts} ref={host} aria-hidden="true">
       {thoughts.map(({ car, thought }) => (
-        <p key={car} data-car={car} onClick={() => askWhy(session, car)}>
+        <p key={car} data-car={car} onClick={() => askWhy(car)}>
           {t(`mat.thoughts.${thought === "noProgram" && isWrong ? "wrongProgram" : thought}`)}
         </p>
       ))}

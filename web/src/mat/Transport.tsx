@@ -1,30 +1,26 @@
 import { memo } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord } from "../api/types";
 import { useSettings } from "../state/settings";
-import { isHeard, showAlone, toggleSound, useStudio } from "../state/studio";
+import { isHeard, showAlone, toggleSound, useStudio, useWords } from "../state/studio";
 import { tellWrongBlock } from "../blocks/fixes";
 import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
 import { valueOf } from "../words/bits";
 import { Icon } from "../ui/icons";
 import { Choice, ToolButton } from "./fields";
-import type { Session } from "./session";
+import { session } from "./session";
 import { useMat } from "./store";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 const FRACTIONS: Record<string, string> = { 0.25: "¼", 0.5: "½" };
-interface TransportProps {
-  session: Session;
-  words: readonly CompiledWord[];
-}
 
 /** Everything that lets the cars drive: play, again, speed, time, and the words to say where a car listens. */
-export const Transport = memo(function Transport({ session, words }: TransportProps) {
+export const Transport = memo(function Transport() {
   const { t } = useTranslation();
+  const words = useWords();
   const playing = useMat(({ state }) => state?.playing ?? false);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const empty = cars === 0;
@@ -42,7 +38,7 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
         <span>{playing ? t("mat.pause") : t("mat.play")}</span>
       </Button>
       <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
-      <Speed session={session} />
+      <Speed />
       <Clock />
       {listens && (
         <>
@@ -81,7 +77,7 @@ function SoundButton() {
   return <ToolButton icon={heard ? "go" : "silence"} label={heard ? t("mat.mute") : t("mat.sound")} onPress={toggleSound} />;
 }
 
-function Speed({ session }: { session: Session }) {
+function Speed() {
   const { t } = useTranslation();
   const speed = useMat((now) => now.speed);
   return (

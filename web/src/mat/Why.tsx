@@ -13,7 +13,7 @@ import { WordBits } from "../words/WordBits";
 import { showBits } from "./actions";
 import { toScreen } from "./camera";
 import { carryOut, changesBlocks, remedyOf } from "./remedies";
-import type { Session } from "./session";
+import { session } from "./session";
 import { chasedCar, choose, useMat } from "./store";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
@@ -43,7 +43,7 @@ const AIR_PX = 6;
 const FOOT_PX = 76;
 
 /** The word that a car holds at the moment that is shown; null where it holds none, or one that is not the program's. */
-function useWordOf(session: Session, car: number | null): CompiledWord | null {
+function useWordOf(car: number | null): CompiledWord | null {
   const words = useWords();
   const [index, setIndex] = useState(NO_INDEX);
   useEffect(() => {
@@ -53,7 +53,7 @@ function useWordOf(session: Session, car: number | null): CompiledWord | null {
     };
     look(session.picture);
     return session.listen(look);
-  }, [session, car]);
+  }, [car]);
   return words[index] ?? null;
 }
 
@@ -68,7 +68,7 @@ function Announced({ text }: { text: string }) {
 }
 
 /** What the car that was tapped tells: beside it, and whole within the stage. */
-export function CarCard({ session }: { session: Session }) {
+export function CarCard() {
   const { t } = useTranslation();
   const scene = useMat((now) => now.scene);
   const asked = useMat((now) => now.asked);
@@ -77,7 +77,7 @@ export function CarCard({ session }: { session: Session }) {
   const leads = useMat(({ hello }) => car !== null && (hello?.leads?.includes(car) ?? false));
   const chased = useMat((now) => chasedCar(now) !== null);
   const profile = useStudio((studio) => studio.profileFigures);
-  const word = useWordOf(session, car);
+  const word = useWordOf(car);
   const card = useRef<HTMLElement>(null);
   const told = word && profile ? t("mat.says", { word: storyOf(word, profile) }) : t("mat.saysNothing");
   useEffect(() => {

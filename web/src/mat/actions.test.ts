@@ -2,7 +2,6 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Hello } from "../api/world";
 import { useStudio } from "../state/studio";
 import { playWhenReady, tapCar } from "./actions";
-import type { Session } from "./session";
 import { useMat } from "./store";
 
 const cars = (count: number) => useMat.setState({ hello: { cars: count } as Hello });
@@ -42,9 +41,8 @@ describe("playing when the world is ready", () => {
 });
 
 it("a tap on a car asks for its word, another for the bits, and one on another car for that one's word", () => {
-  const session = { watch: vi.fn() } as unknown as Session;
   const asked = [1, 1, 1, 2].map((car) => {
-    tapCar(session, car);
+    tapCar(car);
     return useMat.getState().asked;
   });
   expect(asked).toEqual(["story", "bits", "story", "story"]);

@@ -10,7 +10,7 @@ import { added, type Car, duplicated, type FurnitureKind, listOf, type Mat, move
 import type { Grip } from "./pointer";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, type Tile, TILES, turnedRoad, withRoad, withTile } from "./roads";
 import { freePoint, hasRoomForCar, hasRoomForPiece, type Standing } from "./room";
-import type { Session } from "./session";
+import { session } from "./session";
 import { choose, chosenCar, drawRoads, editMat, isFixed, useMat } from "./store";
 
 export type NewKind = Exclude<FurnitureKind, "line"> | Tile | "leader" | "follower";
@@ -20,7 +20,7 @@ const BESIDE_M = 0.25;
 const RADIUS_M = 0.075;
 
 /** The document with each car written on its own, so that one of them can change; null where there are too many. */
-function separate(session: Session): Mat | null {
+function separate(): Mat | null {
   const { mat } = useStudio.getState();
   const { hello } = useMat.getState();
   if (!mat.crowd) return mat;
@@ -30,50 +30,50 @@ function separate(session: Session): Mat | null {
   return oneByOne(mat, at, new Set(hello?.leads));
 }
 
-function isBeginning(session: Session): boolean {
+function isBeginning(): boolean {
   return session.picture?.tMs === 0 && !session.picture.past;
 }
 
 /** Put a car elsewhere. At the beginning of a run that is its new start; later, a reset puts it back. */
-export function putCar(session: Session, car: number, [x, y]: Point, headingDeg: number): void {
+export function putCar(car: number, [x, y]: Point, headingDeg: number): void {
   if (isFixed()) return;
   const at_m: Point = [rounded(x), rounded(y)];
-  const mat = isBeginning(session) ? separate(session) : null;
+  const mat = isBeginning() ? separate() : null;
   const old = mat?.car?.[car];
   const changed = mat && old ? withCar(mat, car, { ...old, at_m, heading_deg: headingDeg }) : null;
   session.move(car, { x_m: at_m[0], y_m: at_m[1], heading_deg: headingDeg }, changed);
   if (changed) editMat(changed, `car ${car}`);
 }
 
-function poseOf({ picture }: Session, car: number): { at: Point; headingDeg: number } | null {
-  const pose = picture && poseIn(picture, car);
+function poseOf(car: number): { at: Point; headingDeg: number } | null {
+  const pose = session.picture && poseIn(session.picture, car);
   return pose && { at: [pose.x_m, pose.y_m], headingDeg: pose.heading_deg };
 }
 
-export function moveBy(session: Session, grip: Grip, dx: number, dy: number): void {
+export function moveBy(grip: Grip, dx: number, dy: number): void {
   if ("car" in grip) {
-    const pose = poseOf(session, grip.car);
-    if (pose) putCar(session, grip.car, [pose.at[0] + dx, pose.at[1] + dy], pose.headingDeg);
+    const pose = poseOf(grip.car);
+    if (pose) putCar(grip.car, [pose.at[0] + dx, pose.at[1] + dy], pose.headingDeg);
     return;
   }
   editMat(moved(useStudio.getState().mat, grip.piece, dx, dy), `move ${grip.piece.kind} ${grip.piece.place}`);
 }
 
-export function dragTo(session: Session, grip: Grip, to: Point, by: Point): void {
+export function dragTo(grip: Grip, to: Point, by: Point): void {
   if ("car" in grip) {
-    const pose = poseOf(session, grip.car);
-    if (pose) putCar(session, grip.car, to, pose.headingDeg);
+    const pose = poseOf(grip.car);
+    if (pose) putCar(grip.car, to, pose.headingDeg);
   } else if ("handle" in grip) {
     const { kind, place } = grip.piece;
     editMat(reshaped(useStudio.getState().mat, grip.piece, grip.handle, to), `shape ${kind} ${place} ${grip.handle}`);
   } else {
-    moveBy(session, grip, ...by);
+    moveBy(grip, ...by);
   }
 }
 
-export function turnCar(session: Session, car: number, degrees: number): void {
-  const pose = poseOf(session, car);
-  if (pose) putCar(session, car, pose.at, ((((pose.headingDeg + degrees + 180) % 360) + 360) % 360) - 180);
+export function turnCar(car: number, degrees: number): void {
+  const pose = poseOf(car);
+  if (pose) putCar(car, pose.at, ((((pose.headingDeg + degrees + 180) % 360) + 360) % 360) - 180);
 }
 
 /** Change how far infrared reaches, in millimetres. */
@@ -86,16 +86,16 @@ export function setRange(rangeMm: number): void {
 }
 
 /** Where the cars stand now and at the beginning. */
-function standing({ picture, starts }: Session): Standing {
+function standing(): Standing {
   const points = ({ x, y }: Placed) => Array.from(x, (each, k): Point => [each, y[k]!]);
-  const cars = [picture, starts].flatMap((placed) => (placed ? points(placed) : []));
+  const cars = [session.picture, session.starts].flatMap((placed) => (placed ? points(placed) : []));
   return { cars, radiusM: useMat.getState().hello?.radius_m ?? RADIUS_M };
 }
 
 /** Put a new thing on the mat, at the nearest place with room for it. */
-export function place(session: Session, kind: NewKind, wished: Point): void {
+export function place(kind: NewKind, wished: Point): void {
   const { mat } = useStudio.getState();
-  const now = standing(session);
+  const now = standing();
   endEdit();
   drawRoads(false);
   const isTile = (each: NewKind): each is Tile => (TILES as readonly NewKind[]).includes(each);
@@ -109,7 +109,7 @@ export function place(session: Session, kind: NewKind, wished: Point): void {
     return;
   }
   const at = freePoint(wished, (point) => hasRoomForCar(mat, now, point));
-  addCar(session, { at_m: [rounded(at[0]), rounded(at[1])], ...(kind === "leader" && { role: "leader" }) });
+  addCar({ at_m: [rounded(at[0]), rounded(at[1])], ...(kind === "leader" && { role: "leader" }) });
 }
 
 function lay({ mat, id }: { mat: Mat; id: PieceId }): void {
@@ -135,8 +135,8 @@ export function turnRoad(id: PieceId): void {
 const CLEARANCE_M = 0.03;
 
 /** Let all cars begin on a road, behind each other. */
-export function putConvoy(session: Session, id: PieceId): void {
-  const mat = separate(session);
+export function putConvoy(id: PieceId): void {
+  const mat = separate();
   const line = mat && listOf(mat, "line")[id.place];
   if (!mat?.car || !line) return;
   endEdit();
@@ -147,27 +147,27 @@ export function putConvoy(session: Session, id: PieceId): void {
   if (left) notify(i18next.t("mat.convoyLeft", { count: left }));
 }
 
-function addCar(session: Session, car: Car): void {
-  const { mat, number } = addedCar(separate(session) ?? useStudio.getState().mat, car);
+function addCar(car: Car): void {
+  const { mat, number } = addedCar(separate() ?? useStudio.getState().mat, car);
   editMat(mat);
   choose({ car: number });
 }
 
-export function removeChosen(session: Session): void {
+export function removeChosen(): void {
   const { mat } = useStudio.getState();
   const { chosen } = useMat.getState();
   endEdit();
   if (!chosen) return;
   if ("piece" in chosen) editMat(removed(mat, chosen.piece));
   else {
-    const each = separate(session);
+    const each = separate();
     if (!each) return;
     editMat(removedCar(each, chosen.car));
   }
   choose(null);
 }
 
-export function duplicateChosen(session: Session): void {
+export function duplicateChosen(): void {
   const { mat } = useStudio.getState();
   const { chosen } = useMat.getState();
   endEdit();
@@ -178,15 +178,15 @@ export function duplicateChosen(session: Session): void {
     choose({ piece: copy.id });
     return;
   }
-  const old = separate(session)?.car?.[chosen.car];
+  const old = separate()?.car?.[chosen.car];
   if (!old) return;
-  const now = standing(session);
+  const now = standing();
   const [x, y] = freePoint([old.at_m[0] + BESIDE_M, old.at_m[1] - BESIDE_M], (point) => hasRoomForCar(mat, now, point));
-  addCar(session, { ...old, at_m: [rounded(x), rounded(y)] });
+  addCar({ ...old, at_m: [rounded(x), rounded(y)] });
 }
 
 /** Make the cars' present places their starts. */
-export function startHere(session: Session): void {
+export function startHere(): void {
   const { mat } = useStudio.getState();
   const { hello } = useMat.getState();
   const { picture } = session;
@@ -196,17 +196,17 @@ export function startHere(session: Session): void {
 }
 
 /** Let a car tell its word, and why it does what it does. */
-export function askWhy(session: Session, car: number): void {
+export function askWhy(car: number): void {
   choose({ car });
   useMat.setState({ asked: "story" });
   session.watch();
 }
 
 /** The first tap lets a car tell its word, another shows the word's bits. */
-export function tapCar(session: Session, car: number): void {
+export function tapCar(car: number): void {
   const { asked } = useMat.getState();
   if (asked && chosenCar() === car) showBits(asked === "story");
-  else askWhy(session, car);
+  else askWhy(car);
 }
 
 /** Let the car that was asked show the bits of its word, or tell it. */

@@ -45,7 +45,6 @@ const MOST_TICKS = 100;
 const MOST_STEPS = 40;
 
 export class Session {
-  readonly name = sessionOfWindow();
   readonly events = new EventStore();
   /** Where the cars stood at the beginning, once a picture showed it. */
   starts: Placed | null = null;
@@ -80,6 +79,11 @@ export class Session {
 
   constructor() {
     this.drawn = new Promise((resolve) => (this.resolveDrawn = resolve));
+  }
+
+  /** What the server calls it. */
+  get name(): string {
+    return sessionOfWindow();
   }
 
   /** Connect, and send each change of the program and the mat. */
@@ -327,3 +331,6 @@ export class Session {
     useMat.setState({ tMs: picture.tMs, past: picture.past, pose: car === null ? null : poseIn(picture, car) });
   }
 }
+
+/** That of this page. */
+export const session = new Session();

@@ -4,7 +4,6 @@ import { useTranslation } from "react-i18next";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
 import { inLanguage } from "../i18n";
-import type { Session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
@@ -21,17 +20,17 @@ import css from "./missions.module.css";
 const LuckButton = lazy(async () => ({ default: (await import("../certainty/LuckMeter")).LuckButton }));
 
 /** What stands above the blocks: the mission that is played, or the one that is written; nothing otherwise. */
-export function MissionStrip({ session }: { session: Session }) {
+export function MissionStrip() {
   const mission = useMission((now) => now.mission);
   const draft = useDraft((now) => now.draft);
   const scene = useMat((now) => now.scene);
   useEffect(() => scene?.setZones(mission?.zones ?? draft?.zones ?? [], mission !== null), [scene, mission, draft]);
   useEffect(() => offerBlocks(mission?.steps ?? null, mission?.edits === "bits"), [mission]);
   if (draft) return <MissionEditor draft={draft} />;
-  return mission && <Task mission={mission} session={session} />;
+  return mission && <Task mission={mission} />;
 }
 
-function Task({ mission, session }: { mission: Mission; session: Session }) {
+function Task({ mission }: { mission: Mission }) {
   const { t } = useTranslation();
   const goals = useMat((now) => now.goals);
   const result = useMission((now) => now.result);
@@ -81,7 +80,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
       {mission.edits === "bits" && <BitEditor />}
       <ul className={css.goals} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
-          <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={seed} session={session} />
+          <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={seed} />
         ))}
       </ul>
       <Suspense>
@@ -113,13 +112,12 @@ interface GoalLineProps {
   checked: CheckedGoal | undefined;
   /** The seed that the page plays. */
   seed: number;
-  session: Session;
 }
 
 const MARKS = { open: "○", holds: "◐", met: "✓", lost: "✗" } as const;
 
 /** A goal with its tick, and, where it is lost, why; a button leads to that moment. */
-function GoalLine({ number, goal, now, checked, seed, session }: GoalLineProps) {
+function GoalLine({ number, goal, now, checked, seed }: GoalLineProps) {
   const { t } = useTranslation();
   const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
   const lost = progress === "lost" ? (checked ?? now) : undefined;
@@ -135,7 +133,7 @@ function GoalLine({ number, goal, now, checked, seed, session }: GoalLineProps) 
           <span className={css.why}>
             {inLanguage(lost.why)}
             {seen && lost.t_ms !== null && lost.t_ms > 0 && (
-              <TextButton small onPress={() => showMoment(session, lost.t_ms, lost.cars)}>
+              <TextButton small onPress={() => showMoment(lost.t_ms, lost.cars)}>
                 {t("missions.showMoment", { seconds: lost.t_ms / 1000 })}
               </TextButton>
             )}

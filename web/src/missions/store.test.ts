@@ -3,7 +3,7 @@ import { connectTo } from "../api/service";
 import type { Mission } from "../generated/messages";
 import { startLanguages } from "../i18n";
 import { setRange } from "../mat/actions";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { choose, chosenCar, editMat, useMat } from "../mat/store";
 import { workOf } from "../projects/autosave";
 import { comeBack, markSaved, watchUnsaved } from "../projects/project";
@@ -96,9 +96,10 @@ it("a mission's mat, cars and range stay as they are, and a sentence says so", a
 });
 
 it("what a goal shows is its moment, with all cars that were wrong, until another is chosen", () => {
-  const session = { seek: vi.fn(), watch: vi.fn() };
-  showMoment(session as unknown as Session, 2500, [3, 1]);
-  expect(session.seek).toHaveBeenCalledWith(2500);
+  const seek = vi.spyOn(session, "seek").mockImplementation(() => undefined);
+  showMoment(2500, [3, 1]);
+  expect(seek).toHaveBeenCalledWith(2500);
+  seek.mockRestore();
   expect(chosenCar()).toBe(3);
   expect(useMat.getState().told).toEqual([3, 1]);
   choose({ car: 0 });

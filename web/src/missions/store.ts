@@ -5,7 +5,7 @@ import { create } from "zustand";
 import { request } from "../api/service";
 import { inLanguage } from "../i18n";
 import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
@@ -145,7 +145,7 @@ function isPresent(goals: Goals): boolean {
 }
 
 /** Show a moment of the run; rings show which cars did not do what was asked. */
-export function showMoment(session: Session, tMs: number | null, cars: readonly number[]): void {
+export function showMoment(tMs: number | null, cars: readonly number[]): void {
   const [car] = cars;
   session.seek(tMs);
   choose(car === undefined ? null : { car });

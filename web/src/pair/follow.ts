@@ -5,6 +5,7 @@ import { RefusedError, request, UnreachableError } from "../api/service";
 import { type EditorName, EDITORS, type Project } from "../api/types";
 import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
 import type { PairProject, PairView } from "../generated/classroom";
+import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/project";
@@ -72,11 +73,10 @@ async function begin(view: PairView): Promise<void> {
     stop = useStudio.subscribe(notice);
     document.addEventListener("visibilitychange", writeHidden);
     lock();
-    const { world } = usePair.getState();
-    if (world) world.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
+    session.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
     showOwn();
     const { view: now } = usePair.getState();
-    if (now?.conducted) world?.follow(now.conducted);
+    if (now?.conducted) session.follow(now.conducted);
     if (now) await follow(now, now);
   });
 }
@@ -99,8 +99,7 @@ function end(): void {
   changed.clear();
   clearTimeout(timer);
   document.removeEventListener("visibilitychange", writeHidden);
-  const { world } = usePair.getState();
-  if (world) world.onCommand = null;
+  session.onCommand = null;
   lockEditors(new Set());
 }
 
@@ -115,7 +114,7 @@ async function follow(view: PairView, before: PairView): Promise<void> {
     await refresh(window);
   }
   const { conducted } = view;
-  if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) usePair.getState().world?.follow(conducted);
+  if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) session.follow(conducted);
   if (view.partner_joined && !before.partner_joined && mine("leader")) {
     const { state, seed, speed } = useMat.getState();
     void tell({ playing: state?.playing ?? false, speed, seed, t_ms: state?.t_ms ?? 0 });

@@ -1,7 +1,7 @@
 /** Begin to share windows; what does it is loaded only where somebody shares them. */
 
 import type { PairView } from "../generated/classroom";
-import { comesToPair, MARK, type Shared, TAB_KEY, usePair, type World } from "./store";
+import { comesToPair, MARK, type Shared, TAB_KEY, usePair } from "./store";
 
 /** The pair of this tab, by its address or from before a reload; null for none. */
 function pairOfTab(): string | null {
@@ -10,8 +10,7 @@ function pairOfTab(): string | null {
 }
 
 /** The editors are there: go on with the pair of this tab, if it is in one. */
-export function startPairs(world: World): void {
-  usePair.setState({ world });
+export function startPairs(): void {
   const id = pairOfTab();
   if (id === null) return;
   const isNew = location.hash !== "";

@@ -1,7 +1,6 @@
 /** One project, two windows: who programs the leader and who the followers. */
 
 import { create } from "zustand";
-import type { WorldState } from "../api/world";
 import type { EditorName, Project } from "../api/types";
 import type { Conducted, PairProject, PairView } from "../generated/classroom";
 
@@ -21,23 +20,14 @@ export interface Shared {
   conduct(playing: Playing): Promise<unknown>;
 }
 
-/** The world of a page, as far as a partner's page plays it. */
-export interface World {
-  /** Called with the state of the world after this page's user has changed how it is played. */
-  onCommand: ((state: WorldState) => void) | null;
-  follow(playing: Playing): void;
-}
-
 interface PairState {
-  /** The world of this page. */
-  world: World | null;
   view: PairView | null;
   /** What `PairView.owners` calls this page's user. */
   me: string;
   shared: Shared | null;
 }
 
-export const usePair = create<PairState>(() => ({ world: null, view: null, me: "", shared: null }));
+export const usePair = create<PairState>(() => ({ view: null, me: "", shared: null }));
 
 /** Whether a window is another's, or nobody's, so that this page only shows it. */
 export const isForeign = ({ view, me }: PairState, window: EditorName) => view?.joined === true && view.owners[window] !== me;

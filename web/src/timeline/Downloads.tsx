@@ -4,7 +4,7 @@ import i18next from "i18next";
 import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import fields from "../mat/fields.module.css";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { download, fileName } from "../ui/files";
@@ -20,11 +20,11 @@ const FILM_S = 10;
 interface RunFile {
   id: string;
   name: string;
-  make?: (session: Session) => Promise<void>;
+  make?: () => Promise<void>;
 }
 
 /** The events of the run, and its last seconds as a film. */
-export function Downloads({ session }: { session: Session }) {
+export function Downloads() {
   const { t } = useTranslation();
   const isEmpty = useMat(({ state }) => !state?.t_ms);
   const capabilities = useStudio((studio) => studio.capabilities);
@@ -33,7 +33,7 @@ export function Downloads({ session }: { session: Session }) {
   const table: RunFile = { id: "timeline.csv", name: t("timeline.csv"), make: capabilities?.downloads ? undefined : saveTable };
   const saveFilm = async () => {
     setFilming(true);
-    await saveStageFilm(session).finally(() => setFilming(false));
+    await saveStageFilm().finally(() => setFilming(false));
   };
   const stage: RunFile = { id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm };
   const print = () => {
@@ -52,7 +52,7 @@ export function Downloads({ session }: { session: Session }) {
         <Menu aria-label={t("timeline.download")}>
           {files.map(({ id, name, make }) =>
             make ? (
-              <MenuItem key={id} className={fields.option} onAction={() => void make(session)}>
+              <MenuItem key={id} className={fields.option} onAction={() => void make()}>
                 {name}
               </MenuItem>
             ) : (
@@ -67,7 +67,7 @@ export function Downloads({ session }: { session: Session }) {
   );
 }
 
-function saveTable(session: Session): Promise<void> {
+function saveTable(): Promise<void> {
   return attempt(async () => {
     const bytes = session.events.bytes();
     let binary = "";
@@ -78,13 +78,13 @@ function saveTable(session: Session): Promise<void> {
   });
 }
 
-async function saveStageFilm(session: Session): Promise<void> {
+async function saveStageFilm(): Promise<void> {
   const kind = filmKind();
   const stage = document.querySelector<HTMLCanvasElement>("#stage canvas");
   if (!kind || !stage) return;
   notify(i18next.t("timeline.filming", { count: FILM_S }));
   try {
-    const made = await film(session, stage, kind.type, FILM_S);
+    const made = await film(stage, kind.type, FILM_S);
     download(fileName(useStudio.getState().name, kind.ending), made, kind.type);
   } catch {
     // A browser can say that it makes a kind of film, and then not make it.

@@ -2,7 +2,7 @@ import { type PointerEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { colourWords, hexColour, watchTheme } from "../mat/colours";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
 import { type Window, windowAt, type CarEvent, clock, type Jump, jumpTo } from "./events";
 import { Downloads } from "./Downloads";
@@ -16,15 +16,15 @@ import fields from "../mat/fields.module.css";
 
 const UNKNOWN = "#6e6e6e";
 const REPAINT_MS = 66;
-export function Timeline({ session }: { session: Session }) {
+export function Timeline() {
   const { t } = useTranslation();
   const words = useWords();
   const [spanMs, setSpanMs] = useState(20_000);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   return (
     <section className={css.timeline} aria-label={t("timeline.title")}>
-      <TimelineTools session={session} spanMs={spanMs} onSpan={setSpanMs} />
-      <Lanes session={session} words={words} spanMs={spanMs} cars={cars} />
+      <TimelineTools spanMs={spanMs} onSpan={setSpanMs} />
+      <Lanes words={words} spanMs={spanMs} cars={cars} />
       <p className={css.legend}>
         <span data-event="sent">{t("timeline.sent")}</span>
         <span data-event="heard">{t("timeline.heard")}</span>
@@ -35,7 +35,6 @@ export function Timeline({ session }: { session: Session }) {
 }
 
 interface LanesProps {
-  session: Session;
   words: readonly CompiledWord[];
   spanMs: number;
   cars: number;
@@ -45,7 +44,7 @@ interface LanesProps {
 const visibleIn = ({ first, count }: { first: number; count: number }, cars: number) =>
   Array.from({ length: count }, (_, row) => first + row).filter((car) => car < cars);
 
-function Lanes({ session, words, spanMs, cars }: LanesProps) {
+function Lanes({ words, spanMs, cars }: LanesProps) {
   const { t } = useTranslation();
   const scroller = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -85,7 +84,7 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
       clearInterval(timer);
       end();
     };
-  }, [session, words, spanMs, rows, cars, t]);
+  }, [words, spanMs, rows, cars, t]);
 
   useEffect(() => {
     const element = scroller.current!;
@@ -162,12 +161,11 @@ const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
 const STEP_MS = 100;
 
 interface ToolsProps {
-  session: Session;
   spanMs: number;
   onSpan: (spanMs: number) => void;
 }
 
-export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
+function TimelineTools({ spanMs, onSpan }: ToolsProps) {
   const { t } = useTranslation();
   const [kind, setKind] = useState<Jump>("word");
   const [found, setFound] = useState<{ event: CarEvent; run: number } | null>(null);
@@ -181,7 +179,7 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
   };
   return (
     <div className={css.tools}>
-      <Scrubber session={session} />
+      <Scrubber />
       <div className={fields.row}>
         <ToolButton
           icon="step"
@@ -199,7 +197,7 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
           name={(each) => t("timeline.seconds", { count: Number(each) })}
           onChange={(each) => onSpan(Number(each) * 1000)}
         />
-        <Downloads session={session} />
+        <Downloads />
       </div>
       <p className={css.event} aria-live="polite">
         {found && past && found.run === session.events.runs ? <EventText event={found.event} /> : t("timeline.howTo")}
@@ -216,7 +214,7 @@ function EventText({ event: { tMs, car, kind, why, word, other } }: { event: Car
   return `${clock(tMs)} · ${t("mat.car", { number: car })} · ${what}`;
 }
 
-function Scrubber({ session }: { session: Session }) {
+function Scrubber() {
   const { t } = useTranslation();
   const { tMs, past, state } = useMat();
   const most = Math.max(state?.t_ms ?? 0, past ? 0 : tMs, 1);

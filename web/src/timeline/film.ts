@@ -1,7 +1,7 @@
 /** A film of a run that the browser makes from the stage, by MediaRecorder. */
 
 import type { Picture } from "../api/world";
-import type { Session } from "../mat/session";
+import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 
 /** The first that a browser can make is made; Safari makes MP4 alone. */
@@ -23,13 +23,13 @@ export function filmKind(): (typeof KINDS)[number] | null {
  * Show the last seconds of the run again, and record the stage meanwhile. It takes as long as the film lasts, longer
  * where moments come late. The world doesn't play meanwhile, and shows the present afterwards.
  */
-export async function film(session: Session, stage: HTMLCanvasElement, type: string, seconds: number): Promise<Blob> {
+export async function film(stage: HTMLCanvasElement, type: string, seconds: number): Promise<Blob> {
   const { state } = useMat.getState();
   const endMs = state?.t_ms ?? 0;
   const beginMs = Math.max(state?.earliest_ms ?? 0, endMs - seconds * 1000);
   const stepMs = 1000 / PICTURES_A_SECOND;
   session.send({ do: "pause" });
-  await showMoment(session, beginMs);
+  await showMoment(beginMs);
   const recorder = new MediaRecorder(stage.captureStream(PICTURES_A_SECOND), { mimeType: type });
   const parts: Blob[] = [];
   recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
@@ -37,7 +37,7 @@ export async function film(session: Session, stage: HTMLCanvasElement, type: str
   recorder.start();
   const startedAt = performance.now();
   for (let tMs = beginMs; tMs <= endMs; tMs += stepMs) {
-    await showMoment(session, Math.round(tMs));
+    await showMoment(Math.round(tMs));
     const early = startedAt + (tMs - beginMs) - performance.now();
     if (early > 0) await new Promise((resolve) => setTimeout(resolve, early));
   }
@@ -49,7 +49,7 @@ export async function film(session: Session, stage: HTMLCanvasElement, type: str
 }
 
 /** Show a stored moment; wait until its picture has come. */
-async function showMoment(session: Session, tMs: number): Promise<Picture | null> {
+async function showMoment(tMs: number): Promise<Picture | null> {
   return new Promise((resolve) => {
     const end = (picture: Picture | null) => {
       clearTimeout(patience);
