@@ -6,7 +6,7 @@ import { inLanguage } from "../i18n";
 import type { PieceId } from "../mat/document";
 import { ToolButton } from "../mat/fields";
 import { session } from "../mat/session";
-import { choose } from "../mat/store";
+import { choose, useMat } from "../mat/store";
 import { useMission } from "../missions/store";
 import { openDrawer } from "../state/settings";
 import { clock } from "../timeline/events";
@@ -67,10 +67,9 @@ export function ZoneCard() {
 /** Says on the stage why the world has stopped. */
 export function StoppedNotice() {
   const { t } = useTranslation();
-  const stopped = useStops((now) => now.stopped);
+  const stopped = useMat((now) => now.stopped);
   const show = (car: number) => {
     choose({ car });
-    session.watch();
     openDrawer("timeline");
   };
   return (

@@ -3,7 +3,7 @@
 import i18next from "i18next";
 import { create } from "zustand";
 import { EDITORS, type EditorName } from "../api/types";
-import type { MissionZone, StopCondition, Stopped } from "../generated/messages";
+import type { MissionZone, StopCondition } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Point } from "../mat/document";
 import { isInside } from "../mat/room";
@@ -22,13 +22,11 @@ export interface Stop {
 
 interface Stops {
   stops: readonly Stop[];
-  /** Why the world stands still; null once it goes on. */
-  stopped: Stopped | null;
   /** The zone that was tapped. */
   zone: MissionZone | null;
 }
 
-export const useStops = create<Stops>(() => ({ stops: [], stopped: null, zone: null }));
+export const useStops = create<Stops>(() => ({ stops: [], zone: null }));
 
 const MOST_STOPS = 20;
 /** The kinds that need nothing but a car. */
@@ -74,20 +72,12 @@ function conditions(): StopCondition[] {
   });
 }
 
-/** Tell each new world on what to stop, and the stage that it has stopped; returns what ends this. */
+/** Tell each new world on what to stop; returns what ends this. */
 export function watchStops(): () => void {
   const send = () => session.send({ do: "stop-when", conditions: conditions() });
   const ends = [
     useStops.subscribe(({ stops }, before) => stops !== before.stops && useMat.getState().hello?.cars && send()),
-    useMat.subscribe(({ hello, state }, before) => {
-      if (hello !== before.hello && hello?.cars && useStops.getState().stops.length) send();
-      // Whoever plays on, or begins again, has seen why it stopped.
-      if (state?.playing && useStops.getState().stopped) useStops.setState({ stopped: null });
-    }),
-    session.onStop((stopped) => {
-      useStops.setState({ stopped });
-      useMat.setState({ told: [stopped.car, ...stopped.others] });
-    }),
+    useMat.subscribe(({ hello }, before) => hello !== before.hello && hello?.cars && useStops.getState().stops.length && send()),
   ];
   return () => {
     for (const end of ends) end();

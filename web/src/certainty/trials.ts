@@ -184,7 +184,6 @@ export function playFrom(seed: number, tMs: number, cars: readonly number[]): vo
   session.send({ do: "reset", seed, until_ms: Math.max(0, tMs - BEFORE_MS) });
   session.play();
   useMat.setState({ chosen: cars.length ? { car: cars[0]! } : null, told: cars });
-  session.watch();
 }
 
 const BEFORE_MS = 3000;

@@ -56,10 +56,7 @@ export function Inspector() {
 function CarPicker({ car }: { car: number | null }) {
   const { t } = useTranslation();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
-  const pick = (number: number) => {
-    choose({ car: Math.min(cars - 1, Math.max(0, number)) });
-    session.watch();
-  };
+  const pick = (number: number) => choose({ car: Math.min(cars - 1, Math.max(0, number)) });
   return (
     <div className={fields.row}>
       <ToolButton icon="left" label={t("mat.previousCar")} isDisabled={!cars} onPress={() => pick((car ?? 1) - 1)} />

@@ -37,13 +37,15 @@ function connect(scene: Scene): () => void {
   };
   const { hello } = useMat.getState();
   if (hello) scene.setHello(hello);
-  session.onHello = (answer) => scene.setHello(answer);
-  session.onPicture = (picture) => scene.take(picture);
   if (session.picture) scene.take(session.picture);
   show();
   const shown = ["chosen", "told", "tracks", "air", "followed", "hello"] as const;
   const ends = [
-    useMat.subscribe((now, before) => shown.some((key) => now[key] !== before[key]) && show()),
+    session.listen((picture) => scene.take(picture)),
+    useMat.subscribe((now, before) => {
+      if (now.hello && now.hello !== before.hello) scene.setHello(now.hello);
+      if (shown.some((key) => now[key] !== before[key])) show();
+    }),
     useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
   ];
   let pressed: Point = [0, 0];
@@ -61,7 +63,6 @@ function connect(scene: Scene): () => void {
       }
       choose(grip && { piece: grip.piece });
       tapZone(grip ? null : pressed, useMission.getState().mission?.zones ?? []);
-      session.watch();
     },
     onDrag: (grip, to, by) => {
       if (useMat.getState().asked) useMat.setState({ asked: null });
@@ -75,7 +76,6 @@ function connect(scene: Scene): () => void {
   return () => {
     for (const end of ends) end();
     detach();
-    session.onHello = session.onPicture = null;
   };
 }
 
@@ -89,7 +89,6 @@ function chooseNext(step: 1 | -1): void {
   const things = allThings(useStudio.getState().mat, hello?.cars ?? 0);
   const now = things.findIndex((each) => JSON.stringify(each) === JSON.stringify(chosen));
   choose(things.at((now + step + things.length) % things.length) ?? null);
-  session.watch();
 }
 
 /** While the stage is seen from behind a car, these lead to another car. */
@@ -98,7 +97,6 @@ const CHASE_KEYS: Record<string, 1 | -1> = { n: 1, p: -1, ArrowRight: 1, ArrowLe
 function chaseNext(car: number, step: 1 | -1): void {
   const cars = useMat.getState().hello?.cars ?? 1;
   choose({ car: (car + step + cars) % cars });
-  session.watch();
 }
 
 /** Turn a car by so many degrees, or a road by a right angle. */

@@ -199,7 +199,6 @@ export function startHere(): void {
 export function askWhy(car: number): void {
   choose({ car });
   useMat.setState({ asked: "story" });
-  session.watch();
 }
 
 /** The first tap lets a car tell its word, another shows the word's bits. */

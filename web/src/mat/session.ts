@@ -12,7 +12,6 @@ import {
   WorldConnection,
   type WorldState,
 } from "../api/world";
-import type { Stopped } from "../generated/messages";
 import type { Playing } from "../pair/store";
 import { useStudio } from "../state/studio";
 import { EventStore } from "../timeline/events";
@@ -49,9 +48,6 @@ export class Session {
   /** Where the cars stood at the beginning, once a picture showed it. */
   starts: Placed | null = null;
   picture: Picture | null = null;
-  /** Called with each picture, which is too often for React. */
-  onPicture: ((picture: Picture) => void) | null = null;
-  onHello: ((hello: Hello) => void) | null = null;
   /** Called with the state of the world after this page's user has played, paused, stepped, begun again or sought. */
   onCommand: ((state: WorldState) => void) | null = null;
 
@@ -59,7 +55,6 @@ export class Session {
   readonly drawn: Promise<void>;
   private resolveDrawn!: () => void;
   private readonly listeners = new Set<(picture: Picture) => void>();
-  private readonly stopListeners = new Set<(stopped: Stopped) => void>();
   private connection: WorldConnection | null = null;
   private unsubscribe: (() => void) | null = null;
   /** What the server has of the mat; null until it answers. */
@@ -90,8 +85,9 @@ export class Session {
   open(): void {
     // Where the world ends with its page, a reloaded page begins the same run again.
     useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) });
-    const stopSeed = useMat.subscribe(({ seed }, before) => {
+    const stopMat = useMat.subscribe(({ seed, chosen }, before) => {
       if (seed !== before.seed) sessionStorage.setItem(SEED_KEY, String(seed));
+      if (chosen !== before.chosen) this.watch();
     });
     const stop = useStudio.subscribe((now, before) => {
       const differs =
@@ -101,7 +97,7 @@ export class Session {
       else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
     });
     this.unsubscribe = () => {
-      stopSeed();
+      stopMat();
       stop();
     };
     this.playRequested = useStudio.getState().isOpening && !matchMedia(CALM).matches;
@@ -120,16 +116,10 @@ export class Session {
     this.connection?.close();
   }
 
-  /** Call back with each picture; returns a function that ends this. */
+  /** Call back with each picture, which is too often for React; returns a function that ends this. */
   listen(listener: (picture: Picture) => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
-  }
-
-  /** Call back when a condition stops the world; returns a function that ends this. */
-  onStop(listener: (stopped: Stopped) => void): () => void {
-    this.stopListeners.add(listener);
-    return () => this.stopListeners.delete(listener);
   }
 
   comeBack(): void {
@@ -241,8 +231,11 @@ export class Session {
     this.seeking = setTimeout(() => this.send({ do: "seek", t_ms: tMs }), SEEK_MS);
   }
 
-  watch(): void {
-    this.send({ do: "watch", car: chosenCar() });
+  /** Ask for what the chosen car tells; of a new car, once the world has it. */
+  private watch(): void {
+    const car = chosenCar();
+    if (car !== null && car >= (useMat.getState().hello?.cars ?? 0)) return;
+    this.pass({ do: "watch", car });
     this.show();
   }
 
@@ -256,14 +249,15 @@ export class Session {
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
     if (answer.is === "goals") useMat.setState({ goals: answer });
-    if (answer.is === "stopped") for (const listener of this.stopListeners) listener(answer);
+    if (answer.is === "stopped") useMat.setState({ stopped: answer, told: [answer.car, ...answer.others] });
     if (answer.is === "error") useMat.setState({ problem: answer });
   }
 
   private receiveState(state: WorldState): void {
     const tMs = state.shown_ms ?? state.t_ms;
     if (state.playing) this.playRequested = false;
-    useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed }) });
+    // Whoever plays on, or begins again, has seen why the world stopped.
+    useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed, stopped: null }) });
     if (this.commanded) this.onCommand?.(state);
     this.commanded = false;
     const { followed } = this;
@@ -279,19 +273,14 @@ export class Session {
       this.sent = { beginning: stored, mat: null, rangeMm: null };
       this.resumed = hello.resumed;
     }
-    const car = chosenCar();
-    if (car !== null && car >= hello.cars) useMat.setState({ chosen: null, details: null });
-    else if (car !== null) {
-      useMat.setState({ details: null });
-      this.watch();
-    }
     // A canvas that is made only now must not draw the cars of the world before.
     if (this.picture && this.picture.cars !== hello.cars) {
       this.drop(this.picture);
       this.picture = null;
     }
-    useMat.setState({ hello });
-    this.onHello?.(hello);
+    const car = chosenCar();
+    useMat.setState({ hello, details: null, ...(car !== null && car >= hello.cars && { chosen: null }) });
+    if (car !== null && car < hello.cars) this.watch();
     // Its answer may come at once.
     if (isNew && useStudio.getState().compiled) this.syncNow();
     else if (isNew) this.sync();
@@ -310,7 +299,6 @@ export class Session {
     this.picture = picture;
     if (picture.tMs === 0 && !picture.past) this.starts = picture;
     this.events.take(picture);
-    this.onPicture?.(picture);
     for (const listener of this.listeners) listener(picture);
     const { compiled, running: before } = useStudio.getState();
     const running = runningBlocks(picture, compiled?.words ?? []);

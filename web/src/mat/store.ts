@@ -3,6 +3,7 @@
 import i18next from "i18next";
 import { create } from "zustand";
 import type { CarDetails, Goals, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
+import type { Stopped } from "../generated/messages";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -16,6 +17,8 @@ export interface MatState {
   hello: Hello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
+  /** Which condition stopped the world; null once it goes on. */
+  stopped: Stopped | null;
   /** How it stands with the goals of the mission, at the shown time. */
   goals: Goals | null;
   details: CarDetails | null;
@@ -47,6 +50,7 @@ export const useMat = create<MatState>(() => ({
   hello: null,
   state: null,
   problem: null,
+  stopped: null,
   goals: null,
   details: null,
   tMs: 0,

@@ -150,5 +150,4 @@ export function showMoment(tMs: number | null, cars: readonly number[]): void {
   session.seek(tMs);
   choose(car === undefined ? null : { car });
   useMat.setState({ told: cars });
-  session.watch();
 }

@@ -115,10 +115,6 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
     const { beginMs, endMs } = shown.current;
     session.seek(Math.round(beginMs + ((event.clientX - box.left) / box.width) * (endMs - beginMs)));
   };
-  const pick = (car: number) => {
-    choose({ car });
-    session.watch();
-  };
   return (
     <div className={css.lanes} ref={scroller} tabIndex={0} role="group" aria-label={t("timeline.lanes")}>
       <div className={css.view}>
@@ -132,7 +128,7 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
                 style={{ height: LANE_PX }}
                 aria-pressed={car === chosen}
                 aria-label={t("mat.car", { number: car })}
-                onClick={() => pick(car)}
+                onClick={() => choose({ car })}
               >
                 {car}
               </button>
