@@ -4,12 +4,12 @@ import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react"
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { Picture } from "../api/world";
-import { boxOf, drawWorld, inksOf } from "../classroom/drawing";
+import { boxOf, drawWorld, INKS } from "../classroom/drawing";
 import type { WallWorld } from "../generated/classroom";
 import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Box } from "../mat/camera";
-import { colourWords, hexColour } from "../mat/colours";
+import { colourWords, hexColour, readInks } from "../mat/colours";
 import fields from "../mat/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
@@ -124,7 +124,7 @@ function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car:
       const context = element.getContext("2d");
       if (!context) return;
       box.current = boxOf(world, picture, box.current);
-      drawWorld(context, element, { world, cars: picture, box: box.current, inks: inksOf(element) }, (each) => (each === car ? String(each) : undefined));
+      drawWorld(context, element, { world, cars: picture, box: box.current, inks: readInks(element, INKS) }, (each) => (each === car ? String(each) : undefined));
     };
     draw();
     return watchSize(element, draw);

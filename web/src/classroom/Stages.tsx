@@ -5,7 +5,8 @@ import type { MatView, PupilRow, Wall, WallAnswer, WallWorld } from "../generate
 import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
-import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, inksOf, Tiles } from "./drawing";
+import { readInks } from "../mat/colours";
+import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, INKS, Tiles } from "./drawing";
 import { watchSize } from "../ui/areas";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
@@ -30,7 +31,7 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
       if (!element || !context) return;
       last.current = cars ?? last.current;
       box.current = boxOf(world, last.current, box.current);
-      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: inksOf(element) }, nameOf);
+      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: readInks(element, INKS) }, nameOf);
     },
     [world, nameOf],
   );

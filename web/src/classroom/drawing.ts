@@ -86,28 +86,9 @@ export function boxOf(world: WallWorld, cars: Cars | undefined, before: Box | nu
   return boxOfMat(world.mat) ?? around([before ?? { left: -1, bottom: -1, right: 1, top: 1 }, ...(seen ? [grown(seen, MARGIN_M)] : [])])!;
 }
 
-export interface Inks {
-  floor: string;
-  thing: string;
-  leader: string;
-  follower: string;
-  beam: string;
-  text: string;
-}
-
-/** The colours of the page's theme. */
-export function inksOf(element: Element): Inks {
-  const style = getComputedStyle(element);
-  const of = (name: string) => style.getPropertyValue(name).trim();
-  return {
-    floor: of("--raised"),
-    thing: of("--quiet"),
-    leader: of("--leader"),
-    follower: of("--followers"),
-    beam: of("--running"),
-    text: of("--text"),
-  };
-}
+/** What a world is painted with. */
+export const INKS = { floor: "--raised", thing: "--quiet", leader: "--leader", follower: "--followers", beam: "--running", text: "--text" } as const;
+type Inks = Record<keyof typeof INKS, string>;
 
 /** Smaller cars could not be seen on a tile. */
 const LEAST_CAR_PX = 4;

@@ -92,6 +92,13 @@ export function readTheme(element: HTMLElement): MatTheme {
   return Object.fromEntries(colours) as MatTheme;
 }
 
+/** The colours of the page's style sheets that a canvas paints with, under names of its own: each of a custom property. */
+export function readInks<Name extends string>(element: Element, properties: Record<Name, string>): Record<Name, string> {
+  const style = getComputedStyle(element);
+  const inks = Object.entries<string>(properties).map(([name, property]) => [name, style.getPropertyValue(property).trim()]);
+  return Object.fromEntries(inks) as Record<Name, string>;
+}
+
 const PREFERENCES = ["(prefers-color-scheme: dark)", "(prefers-contrast: more)", "(forced-colors: active)"];
 
 /** Call back whenever the colours may have changed; returns a function that ends this. */

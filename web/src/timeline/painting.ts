@@ -1,24 +1,15 @@
 /** Draw the lanes: words as bars, and below them frames as ticks of different heights and colours. */
 
-import type { EventStore } from "./events";
-import { clock, type Lane, Mark, packLane, ticksOf, type Window } from "./events";
+import { readInks } from "../mat/colours";
+import { clock, type EventStore, type Lane, Mark, packLane, ticksOf, type Window } from "./events";
 
 export const LANE_PX = 34;
 export const AXIS_PX = 22;
 const BAR = { top: 4, height: 14 };
 const TICKS = { top: 20, height: 11 };
 
-export interface Look {
-  text: string;
-  quiet: string;
-  line: string;
-  panel: string;
-  accent: string;
-  heard: string;
-  lost: string;
-  sent: string;
-  font: string;
-}
+const INKS = { text: "--text", quiet: "--quiet", line: "--line", panel: "--panel", accent: "--accent", heard: "--success", lost: "--error" } as const;
+type Look = Record<keyof typeof INKS | "font", string>;
 
 export interface View {
   window: Window;
@@ -33,21 +24,7 @@ export interface View {
   forgotten: string;
 }
 
-export function lookOf(element: HTMLElement): Look {
-  const style = getComputedStyle(element);
-  const named = (name: string) => style.getPropertyValue(name).trim();
-  return {
-    text: named("--text"),
-    quiet: named("--quiet"),
-    line: named("--line"),
-    panel: named("--panel"),
-    accent: named("--accent"),
-    heard: named("--success"),
-    lost: named("--error"),
-    sent: named("--accent"),
-    font: style.fontFamily,
-  };
-}
+export const lookOf = (element: HTMLElement): Look => ({ ...readInks(element, INKS), font: getComputedStyle(element).fontFamily });
 
 export function paint(g: CanvasRenderingContext2D, width: number, height: number, view: View, store: EventStore, look: Look) {
   g.fillStyle = look.panel;
@@ -115,7 +92,7 @@ function paintSpans(g: CanvasRenderingContext2D, lane: Lane, top: number, x: (ms
 function paintMarks(g: CanvasRenderingContext2D, marks: Uint8Array, top: number, look: Look) {
   const { top: begin, height } = TICKS;
   marks.forEach((mark, column) => {
-    if (mark & Mark.frame) bar(g, look.sent, column, top + begin + height - 3, 3);
+    if (mark & Mark.frame) bar(g, look.accent, column, top + begin + height - 3, 3);
     if (mark & Mark.heard) bar(g, look.heard, column, top + begin + 3, height - 6);
     if (mark & Mark.lost) bar(g, look.lost, column, top + begin, height);
   });
