@@ -4,7 +4,7 @@ import { PieceStop } from "../certainty/StopTools";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
-import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
+import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { RoadInspector } from "./RoadTools";
 import { choose, editMat, useMat } from "./store";
@@ -62,7 +62,7 @@ function Points({ id }: { id: PieceId }) {
         <ToolSwitch
           label={t("mat.repeats")}
           isSelected={(piece as Person).repeats ?? false}
-          onChange={(on) => change(withRepeats(mat, id, on))}
+          onChange={(on) => change(changed(mat, id, { repeats: on }))}
         />
       )}
       {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
@@ -134,7 +134,7 @@ export function Voices() {
           number={place + 1}
           voice={voice}
           middle={mat.size_m ? [mat.size_m[0] / 2, mat.size_m[1] / 2] : [0, 0]}
-          onChange={(changed) => change(voices.with(place, changed))}
+          onChange={(voice) => change(voices.with(place, voice))}
           onRemove={() => change(voices.toSpliced(place, 1))}
         />
       ))}

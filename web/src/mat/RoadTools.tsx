@@ -3,7 +3,7 @@ import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { putConvoy, turnRoad } from "./actions";
 import { MOST_ONE_BY_ONE } from "./cars";
-import { type Line, type PieceId, pieceOf, withLine } from "./document";
+import { changed, type Line, type PieceId, pieceOf } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { drawRoads, editMat, useMat } from "./store";
 import { LINE_M } from "./ways";
@@ -43,8 +43,8 @@ export function RoadInspector({ id }: { id: PieceId }) {
   const mat = useStudio(({ mat }) => mat);
   const line = pieceOf(mat, id) as Line | undefined;
   if (!line) return null;
-  const change = (changed: Partial<Line>) => {
-    editMat(withLine(mat, id, changed));
+  const change = (what: Parameters<typeof changed>[2]) => {
+    editMat(changed(mat, id, what));
     endEdit();
   };
   return (

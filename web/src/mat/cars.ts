@@ -141,12 +141,7 @@ export function followersAt(position: number): number {
 }
 
 export function positionOf(followers: number): number {
-  let low = 0;
-  let high = SLIDER_STEPS;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (followersAt(middle) < followers) low = middle + 1;
-    else high = middle;
-  }
-  return low;
+  let position = 0;
+  while (position < SLIDER_STEPS && followersAt(position) < followers) position += 1;
+  return position;
 }

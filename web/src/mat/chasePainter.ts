@@ -37,12 +37,12 @@ export class ChasePainter {
     this.paintSky(sight, size);
     this.paintFloor(sight);
     for (const { corners_m, centre_m, radius_m } of sight.zones) {
-      const corners = centre_m ? circleAt(centre_m[0]!, centre_m[1]!, 0, radius_m!) : corners_m.flatMap(([x, y]) => [x!, y!, 0]);
+      const corners = centre_m ? circleAt(centre_m[0]!, centre_m[1]!, radius_m!) : corners_m.flatMap(([x, y]) => [x!, y!, 0]);
       pen.polygon(corners, sight.theme.accent, 0.25);
       pen.line([...corners, ...corners.slice(0, 3)], sight.theme.accent, 3);
     }
     for (const { x, y, radiusMm, widthPx, alpha } of sight.waves) {
-      const corners = circleAt(x / 1000, y / 1000, 0, radiusMm / 1000);
+      const corners = circleAt(x / 1000, y / 1000, radiusMm / 1000);
       pen.line([...corners, ...corners.slice(0, 3)], sight.theme.ring, widthPx, alpha);
     }
     for (const { paint } of paintOrder(eye, [...thingsSeen(pen, sight)], [...this.cars(sight)])) paint();
@@ -102,7 +102,7 @@ export class ChasePainter {
     const px = half * this.pen.scaleAt(x, y);
     const fill = hexColour(picture && k < picture.cars ? carColour(colours, picture.index[k]!, picture.flags[k]!) : 0xc4c4c4);
     const rim = contrast ? "#ffffff" : DARK;
-    this.pen.polygon(circleAt(x, y, 0, half * 1.1), "#000000", contrast ? 0 : 0.22);
+    this.pen.polygon(circleAt(x, y, half * 1.1), "#000000", contrast ? 0 : 0.22);
     for (const side of [0.72, -0.72]) {
       const wheel: Point[] = [at(-0.66, side - 0.16), at(0.54, side - 0.16), at(0.54, side + 0.16), at(-0.66, side + 0.16)];
       this.pen.prism(wheel, 0.5 * half, DARK, contrast ? rim : null);

@@ -8,6 +8,7 @@ import { type FloorName, type Mat, personAt, type Point } from "./document";
 import { carBefore, circleAt } from "./perspective";
 import type { Sight } from "./sight";
 import { BRICKS } from "./things";
+import { ringOf } from "./ways";
 
 const WALL_M = 0.1;
 const THING_M = 0.14;
@@ -22,13 +23,13 @@ const MOST_PARTS = 40;
 
 type Shape = (pen: ChasePen, x: number, y: number, radius: number, colour: string, rim: string | null) => void;
 
-const drum: Shape = (pen, x, y, radius, colour, rim) => pen.prism(ringOf(x, y, radius), THING_M, colour, rim);
+const drum: Shape = (pen, x, y, radius, colour, rim) => pen.prism(ringOf([x, y], radius), THING_M, colour, rim);
 
 /** A ball above the floor, on a pole as wide as a share of it. */
 const onPole =
   (pole: string, ball: string, highM: number, share: number): Shape =>
   (pen, x, y, radius) => {
-    pen.prism(ringOf(x, y, radius * share, 10), highM, pole, null);
+    pen.prism(ringOf([x, y], radius * share, 10), highM, pole, null);
     const [px, py] = pen.spot(x, y, highM + radius * 0.6);
     const size = radius * pen.scaleAt(x, y);
     if (px === undefined || py === undefined) return;
@@ -41,7 +42,7 @@ const DISCS: Partial<Record<FloorName, Shape>> = {
     const [fx, fy] = pen.spot(x, y, 0);
     const [tx, ty] = pen.spot(x, y, radius * 2.2);
     if (fx === undefined || fy === undefined || tx === undefined || ty === undefined) return;
-    pen.polygon(circleAt(x, y, 0, radius), "#8a3410");
+    pen.polygon(circleAt(x, y, radius), "#8a3410");
     const half = radius * 0.8 * pen.scaleAt(x, y);
     const band = (low: number, high: number, colour: string) => {
       const at = (share: number, side: number): [number, number] => [fx + (tx - fx) * share + side * half * (1 - share * 0.86), fy + (ty - fy) * share];
@@ -58,9 +59,9 @@ const DISCS: Partial<Record<FloorName, Shape>> = {
     if (px !== undefined && py !== undefined) for (const share of [3.2, 2, 1.2]) pen.dot(px, py, radius * share * pen.scaleAt(x, y), "rgba(255,217,138,0.12)", null);
   },
   moon: (pen, x, y, radius) => {
-    pen.polygon(circleAt(x, y, 0, radius), "#c6c4bd");
-    pen.polygon(circleAt(x, y, 0, radius * 0.84), "#4a494f");
-    pen.polygon(circleAt(x, y, 0, radius * 0.6), "#6f6d6f");
+    pen.polygon(circleAt(x, y, radius), "#c6c4bd");
+    pen.polygon(circleAt(x, y, radius * 0.84), "#4a494f");
+    pen.polygon(circleAt(x, y, radius * 0.6), "#6f6d6f");
   },
 };
 
@@ -113,11 +114,11 @@ export function* thingsSeen(pen: ChasePen, { mat, floor, theme, contrast, pictur
     yield solid(middleOf(corners_m), corners_m, () => (POLYGONS[floor] ?? crate)(pen, corners_m, theme.obstacle, rim));
   }
   for (const { centre_m, radius_m } of mat.disc ?? []) {
-    yield solid(centre_m, ringOf(...centre_m, radius_m, 8), () => (DISCS[floor] ?? drum)(pen, ...centre_m, radius_m, theme.obstacle, rim));
+    yield solid(centre_m, ringOf(centre_m, radius_m, 8), () => (DISCS[floor] ?? drum)(pen, ...centre_m, radius_m, theme.obstacle, rim));
   }
   for (const person of mat.person ?? []) {
     const [x, y] = personAt(person, picture?.tMs ?? 0);
-    yield solid([x, y], ringOf(x, y, PERSON_RADIUS_M, 8), () => paintPerson(pen, x, y, theme.person));
+    yield solid([x, y], ringOf([x, y], PERSON_RADIUS_M, 8), () => paintPerson(pen, x, y, theme.person));
   }
 }
 
@@ -148,11 +149,6 @@ function partsOf([ax, ay]: Point, [bx, by]: Point, partM: number): [Point, Point
   const parts = Math.min(MOST_PARTS, Math.max(1, Math.ceil(Math.hypot(bx - ax, by - ay) / partM)));
   const at = (k: number): Point => [ax + ((bx - ax) * k) / parts, ay + ((by - ay) * k) / parts];
   return Array.from({ length: parts }, (_, k) => [at(k), at(k + 1)]);
-}
-
-function ringOf(x: number, y: number, radius: number, parts = 24): Point[] {
-  const corners = circleAt(x, y, 0, radius, parts);
-  return Array.from({ length: parts }, (_, k): Point => [corners[3 * k]!, corners[3 * k + 1]!]);
 }
 
 function middleOf(corners: readonly Point[]): Point {

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import * as cars from "./cars";
 import * as edit from "./document";
-import { canLose, type FurnitureKind, type Mat, type PieceId, retimed, withoutPoint, withPointAfter, withRepeats } from "./document";
+import { canLose, changed, type FurnitureKind, type Mat, type PieceId, retimed, withoutPoint, withPointAfter } from "./document";
 
 
 const EMPTY: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3], edge: "wall" };
@@ -102,7 +102,7 @@ it("a point's new time takes along those behind it, and times always rise", () =
   expect(pathOf(retimed(MAT, WALKER, 0, 5))).toEqual(pathOf(MAT));
 });
 
-it("a walk is repeated or not", () => expect(withRepeats(MAT, WALKER, false).person![0]!.repeats).toBe(false));
+it("a walk is repeated or not", () => expect(changed(MAT, WALKER, { repeats: false }).person![0]!.repeats).toBe(false));
 
 const TABLE: Mat = {
   format: "motorcade-mat/1",

@@ -266,13 +266,8 @@ export function retimed(mat: Mat, id: PieceId, at: number, seconds: number): Mat
   return withPiece(mat, id, { ...person, path });
 }
 
-export function withRepeats(mat: Mat, id: PieceId, repeats: boolean): Mat {
-  const person = pieceOf(mat, id) as Person | undefined;
-  return person ? withPiece(mat, id, { ...person, repeats }) : mat;
-}
-
-/** Change a line's width, its bends, or whether it is closed. */
-export function withLine(mat: Mat, id: PieceId, change: Partial<Line>): Mat {
-  const line = pieceOf(mat, id) as Line | undefined;
-  return line ? withPiece(mat, id, { ...line, ...change }) : mat;
+/** Change what a piece has beside its points: how wide a line is, whether a walk is repeated. */
+export function changed(mat: Mat, id: PieceId, change: Omit<Partial<Line>, "points_m"> | Omit<Partial<Person>, "path">): Mat {
+  const piece = pieceOf(mat, id);
+  return piece ? withPiece(mat, id, { ...piece, ...change }) : mat;
 }

@@ -31,7 +31,7 @@ class Recorder implements FloorPen {
   }
 
   circle(x: number, y: number, radius: number): this {
-    this.shapes.push(circleAt(x / 1000, y / 1000, 0, radius / 1000));
+    this.shapes.push(circleAt(x / 1000, y / 1000, radius / 1000));
     return this;
   }
 

@@ -1,6 +1,7 @@
 /** What a camera behind a car sees: points of the world, in metres, as pixels of a picture. */
 
 import type { Size } from "./camera";
+import { ringOf } from "./ways";
 
 /** Where the camera is and looks: along `heading`, level, `highM` above the floor. */
 export interface Eye {
@@ -76,9 +77,7 @@ export function seen(eye: Eye, lens: Lens, corners: readonly number[], closed = 
   return picture;
 }
 
-const PARTS = 24;
-
-/** The corners of a circle at a height, as x, y and z. */
-export function circleAt(x: number, y: number, z: number, radius: number, parts = PARTS): number[] {
-  return Array.from({ length: parts }, (_, k) => (2 * Math.PI * k) / parts).flatMap((angle) => [x + radius * Math.cos(angle), y + radius * Math.sin(angle), z]);
+/** The corners of a circle on the floor, as x, y and 0. */
+export function circleAt(x: number, y: number, radius: number): number[] {
+  return ringOf([x, y], radius).flatMap((corner) => [...corner, 0]);
 }

@@ -4,7 +4,8 @@ import { panned, toWorld, zoomed } from "./camera";
 import { FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
 import type { Drawn } from "./carLayer";
 import { ROAD_M } from "./roadMarks";
-import { distance, distanceToPiece } from "./room";
+import { distanceToPiece } from "./room";
+import { distance } from "./ways";
 import type { Scene } from "./scene";
 import type { Chosen } from "./store";
 

@@ -1,7 +1,7 @@
 /** What is painted of lines, spots and patches: shapes on the floor that every view draws in this order. */
 
 import { type Mat, type Point, listOf } from "./document";
-import { bandAlong, LINE_M, wayOf } from "./ways";
+import { bandAlong, LINE_M, ringOf, wayOf } from "./ways";
 
 /** A road as wide as a car needs, with light edges, around each line that is no wider than WIDEST_M. */
 export const ROAD_M = 0.2;
@@ -30,7 +30,7 @@ export function roadMarks(mat: Mat): readonly RoadMark[] {
 function computed(mat: Mat): RoadMark[] {
   const { edge, bed, dark } = ROAD_COLOURS;
   const lines = listOf(mat, "line").map((line) => ({ way: wayOf(line), widthM: line.width_m ?? LINE_M }));
-  const areas = [...listOf(mat, "patch").map(({ corners_m }) => corners_m), ...listOf(mat, "spot").map(circle)];
+  const areas = [...listOf(mat, "patch").map(({ corners_m }) => corners_m), ...listOf(mat, "spot").map(({ centre_m, radius_m }) => ringOf(centre_m, radius_m, CORNERS))];
   const rims = areas.map((corners) => ({ way: [...corners, corners[0]!], widthM: 2 * EDGE_M, colour: edge }));
   const roads = lines.filter(({ widthM }) => widthM <= WIDEST_M);
   return [
@@ -40,13 +40,6 @@ function computed(mat: Mat): RoadMark[] {
     ...areas.map((way) => ({ way, widthM: 0, colour: dark })),
     ...lines.map(({ way, widthM }) => ({ way, widthM, colour: dark })),
   ];
-}
-
-function circle({ centre_m: [x, y], radius_m }: { centre_m: Point; radius_m: number }): Point[] {
-  return Array.from({ length: CORNERS }, (_, k): Point => {
-    const angle = (2 * Math.PI * k) / CORNERS;
-    return [x + radius_m * Math.cos(angle), y + radius_m * Math.sin(angle)];
-  });
 }
 
 const areasOf = new WeakMap<Mat, readonly { corners: number[]; colour: number }[]>();

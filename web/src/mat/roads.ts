@@ -1,8 +1,8 @@
 /** Roads that are drawn by hand or laid in tiles, and cars put on them. Each edit returns a new document. */
 
 import { BEND_M, type Car, type Line, listOf, type Mat, type PieceId, type Point, rounded, withList } from "./document";
-import { distance, distanceToLine, distanceToPiece } from "./room";
-import { alongWay, lengthOf, LINE_M, wayOf } from "./ways";
+import { distanceToLine, distanceToPiece } from "./room";
+import { alongWay, distance, lengthOf, LINE_M, wayOf } from "./ways";
 
 /** A stroke may miss what is left of it by so much. */
 const LOOSE_M = 0.05;

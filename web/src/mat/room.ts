@@ -1,7 +1,7 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
 import { type Disc, FURNITURE, type FurnitureKind, handlesOf, isFlat, type Line, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, shapeOf, type Wall } from "./document";
-import { LINE_M, stretchesOf } from "./ways";
+import { distance, LINE_M, stretchesOf } from "./ways";
 
 /** Kept free around everything, in metres. */
 const AIR_M = 0.05;
@@ -12,10 +12,6 @@ export interface Standing {
   /** The centres of all cars, in metres: now, and at the beginning of a run. */
   cars: readonly Point[];
   radiusM: number;
-}
-
-export function distance([ax, ay]: Point, [bx, by]: Point): number {
-  return Math.hypot(ax - bx, ay - by);
 }
 
 export function distanceToLine(from: Point, to: Point, point: Point): number {

@@ -32,7 +32,7 @@ function bend(before: Point, corner: Point, after: Point, wishedM: number): read
   if (!toBefore || !toAfter) return [corner];
   const half = Math.acos(Math.max(-1, Math.min(1, toBefore[0] * toAfter[0] + toBefore[1] * toAfter[1]))) / 2;
   if (half < 1e-3 || half > Math.PI / 2 - 1e-3) return [corner];
-  const mostM = Math.min(gap(corner, before), gap(corner, after)) / 2;
+  const mostM = Math.min(distance(corner, before), distance(corner, after)) / 2;
   const fromCornerM = Math.min(wishedM / Math.tan(half), mostM);
   const radius = fromCornerM * Math.tan(half);
   const begin: Point = [corner[0] + toBefore[0] * fromCornerM, corner[1] + toBefore[1] * fromCornerM];
@@ -50,13 +50,21 @@ function bend(before: Point, corner: Point, after: Point, wishedM: number): read
   });
 }
 
-function gap([ax, ay]: Point, [bx, by]: Point): number {
+export function distance([ax, ay]: Point, [bx, by]: Point): number {
   return Math.hypot(ax - bx, ay - by);
 }
 
 function direction(here: Point, there: Point): Point | null {
-  const length = gap(here, there);
+  const length = distance(here, there);
   return length ? [(there[0] - here[0]) / length, (there[1] - here[1]) / length] : null;
+}
+
+/** The corners of a circle. */
+export function ringOf([x, y]: Point, radius: number, parts = 24): Point[] {
+  return Array.from({ length: parts }, (_, k): Point => {
+    const angle = (2 * Math.PI * k) / parts;
+    return [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
+  });
 }
 
 /** The chords of the line's middle, each from one point to the next. */
@@ -66,7 +74,7 @@ export function stretchesOf(line: Line): [Point, Point][] {
 }
 
 export function lengthOf(way: readonly Point[]): number {
-  return way.slice(1).reduce((sum, to, k) => sum + gap(way[k]!, to), 0);
+  return way.slice(1).reduce((sum, to, k) => sum + distance(way[k]!, to), 0);
 }
 
 /** The point of a way so many metres behind its beginning, and where it leads there, in degrees. */
@@ -74,7 +82,7 @@ export function alongWay(way: readonly Point[], metres: number): { at: Point; he
   let left = metres;
   for (let k = 1; k < way.length; k++) {
     const [from, to] = [way[k - 1]!, way[k]!];
-    const length = gap(from, to);
+    const length = distance(from, to);
     if (left > length && k < way.length - 1) {
       left -= length;
       continue;
@@ -88,7 +96,7 @@ export function alongWay(way: readonly Point[], metres: number): { at: Point; he
 
 /** The outline of a band of a width along a way: its left side there, and its right side back. */
 export function bandAlong(way: readonly Point[], widthM: number): Point[] {
-  const isClosed = way.length > 2 && gap(way[0]!, way.at(-1)!) < 1e-9;
+  const isClosed = way.length > 2 && distance(way[0]!, way.at(-1)!) < 1e-9;
   const side = (sign: 1 | -1) =>
     way.map(([x, y], k): Point => {
       const before = way[k - 1] ?? (isClosed ? way.at(-2)! : null);
