@@ -42,20 +42,15 @@ export function forgetEdits(): void {
   useHistory.setState(EMPTY);
 }
 
-export function undo(): void {
-  const { done, undone } = useHistory.getState();
-  const last = done.at(-1);
+/** Take the newest edit from one list to the other. */
+function step(from: keyof History, to: keyof History, act: "undo" | "redo"): void {
+  const edits = useHistory.getState();
+  const edit = edits[from].at(-1);
   joins = false;
-  if (!last) return;
-  useHistory.setState({ done: done.slice(0, -1), undone: [...undone, last] });
-  last.undo();
+  if (!edit) return;
+  useHistory.setState({ [from]: edits[from].slice(0, -1), [to]: [...edits[to], edit] });
+  edit[act]();
 }
 
-export function redo(): void {
-  const { done, undone } = useHistory.getState();
-  const next = undone.at(-1);
-  joins = false;
-  if (!next) return;
-  useHistory.setState({ done: [...done, next], undone: undone.slice(0, -1) });
-  next.redo();
-}
+export const undo = () => step("done", "undone", "undo");
+export const redo = () => step("undone", "done", "redo");
