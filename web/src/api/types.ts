@@ -1,7 +1,7 @@
 /** The types of messages between the page and its service, under the names that the page uses. */
 
 import type { FORMATS } from "../generated/steps";
-import type { MissionChoice, Project, ProfileFigures, Word } from "../generated/messages";
+import type { MissionChoice, Project, ProfileFigures } from "../generated/messages";
 
 export type {
   Capabilities,
@@ -11,7 +11,6 @@ export type {
   Example,
   Language,
   LibraryEntry as SavedProject,
-  MatDocument,
   MissionChoice,
   Port,
   Project,
@@ -29,7 +28,6 @@ export interface Field {
   readonly high: number;
   readonly low: number;
 }
-export type Part = Word["part"];
 export type Profile = Omit<ProfileFigures, "serial" | "servo" | "motor" | "drive">;
 
 export interface OpenedProject extends Omit<Project, "python" | "level"> {

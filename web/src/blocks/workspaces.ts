@@ -129,8 +129,7 @@ function beginUnderHat(editor: EditorName, workspace: Blockly.WorkspaceSvg): voi
   if (Blockly.FocusableTreeTraverser.findFocusedNode(workspace)) return;
   const hat = workspace.getTopBlocks(false).find(({ type }) => type === hatOf(editor));
   if (!hat) return;
-  let last = hat;
-  for (let next = hat.getNextBlock(); next; next = next.getNextBlock()) last = next;
+  const last = hat.lastConnectionInStack(false)?.getSourceBlock() ?? hat;
   last.getFocusableElement().classList.add(Blockly.FocusManager.PASSIVE_FOCUS_NODE_CSS_CLASS_NAME);
 }
 
@@ -226,16 +225,11 @@ export function withInner(editor: EditorName, id: string): Set<string> {
   return new Set(block.getDescendants(false).filter((each) => !after.has(each)).map((each) => each.id));
 }
 
-/** The block's own text, without that of the blocks inside it. */
-function textOf(block: Blockly.BlockSvg): string {
-  const fields = block.inputList.flatMap((input) => (input.isVisible() ? input.fieldRow : []));
-  return fields.map((field) => field.getText()).join(" ").replace(/\s+/g, " ").trim();
-}
-
-/** The text of the block with this id; empty where it is gone. */
+/** The text of the block with this id, without that of the blocks inside it; empty where it is gone. */
 export function findText(editor: EditorName, id: string): string {
-  const block = workspaceOf(editor)?.getBlockById(id);
-  return block ? textOf(block) : "";
+  const inputs = workspaceOf(editor)?.getBlockById(id)?.inputList ?? [];
+  const fields = inputs.flatMap((input) => (input.isVisible() ? input.fieldRow : []));
+  return fields.map((field) => field.getText()).join(" ").replace(/\s+/g, " ").trim();
 }
 
 type Style = "hat" | "drive" | "light" | "sense" | "order" | "infrared";

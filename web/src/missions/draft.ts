@@ -5,6 +5,7 @@ import { create } from "zustand";
 import { request } from "../api/service";
 import { GOAL_KINDS } from "../generated/goals";
 import type { Mission, MissionZone } from "../generated/messages";
+import { boxOfZone } from "../mat/camera";
 import { type Mat, type Point, rounded, without } from "../mat/document";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
@@ -94,8 +95,8 @@ export function newGoal(kind: GoalKind, zone = ""): DraftGoal {
   return goal;
 }
 
-export function boxAt(name: string, x: number, y: number, side = 0.4): MissionZone {
-  const [left, right, bottom, top] = [x - side / 2, x + side / 2, y - side / 2, y + side / 2].map(rounded) as [number, number, number, number];
+export function boxAt(name: string, x: number, y: number): MissionZone {
+  const [left, right, bottom, top] = [x - 0.2, x + 0.2, y - 0.2, y + 0.2].map(rounded) as [number, number, number, number];
   const corners_m = [[left, bottom], [right, bottom], [right, top], [left, top]];
   return { name, title: { en: name, zh: name }, corners_m, centre_m: null, radius_m: null };
 }
@@ -105,10 +106,9 @@ export function discAt(name: string, x: number, y: number): MissionZone {
 }
 
 /** Left, bottom, width and height of a zone. */
-export function boxOf({ corners_m, centre_m, radius_m }: MissionZone): [number, number, number, number] {
-  if (centre_m) return [centre_m[0]! - radius_m!, centre_m[1]! - radius_m!, 2 * radius_m!, 2 * radius_m!];
-  const [x, y] = [corners_m.map((each) => each[0]!), corners_m.map((each) => each[1]!)];
-  return [Math.min(...x), Math.min(...y), Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y)];
+export function boxOf(zone: MissionZone): [number, number, number, number] {
+  const { left, bottom, right, top } = boxOfZone(zone);
+  return [left, bottom, right - left, top - bottom];
 }
 
 /** Whether a part of a zone lies on the mat; a mat without a size has no end. */

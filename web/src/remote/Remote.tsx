@@ -1,4 +1,4 @@
-import { useEffect, useState } from "react";
+import { useEffect, useState, useSyncExternalStore } from "react";
 import type { CarTelemetry } from "../generated/remote";
 import { useSettings } from "../state/settings";
 import buttons from "../ui/buttons.module.css";
@@ -117,14 +117,11 @@ function Bar() {
 const AGAIN_MS = 2000;
 
 /** Whether the page is visible. */
-function useVisible(): boolean {
-  const [visible, setVisible] = useState(!document.hidden);
-  useEffect(() => {
-    const look = () => setVisible(!document.hidden);
-    document.addEventListener("visibilitychange", look);
-    return () => document.removeEventListener("visibilitychange", look);
-  }, []);
-  return visible;
+const useVisible = (): boolean => useSyncExternalStore(watchVisibility, () => !document.hidden);
+
+function watchVisibility(changed: () => void): () => void {
+  document.addEventListener("visibilitychange", changed);
+  return () => document.removeEventListener("visibilitychange", changed);
 }
 
 /** The picture of a car's camera, loaded only while the page is visible. */

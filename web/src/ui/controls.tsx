@@ -68,17 +68,15 @@ export function IconButton({ icon, label, ...props }: IconButtonProps) {
 }
 
 interface CheckProps {
-  id?: string;
   checked: boolean;
   onChange: (checked: boolean) => void;
-  small?: boolean;
   children: ReactNode;
 }
 
-export function Check({ id, checked, onChange, small = false, children }: CheckProps) {
+export function Check({ checked, onChange, children }: CheckProps) {
   return (
-    <CheckboxField id={id} isSelected={checked} onChange={onChange}>
-      <CheckboxButton className={controls.checkbox} data-small={small || undefined}>
+    <CheckboxField isSelected={checked} onChange={onChange}>
+      <CheckboxButton className={controls.checkbox}>
         <span className={controls.checkboxBox}>
           <Icon name="done" />
         </span>
