@@ -31,7 +31,7 @@ it("a stream whose server answered again is soon back the next time too", () => 
     opened.push(listeners);
     return { send: () => true, close: () => undefined };
   };
-  new LastingStream(open, { onOpen: vi.fn(), onMessage: vi.fn(), onClose: vi.fn() }).reopen();
+  new LastingStream(open, { onAnswer: vi.fn() }).reopen();
   for (let k = 0; k < 5; k++) {
     opened.at(-1)!.onClose();
     vi.advanceTimersByTime(4000);

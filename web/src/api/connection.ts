@@ -46,25 +46,33 @@ export function waitBeforeTry(k: number, chance: number): number {
   return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
 }
 
-/** A stream that is opened again, later each time, whenever it is lost; `close` ends it, and `reopen` begins it anew. */
-export class LastingStream {
+interface Receiver<Answer> {
+  onAnswer: (answer: Answer) => void;
+  onBytes?: (bytes: ArrayBuffer) => void;
+  onOpen?: () => void;
+  onClose?: () => void;
+}
+
+/** A stream of messages that is opened again, later each time, whenever it is lost; `close` ends it, and `reopen` begins it anew. */
+export class LastingStream<Answer> {
   private stream: Stream | null = null;
   private tries = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly open: (listeners: StreamListeners) => Stream,
-    private readonly listeners: StreamListeners,
+    private readonly receiver: Receiver<Answer>,
   ) {}
 
   /** Open it at once, in place of the one before. */
   reopen(): void {
     this.close();
     this.stream = this.open({
-      onOpen: () => this.listeners.onOpen(),
+      onOpen: () => this.receiver.onOpen?.(),
       onMessage: (data) => {
         this.tries = 0;
-        this.listeners.onMessage(data);
+        if (typeof data === "string") this.receiver.onAnswer(JSON.parse(data) as Answer);
+        else this.receiver.onBytes?.(data);
       },
       onClose: () => this.lose(),
     });
@@ -85,6 +93,6 @@ export class LastingStream {
     this.close();
     this.timer = setTimeout(() => this.reopen(), waitBeforeTry(this.tries, Math.random()));
     this.tries += 1;
-    this.listeners.onClose();
+    this.receiver.onClose?.();
   }
 }

@@ -69,7 +69,7 @@ export function poseIn(picture: Picture, car: number): Pose | null {
 
 export type Link = "connecting" | "open" | "lost" | "elsewhere";
 
-export interface Listeners {
+interface Listeners {
   onPicture: (picture: Picture) => void;
   onAnswer: (answer: Answer) => void;
   onLink: (link: Link) => void;
@@ -90,7 +90,7 @@ export function sessionOfWindow(storage: Storage = sessionStorage): string {
 
 /** A connection that comes back by itself until it is closed. */
 export class WorldConnection {
-  private readonly stream: LastingStream;
+  private readonly stream: LastingStream<Answer>;
 
   constructor(
     readonly session: string,
@@ -101,8 +101,15 @@ export class WorldConnection {
       listeners.onLink("connecting");
       return openStream(stream);
     };
-    const onMessage = (data: string | ArrayBuffer) => this.receive(data);
-    this.stream = new LastingStream(open, { onOpen: () => listeners.onLink("open"), onMessage, onClose: () => listeners.onLink("lost") });
+    this.stream = new LastingStream<Answer>(open, {
+      onAnswer: (answer) => this.receive(answer),
+      onBytes: (bytes) => {
+        const picture = decodePicture(bytes);
+        if (picture) listeners.onPicture(picture);
+      },
+      onOpen: () => listeners.onLink("open"),
+      onClose: () => listeners.onLink("lost"),
+    });
     this.stream.reopen();
   }
 
@@ -127,18 +134,12 @@ export class WorldConnection {
     this.stream.close();
   }
 
-  private receive(data: string | ArrayBuffer): void {
-    if (typeof data === "string") {
-      const answer = JSON.parse(data) as Answer;
-      this.listeners.onAnswer(answer);
-      if (answer.is !== "error" || !GIVEN_AWAY.includes(answer.code)) return;
-      this.stream.close();
-      document.addEventListener("visibilitychange", this.comeBackWhenSeen);
-      this.listeners.onLink("elsewhere");
-      return;
-    }
-    const picture = decodePicture(data);
-    if (picture) this.listeners.onPicture(picture);
+  private receive(answer: Answer): void {
+    this.listeners.onAnswer(answer);
+    if (answer.is !== "error" || !GIVEN_AWAY.includes(answer.code)) return;
+    this.stream.close();
+    document.addEventListener("visibilitychange", this.comeBackWhenSeen);
+    this.listeners.onLink("elsewhere");
   }
 }
 

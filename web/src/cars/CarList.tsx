@@ -28,16 +28,12 @@ function useCars(path: string) {
   const [shown, setShown] = useState<CarsShown | null>(null);
   const [problem, setProblem] = useState<Sentence | null>(null);
   const [open, setOpen] = useState(true);
-  const stream = useRef<LastingStream | null>(null);
+  const stream = useRef<LastingStream<CarsAnswer> | null>(null);
   useEffect(() => {
-    const made = new LastingStream((listeners) => openSocket(path, listeners), {
+    const made = new LastingStream<CarsAnswer>((listeners) => openSocket(path, listeners), {
       onOpen: () => setOpen(true),
       onClose: () => setOpen(false),
-      onMessage: (data) => {
-        const answer = JSON.parse(data as string) as CarsAnswer;
-        if (answer.is === "cars") setShown(answer);
-        else setProblem(answer.sentence);
-      },
+      onAnswer: (answer) => (answer.is === "cars" ? setShown(answer) : setProblem(answer.sentence)),
     });
     stream.current = made;
     made.reopen();

@@ -49,7 +49,7 @@ export function triedMission(): MissionChoice | null {
 }
 
 export class TrialStream {
-  private stream: LastingStream | null = null;
+  private stream: LastingStream<TrialAnswer> | null = null;
   private tried: TrialMessage | null = null;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private run: Run | null = null;
@@ -142,7 +142,11 @@ export class TrialStream {
     if (this.stream) return;
     this.stream = new LastingStream((listeners) => service().openStream("trials", session.name, listeners), {
       onOpen: () => this.waiting.splice(0).forEach((each) => this.stream?.send(each)),
-      onMessage: (data) => this.receive(data),
+      onAnswer: (answer) => this.receive(answer),
+      onBytes: (bytes) => {
+        const picture = decodePicture(bytes);
+        if (picture) useTrials.setState(({ pictures: [one, other] }) => ({ pictures: picture.frame ? [one, picture] : [picture, other] }));
+      },
       // Its work is lost: it begins anew.
       onClose: () => this.tried && this.waiting.unshift(this.tried),
     });
@@ -151,13 +155,7 @@ export class TrialStream {
 
   private readonly waiting: TrialMessage[] = [];
 
-  private receive(data: string | ArrayBuffer): void {
-    if (typeof data !== "string") {
-      const picture = decodePicture(data);
-      if (picture) useTrials.setState(({ pictures: [one, other] }) => ({ pictures: picture.frame ? [one, picture] : [picture, other] }));
-      return;
-    }
-    const answer = JSON.parse(data) as TrialAnswer;
+  private receive(answer: TrialAnswer): void {
     if (answer.is === "luck") useTrials.setState({ luck: answer });
     if (answer.is === "failure") useTrials.setState(({ failures }) => ({ failures: new Map(failures).set(answer.seed, answer) }));
     if (answer.is === "difference") {

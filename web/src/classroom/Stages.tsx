@@ -144,7 +144,6 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
         // The answer says that there is time for the next picture.
         requestAnimationFrame(() => tell.current(true));
       },
-      onLink: () => undefined,
     });
     return () => stream.close();
   }, [tiles]);

@@ -76,10 +76,10 @@ interface Told {
   code?: string;
 }
 
-export interface StreamListeners<Answer extends Told> {
+interface StreamListeners<Answer extends Told> {
   onAnswer: (answer: Answer) => void;
   onBytes?: (bytes: ArrayBuffer) => void;
-  onLink: (open: boolean) => void;
+  onLink?: (open: boolean) => void;
 }
 
 /** A connection that was silent for so long may be lost without a sign where the device slept or changed its network. */
@@ -87,17 +87,20 @@ const SILENT_MS = 6000;
 
 /** A WebSocket of the class's server, opened again whenever it is lost; `close` ends it. */
 export class Stream<Answer extends Told> {
-  private readonly stream: LastingStream;
+  private readonly stream: LastingStream<Answer>;
   private heardAt = Date.now();
 
   constructor(
     path: string,
     private readonly listeners: StreamListeners<Answer>,
   ) {
-    this.stream = new LastingStream((stream) => openSocket(path, stream), {
-      onOpen: () => undefined,
-      onMessage: (data) => this.receive(data),
-      onClose: () => listeners.onLink(false),
+    this.stream = new LastingStream<Answer>((stream) => openSocket(path, stream), {
+      onAnswer: (answer) => this.receive(answer),
+      onBytes: (bytes) => {
+        this.hear();
+        listeners.onBytes?.(bytes);
+      },
+      onClose: () => listeners.onLink?.(false),
     });
     this.stream.reopen();
     window.addEventListener("online", this.wake);
@@ -109,14 +112,13 @@ export class Stream<Answer extends Told> {
     if (!document.hidden && Date.now() - this.heardAt >= SILENT_MS) this.stream.reopen();
   };
 
-  private receive(data: string | ArrayBuffer): void {
+  private hear(): void {
     this.heardAt = Date.now();
-    this.listeners.onLink(true);
-    if (typeof data !== "string") {
-      this.listeners.onBytes?.(data);
-      return;
-    }
-    const answer = JSON.parse(data) as Answer;
+    this.listeners.onLink?.(true);
+  }
+
+  private receive(answer: Answer): void {
+    this.hear();
     // Another page has the world now: who took it back at once would take turns with it.
     if (answer.is === "goodbye" || answer.code === "taken-over") this.close();
     if (answer.is === "error") openSignIn(answer.code ?? "");

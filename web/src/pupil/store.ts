@@ -108,6 +108,6 @@ function receive(answer: ClassAnswer): void {
 
 /** Follow the class from now on. To be called once. */
 export function startPupil(): void {
-  new Stream<ClassAnswer>("/api/class/stream", { onAnswer: receive, onLink: () => undefined });
+  new Stream<ClassAnswer>("/api/class/stream", { onAnswer: receive });
   keepDraft();
 }

@@ -208,7 +208,7 @@ export class HeldInputs {
 const withSwitches = (switches: Switches) => (Object.keys(switches).length > 0 ? { switches } : {});
 
 export class Link {
-  private readonly stream: LastingStream;
+  private readonly stream: LastingStream<RemoteAnswer>;
   private number = 0;
   private sentMs = new Map<number, number>();
   /** The car to join first; null for the first of the list. */
@@ -219,8 +219,7 @@ export class Link {
     private readonly now: () => number,
   ) {
     this.stream = new LastingStream(open, {
-      onOpen: () => undefined,
-      onMessage: (data) => this.receive(JSON.parse(data as string) as RemoteAnswer),
+      onAnswer: (answer) => this.receive(answer),
       onClose: () => {
         useRemote.setState({ open: false, telemetry: {}, roundTripMs: null });
         this.sentMs.clear();
