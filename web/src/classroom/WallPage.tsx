@@ -11,7 +11,7 @@ import { HowToJoin } from "./TeacherClass";
 import { Action, Frame, titleOr } from "./Frame";
 import { AllStages, WorldCanvas } from "./Stages";
 import css from "./class.module.css";
-import { useSentences, useTexts } from "./texts";
+import { type Key, useSentences, useTexts } from "./texts";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
 
@@ -30,13 +30,13 @@ export function useClass(): { view: ClassView | null; open: boolean } {
 }
 
 /** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
-function TeacherOnly({ title, children }: { title: string; children: ReactNode }) {
+export function TeacherOnly({ title, children }: { title: Key; children: ReactNode }) {
   const t = useTexts();
   const [about, setAbout] = useState<TeacherAbout | null>(null);
   useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
   if (about?.signed_in) return children;
   return (
-    <Frame title={title} narrow>
+    <Frame title={t(title)} narrow>
       {about && (
         <p>
           {t("projectorNeedsTeacher")} <a href="/teacher">{t("teacherTitle")}</a>
@@ -128,15 +128,6 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
 /** All stages, or the one of the pupil that the address names. */
 export function WallPage() {
   const t = useTexts();
-  return (
-    <TeacherOnly title={t("wallTitle")}>
-      <TheWall />
-    </TeacherOnly>
-  );
-}
-
-function TheWall() {
-  const t = useTexts();
   const { view, open } = useClass();
   const id = new URLSearchParams(location.search).get("pupil");
   const pupil = view?.pupils.find((each) => each.id === id);
@@ -166,18 +157,9 @@ function TheWall() {
 /** The mat that all pupils share, with their names above their leaders. */
 export function SharedMat() {
   const t = useTexts();
-  return (
-    <TeacherOnly title={t("matTitle")}>
-      <TheMat />
-    </TeacherOnly>
-  );
-}
-
-function TheMat() {
-  const t = useTexts();
   const inLanguage = useSentences();
   const { view } = useClass();
-  const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)?.name ?? "") ?? [];
+  const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)) ?? [];
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
   return (
     <Frame title={title} tools={<b className={css.code}>{view?.code}</b>}>
@@ -188,17 +170,15 @@ function TheMat() {
             {t("matCollecting", { count: entries.length, places: view.mat.places })}
           </p>
           <ul className={css.names}>
-            {view.mat.entries.map((id) => {
-              const pupil = view.pupils.find((each) => each.id === id);
-              return (
+            {entries.map(
+              (pupil) =>
                 pupil && (
-                  <li key={id}>
+                  <li key={pupil.id}>
                     <Avatar name={pupil.avatar} />
                     {pupil.name}
                   </li>
-                )
-              );
-            })}
+                ),
+            )}
           </ul>
           <Action primary disabled={entries.length === 0} onPress={() => void askTeacher("mat/start").catch(() => undefined)}>
             {t("matStart")}
@@ -206,12 +186,7 @@ function TheMat() {
         </>
       )}
       {(view?.mat.state === "running" || view?.mat.state === "over") && (
-        <LargeWorld
-          path="/api/teacher/mat"
-          label={title}
-          names={entries}
-          playable
-        />
+        <LargeWorld path="/api/teacher/mat" label={title} names={entries.map((pupil) => pupil?.name ?? "")} playable />
       )}
     </Frame>
   );

@@ -4,14 +4,14 @@ import { startSettings } from "../state/settings";
 import { Join } from "./Join";
 import { Privacy } from "./Privacy";
 import { Teacher } from "./Teacher";
-import { SharedMat, WallPage } from "./WallPage";
+import { SharedMat, TeacherOnly, WallPage } from "./WallPage";
 import { startLanguages } from "./texts";
 
 const PAGES: Record<string, () => React.ReactNode> = {
   "/join": Join,
   "/teacher": Teacher,
-  "/wall": WallPage,
-  "/mat": SharedMat,
+  "/wall": () => <TeacherOnly title="wallTitle"><WallPage /></TeacherOnly>,
+  "/mat": () => <TeacherOnly title="matTitle"><SharedMat /></TeacherOnly>,
   "/privacy": Privacy,
 };
 
