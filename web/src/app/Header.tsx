@@ -7,21 +7,20 @@ import {
   MenuSection,
   MenuTrigger,
   Popover,
-  type Selection,
   Separator,
+  Text,
   TextField,
 } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { Language } from "../api/types";
 import { changeLanguage, LANGUAGES, nameOf } from "../i18n";
 import { exportCsv, exportPicture, openFile, save, saveFile, startNew } from "../projects/actions";
 import { openDialog } from "../state/dialogs";
 import { redo, undo, useHistory } from "../state/history";
-import { THEMES, type ThemeName, useSettings } from "../state/settings";
+import { type Level, LEVELS, openDrawer, THEMES, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
-import { LevelMenu } from "./LevelMenu";
+import { collectEdits } from "../words/compiling";
 import css from "./app.module.css";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
@@ -79,7 +78,48 @@ function FileMenu() {
   );
 }
 
-const only = (selection: Selection) => (selection === "all" ? undefined : [...selection][0]);
+/** Show more or less of the page; what a new level brings opens at once. */
+function chooseLevel(level: Level): void {
+  // The editors are created anew: blocks of another level look otherwise.
+  collectEdits();
+  useSettings.setState({ level });
+  if (level !== "start") openDrawer(level);
+}
+
+/** The level of the page, and what each level brings. */
+function LevelMenu() {
+  const { t } = useTranslation();
+  const level = useSettings((settings) => settings.level);
+  const name = t("level.button", { level: t(`level.${level}`) });
+  return (
+    <MenuTrigger>
+      <TextButton quiet aria-label={name}>
+        <Icon name="levels" />
+        <span className={css.buttonText}>{name}</span>
+      </TextButton>
+      <Popover className={controls.popover} placement="bottom end">
+        <Menu
+          className={controls.menu}
+          aria-label={t("level.title")}
+          selectionMode="single"
+          disallowEmptySelection
+          selectedKeys={[level]}
+          onAction={(key) => chooseLevel(key as Level)}
+        >
+          {LEVELS.map((each) => (
+            <MenuItem key={each} id={each} className={controls.menuItem} textValue={t(`level.${each}`)}>
+              <Icon name="done" />
+              <span className={css.level}>
+                <Text slot="label">{t(`level.${each}`)}</Text>
+                <Text slot="description">{t(`level.${each}About`)}</Text>
+              </span>
+            </MenuItem>
+          ))}
+        </Menu>
+      </Popover>
+    </MenuTrigger>
+  );
+}
 
 function SettingsMenu() {
   const { t, i18n } = useTranslation();
@@ -89,29 +129,19 @@ function SettingsMenu() {
       <IconButton icon="settings" label={t("settings.title")} />
       <Popover className={controls.popover} placement="bottom end">
         <Menu className={controls.menu} aria-label={t("settings.title")}>
-          <MenuSection
-            selectionMode="single"
-            disallowEmptySelection
-            selectedKeys={[i18n.language]}
-            onSelectionChange={(keys) => changeLanguage(only(keys) as Language)}
-          >
+          <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[i18n.language]}>
             <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
             {LANGUAGES.map((language) => (
-              <MenuItem key={language} id={language} className={controls.menuItem} lang={language}>
+              <MenuItem key={language} id={language} className={controls.menuItem} lang={language} onAction={() => changeLanguage(language)}>
                 <Icon name="done" />
                 {nameOf(language)}
               </MenuItem>
             ))}
           </MenuSection>
-          <MenuSection
-            selectionMode="single"
-            disallowEmptySelection
-            selectedKeys={[theme]}
-            onSelectionChange={(keys) => useSettings.setState({ theme: only(keys) as ThemeName })}
-          >
+          <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[theme]}>
             <MenuTitle className={controls.menuTitle}>{t("settings.theme")}</MenuTitle>
             {THEMES.map((name) => (
-              <MenuItem key={name} id={name} className={controls.menuItem}>
+              <MenuItem key={name} id={name} className={controls.menuItem} onAction={() => useSettings.setState({ theme: name })}>
                 <Icon name="done" />
                 {t(`settings.${name}`)}
               </MenuItem>

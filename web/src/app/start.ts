@@ -6,42 +6,71 @@ import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
-import { registerBlockStops } from "../certainty/blockStops";
+import { registerBlockStops } from "../certainty/stops";
 import { startLanguages } from "../i18n";
+import { toggleChase } from "../mat/store";
 import { request } from "../api/service";
-import { openSharedLink } from "../projects/actions";
+import { openSharedLink, save } from "../projects/actions";
 import { comesToPair } from "../pair/store";
-import { looking, lookAt } from "../pupil/looking";
-import { attemptInClass, findPupilsWork, startPupil } from "../pupil/store";
+import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
 import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
-import { notify, openDialog } from "../state/dialogs";
+import { notify, openDialog, useDialogs } from "../state/dialogs";
+import { endEdit, redo, undo } from "../state/history";
 import { replaceForbiddenStorage } from "../state/forbiddenStorage";
 import { startSettings, useSettings } from "../state/settings";
-import { loadFigures, useStudio } from "../state/studio";
-import { listenForKeys } from "./keys";
+import { loadFigures, showAlone, toggleSound, useStudio } from "../state/studio";
 import { compileEveryChange } from "../words/compiling";
-
-const HELP_SHORTCUT = "list_shortcuts";
 
 /** Blockly's own undo covers one editor; the page's covers everything. */
 function registerKeys(): void {
   const registry = Blockly.ShortcutRegistry.registry;
-  for (const own of ["undo", "redo"]) if (registry.getRegistry()[own]) registry.unregister(own);
-  for (const own of ["undoWorkspace", "redoWorkspace"]) {
-    if (Blockly.ContextMenuRegistry.registry.getItem(own)) Blockly.ContextMenuRegistry.registry.unregister(own);
-  }
-  if (registry.getRegistry()[HELP_SHORTCUT]) return;
+  for (const own of ["undo", "redo"]) registry.unregister(own);
+  for (const own of ["undoWorkspace", "redoWorkspace"]) Blockly.ContextMenuRegistry.registry.unregister(own);
   registry.register({
-    name: HELP_SHORTCUT,
+    name: "list_shortcuts",
     keyCodes: [Blockly.utils.KeyCodes.SLASH],
     callback: () => {
       openDialog("help");
       return true;
     },
   });
+}
+
+/** With Control or Command. */
+const COMMANDS: Record<string, () => void> = { s: () => void save(), z: undo, y: redo, Z: redo };
+
+/** Alone, and only where the key isn't text and means nothing to the blocks. */
+const SINGLE: Record<string, () => void> = {
+  f: () => showAlone(useStudio.getState().alone ? null : "full"),
+  c: toggleChase,
+  m: toggleSound,
+  b: () => showAlone(useStudio.getState().alone === "projector" ? null : "projector"),
+};
+
+const isText = (target: Element) => target.matches("input, textarea, select, [contenteditable=true]");
+
+function press(event: KeyboardEvent): void {
+  if (event.defaultPrevented || event.altKey || !(event.target instanceof Element)) return;
+  const { open, question } = useDialogs.getState();
+  const command = event.ctrlKey || event.metaKey;
+  const action = (command ? COMMANDS : SINGLE)[event.key];
+  const saves = command && event.key === "s";
+  if (!action || open || question || (isText(event.target) && !saves)) return;
+  if (!command && event.target.closest("[data-keys=own]")) return;
+  event.preventDefault();
+  endEdit();
+  action();
+}
+
+/** Act on the page's own keys, wherever the focus is. */
+function listenForKeys(): void {
+  window.addEventListener("keydown", press);
+  // Escape ends the full screen by the browser itself.
+  document.addEventListener("fullscreenchange", () => document.fullscreenElement ?? useStudio.setState({ alone: null }));
+  window.addEventListener("keydown", ({ key }) => key === "Escape" && useStudio.getState().alone && showAlone(null));
 }
 
 /** Before anything is drawn: settings, languages, and what watches the stores. */
