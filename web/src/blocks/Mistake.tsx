@@ -3,7 +3,7 @@ import { useTranslation } from "react-i18next";
 import type { Diagnostic, EditorName } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
-import { FixButtons } from "./FixButtons";
+import { FixButtons } from "./fixes";
 import { workspaceOf } from "./workspaces";
 import { TextButton } from "../ui/controls";
 import css from "./mistakes.module.css";

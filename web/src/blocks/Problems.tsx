@@ -7,7 +7,7 @@ import { usePython } from "../python/text";
 import { openDrawer, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { Icon } from "../ui/icons";
-import { FixButtons } from "./FixButtons";
+import { FixButtons } from "./fixes";
 import { showBlock } from "./workspaces";
 import css from "./blocks.module.css";
 

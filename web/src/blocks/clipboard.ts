@@ -84,13 +84,9 @@ function registerMenuItems(): void {
   });
 }
 
-let registered = false;
-
+/** To be called once. */
 export function registerClipboard(): void {
-  if (registered) return;
-  registered = true;
   registerShortcut();
   registerMenuItems();
   Blockly.ContextMenuItems.registerCommentOptions();
 }
-

@@ -7,8 +7,7 @@ import type { Texts } from "virtual:texts/studio";
 import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
 import { useSettings } from "../state/settings";
 import { levelText } from "./figures";
-import { IconField, iconOf } from "./icons";
-import { SecondsField, SpeedField, speedsOf } from "./fields";
+import { IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
 import { pictureAbove } from "./drawers";
 
 type Option = [string, string];

@@ -3,8 +3,7 @@
 import * as Blockly from "blockly/core";
 import { createRoot, type Root } from "react-dom/client";
 import file from "../generated/blockClips.json";
-import { ClipPicture } from "../mat/ClipPicture";
-import { type Clip, clipsOf } from "../mat/clips";
+import { type Clip, ClipPicture, clipsOf } from "../mat/ClipPicture";
 
 const KIND = "picture";
 const SIZE_PX = { width: 140, height: 70 };

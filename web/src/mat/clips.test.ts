@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { clipOf, loadClips } from "./clips";
+import { clipOf, loadClips } from "./ClipPicture";
 
 const MAT = { format: "motorcade-mat/1", name: "", car: [{ at_m: [0, 0], role: "leader" }] } as never;
 

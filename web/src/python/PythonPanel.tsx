@@ -1,7 +1,7 @@
 import { lazy, Suspense, useEffect } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { FixButtons } from "../blocks/FixButtons";
+import { FixButtons } from "../blocks/fixes";
 import { inLanguage } from "../i18n";
 import { ErrorBoundary } from "../ui/areas";
 import { classes } from "../ui/classes";

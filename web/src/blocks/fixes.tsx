@@ -1,4 +1,4 @@
-/** Correct a wrong block by the one value that would do, and tell which block is wrong. */
+/** Correct a wrong block by one of the values that would do, and tell which block is wrong. */
 
 import { type Block, Events } from "blockly/core";
 import i18next from "i18next";
@@ -8,6 +8,7 @@ import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { replaceText } from "../python/text";
+import { TextButton } from "../ui/controls";
 import { hatOf } from "./definitions";
 import { showBlock, workspaceOf } from "./workspaces";
 
@@ -48,4 +49,13 @@ export function tellWrongBlock(): boolean {
   const isStill = (each: Diagnostic) => each.severity === "error" && each.block === block && each.sentence.en === sentence.en;
   notify(text, "warning", action, ({ compiled }) => compiled?.diagnostics.some(isStill) ?? false);
   return true;
+}
+
+/** A button for each value that would fix a wrong block. */
+export function FixButtons({ diagnostic }: { diagnostic: Diagnostic }) {
+  return (diagnostic.fixes ?? []).map((each) => (
+    <TextButton key={`${each.field} ${each.value}`} primary onPress={() => applyFix(diagnostic, each)}>
+      {inLanguage(each.sentence)}
+    </TextButton>
+  ));
 }
