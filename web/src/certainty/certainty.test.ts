@@ -8,7 +8,7 @@ import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useDraft } from "../missions/draft";
 import { useStudio } from "../state/studio";
-import { differenceText } from "./difference";
+import { differenceText } from "./Comparison";
 import { addStop, canStopAt, nameOf, removeStop, tapZone, useStops, watchStops, zoneStop } from "./stops";
 import { TrialStream, useTrials } from "./trials";
 

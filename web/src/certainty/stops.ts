@@ -1,8 +1,10 @@
 /** On what the world stops: conditions that the user has chosen by a car, a thing, a zone or a block. */
 
+import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import { create } from "zustand";
 import { EDITORS, type EditorName } from "../api/types";
+import { findText } from "../blocks/workspaces";
 import type { MissionZone, StopCondition } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Point } from "../mat/document";
@@ -96,4 +98,19 @@ export function tapZone(point: Point | null, zones: readonly MissionZone[]): voi
 export function canStopAt(block: string): EditorName | null {
   const words = useStudio.getState().compiled?.words ?? [];
   return EDITORS.find((editor) => words.some(({ part, block: id }) => part === editor && id === block)) ?? null;
+}
+
+/** Add to the menus of blocks that the world stops when a car begins the block. To be called once. */
+export function registerBlockStops(): void {
+  Blockly.ContextMenuRegistry.registry.register({
+    id: "motorcade-stop",
+    weight: 1,
+    scopeType: Blockly.ContextMenuRegistry.ScopeType.BLOCK,
+    displayText: () => i18next.t("stops.whenBegun"),
+    preconditionFn: ({ block }) => (block && canStopAt(block.id) ? "enabled" : "hidden"),
+    callback: ({ block }) => {
+      const editor = block && canStopAt(block.id);
+      if (editor) addStop({ condition: { kind: "block" }, block: { editor, id: block.id, text: findText(editor, block.id) } });
+    },
+  });
 }
