@@ -8,9 +8,8 @@ import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
-import { looking } from "./looking";
 import css from "./pupil.module.css";
-import { attemptInClass } from "./store";
+import { attemptInClass, looking } from "./store";
 import { TextButton } from "../ui/controls";
 
 export function TeacherBar() {

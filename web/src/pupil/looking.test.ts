@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { lookingIn } from "./looking";
+import { lookingIn } from "./store";
 
 describe("the address of a pupil's project", () => {
   it.each([

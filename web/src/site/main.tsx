@@ -2,12 +2,22 @@
 
 import "../ui/tokens.css";
 import { createRoot } from "react-dom/client";
+import { folder as pyodideFolder, wheel } from "virtual:pyodide";
 import { connectTo } from "../api/service";
 import { App } from "../app/App";
 import { findsOpening, start } from "../app/start";
-import { fileUrl, PLACES } from "./files";
 import { startOffline } from "./offline";
+import type { Places } from "./protocol";
 import { WorkerService } from "./workerService";
+
+// `motorcade site` writes it: a folder whose name changes with its content.
+const folder = document.querySelector<HTMLMetaElement>('meta[name="motorcade-python"]')?.content ?? "";
+const pyodide = new URL(pyodideFolder, document.baseURI).href;
+
+/** The whole address of a file such as "start/profiles.json". */
+const fileUrl = (name: string) => new URL(folder + name, document.baseURI).href;
+
+const PLACES: Places = { pyodide, msgspec: pyodide + wheel, python: fileUrl("python.zip"), engine: fileUrl("engine.wasm") };
 
 const makeWorker = () => new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
 start();
