@@ -7,9 +7,9 @@ import { useStudio, useWords } from "../state/studio";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
-import { FURNITURE, listOf, type Mat, type PieceId, type Point } from "./document";
+import { FURNITURE, listOf, type Mat, type Point } from "./document";
 import { attachPointers, gripAt, nudgeOf } from "./pointer";
-import { chasedCar, choose, type Chosen, drawRoads, toggleChase, useMat } from "./store";
+import { chasedCar, choose, type Chosen, chosenCar, chosenPiece, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
 import { session } from "./session";
 import { ToolButton } from "./fields";
@@ -19,17 +19,14 @@ const PAN_PX = 60;
 const ZOOM = 1.25;
 const TURN_DEG = 15;
 
-function pieceOfChosen(chosen: Chosen): PieceId | null {
-  return chosen && "piece" in chosen ? chosen.piece : null;
-}
-
 /** Copy the stores into the scene, now and whenever they change, and act on its pointers. */
 function connect(scene: Scene): () => void {
   const show = () => {
     const { mat, rangeMm } = useStudio.getState();
-    const { chosen, told, tracks, air, followed, hello } = useMat.getState();
-    const car = chosen && "car" in chosen ? chosen.car : null;
-    scene.setMat(mat, pieceOfChosen(chosen));
+    const now = useMat.getState();
+    const { told, tracks, air, followed, hello } = now;
+    const car = chosenCar(now);
+    scene.setMat(mat, chosenPiece(now));
     scene.choose(car, told);
     scene.show({ tracks, air });
     scene.followed = followed ? car : null;

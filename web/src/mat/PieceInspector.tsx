@@ -1,13 +1,12 @@
 import { ListBox, ListBoxItem } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { PieceStop } from "../certainty/StopTools";
-import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
-import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
+import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { RoadInspector } from "./RoadTools";
-import { choose, editMat, useMat } from "./store";
+import { choose, chosenPiece, editMat, useMat } from "./store";
 import fields from "./fields.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
@@ -18,9 +17,8 @@ const MOST_POINTS = 24;
 export function PieceInspector() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
-  const chosen = useMat((now) => now.chosen);
+  const piece = useMat(chosenPiece);
   const cars = carsOf(mat);
-  const piece = chosen && "piece" in chosen ? chosen.piece : null;
   const all = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place): PieceId => ({ kind, place })));
   if (all.length === 0) return <p className={controls.quiet}>{t("mat.onlyCars", { count: cars.leaders + cars.followers })}</p>;
   const key = ({ kind, place }: PieceId) => `${kind} ${place}`;
@@ -62,7 +60,7 @@ function Points({ id }: { id: PieceId }) {
         <ToolSwitch
           label={t("mat.repeats")}
           isSelected={(piece as Person).repeats ?? false}
-          onChange={(on) => change(changed(mat, id, { repeats: on }))}
+          onChange={(repeats) => editMat(changed(mat, id, { repeats }))}
         />
       )}
       {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
@@ -75,23 +73,23 @@ function Points({ id }: { id: PieceId }) {
               step={0.1}
               // A path begins at 0 s.
               isDisabled={handle === 0}
-              onChange={(to) => change(retimed(mat, id, handle, to))}
+              onChange={(to) => editMat(retimed(mat, id, handle, to))}
             />
           )}
-          <Quantity label={t("mat.pointX")} value={x} onChange={(to) => change(reshaped(mat, id, handle, [to, y]))} />
-          <Quantity label={t("mat.pointY")} value={y} onChange={(to) => change(reshaped(mat, id, handle, [x, to]))} />
+          <Quantity label={t("mat.pointX")} value={x} onChange={(to) => editMat(reshaped(mat, id, handle, [to, y]))} />
+          <Quantity label={t("mat.pointY")} value={y} onChange={(to) => editMat(reshaped(mat, id, handle, [x, to]))} />
           {canGrow(id) && (
             <>
               <ToolButton
                 icon="plus"
                 label={t("mat.addPoint", { number: handle + 1 })}
-                onPress={() => change(withPointAfter(mat, id, handle))}
+                onPress={() => editMat(withPointAfter(mat, id, handle))}
               />
               <ToolButton
                 icon="minus"
                 label={t("mat.removePoint", { number: handle + 1 })}
                 isDisabled={!canLose(id, points.length)}
-                onPress={() => change(withoutPoint(mat, id, handle))}
+                onPress={() => editMat(withoutPoint(mat, id, handle))}
               />
             </>
           )}
@@ -99,11 +97,6 @@ function Points({ id }: { id: PieceId }) {
       ))}
     </div>
   );
-}
-
-function change(mat: Mat): void {
-  editMat(mat);
-  endEdit();
 }
 
 const WORDS = ["stop", "go"] as const;
@@ -116,10 +109,7 @@ export function Voices() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
   const voices = mat.voice ?? [];
-  const change = (voice: readonly Voice[]) => {
-    editMat(voice.length ? { ...mat, voice } : without(mat, "voice"));
-    endEdit();
-  };
+  const change = (voice: readonly Voice[]) => editMat(voice.length ? { ...mat, voice } : without(mat, "voice"));
   const add = () => {
     const last = voices.at(-1);
     change([...voices, { at_s: last ? last.at_s + LATER_S : LATER_S, word: last?.word === "stop" ? "go" : "stop" }]);

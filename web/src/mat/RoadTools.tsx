@@ -1,11 +1,10 @@
 import { useTranslation } from "react-i18next";
-import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { putConvoy, turnRoad } from "./actions";
 import { MOST_ONE_BY_ONE } from "./cars";
 import { changed, type Line, type PieceId, pieceOf } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
-import { drawRoads, editMat, useMat } from "./store";
+import { chosenPiece, drawRoads, editMat, useMat } from "./store";
 import { LINE_M } from "./ways";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
@@ -14,13 +13,12 @@ import css from "./mat.module.css";
 export function DrawHint() {
   const { t } = useTranslation();
   const drawing = useMat((now) => now.drawing);
-  const chosen = useMat((now) => now.chosen);
+  const piece = useMat(chosenPiece);
   if (!drawing) return null;
-  const road = chosen && "piece" in chosen && chosen.piece.kind === "line" ? chosen.piece : null;
   return (
     <div className={css.drawHint} role="status">
       <span>{t("mat.drawHint")}</span>
-      {road && <PutConvoy id={road} />}
+      {piece?.kind === "line" && <PutConvoy id={piece} />}
       <ToolButton icon="done" wide label={t("mat.drawDone")} onPress={() => drawRoads(false)} />
     </div>
   );
@@ -43,10 +41,7 @@ export function RoadInspector({ id }: { id: PieceId }) {
   const mat = useStudio(({ mat }) => mat);
   const line = pieceOf(mat, id) as Line | undefined;
   if (!line) return null;
-  const change = (what: Parameters<typeof changed>[2]) => {
-    editMat(changed(mat, id, what));
-    endEdit();
-  };
+  const change = (what: Parameters<typeof changed>[2]) => editMat(changed(mat, id, what));
   return (
     <>
       <div className={fields.row}>

@@ -3,7 +3,7 @@
 import i18next from "i18next";
 import { poseIn } from "../api/world";
 import { notify } from "../state/dialogs";
-import { endEdit, record } from "../state/history";
+import { record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed, removedCar, withCar } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, listOf, type Mat, moved, type PieceId, type Point, removed, reshaped, rounded } from "./document";
@@ -96,7 +96,6 @@ function standing(): Standing {
 export function place(kind: NewKind, wished: Point): void {
   const { mat } = useStudio.getState();
   const now = standing();
-  endEdit();
   drawRoads(false);
   const isTile = (each: NewKind): each is Tile => (TILES as readonly NewKind[]).includes(each);
   if (isTile(kind)) {
@@ -122,12 +121,10 @@ export function drawRoad(stroke: readonly Point[]): void {
   const { mat } = useStudio.getState();
   const road = roadOf(mat, stroke);
   if (!road) return;
-  endEdit();
   lay(withRoad(mat, road, REACH_M));
 }
 
 export function turnRoad(id: PieceId): void {
-  endEdit();
   editMat(turnedRoad(useStudio.getState().mat, id));
 }
 
@@ -139,7 +136,6 @@ export function putConvoy(id: PieceId): void {
   const mat = separate();
   const line = mat && listOf(mat, "line")[id.place];
   if (!mat?.car || !line) return;
-  endEdit();
   const { cars, left } = convoyOn(mat.car, line, 2 * (useMat.getState().hello?.radius_m ?? RADIUS_M) + CLEARANCE_M);
   editMat({ ...mat, car: cars });
   choose(null);
@@ -156,7 +152,6 @@ function addCar(car: Car): void {
 export function removeChosen(): void {
   const { mat } = useStudio.getState();
   const { chosen } = useMat.getState();
-  endEdit();
   if (!chosen) return;
   if ("piece" in chosen) editMat(removed(mat, chosen.piece));
   else {
@@ -170,7 +165,6 @@ export function removeChosen(): void {
 export function duplicateChosen(): void {
   const { mat } = useStudio.getState();
   const { chosen } = useMat.getState();
-  endEdit();
   if (!chosen) return;
   if ("piece" in chosen) {
     const copy = duplicated(mat, chosen.piece);
@@ -191,7 +185,6 @@ export function startHere(): void {
   const { hello } = useMat.getState();
   const { picture } = session;
   if (!picture || picture.cars > MOST_ONE_BY_ONE) return;
-  endEdit();
   editMat(oneByOne(mat, picture, new Set(hello?.leads)));
 }
 

@@ -12,7 +12,7 @@ import type { Scene } from "./scene";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
 
-export interface MatState {
+interface MatState {
   link: Link;
   hello: Hello | null;
   state: WorldState | null;
@@ -74,9 +74,9 @@ export function choose(chosen: Chosen): void {
 }
 
 /** The car behind which the stage is seen; null while it is seen from above. */
-export function chasedCar({ chase, chosen, hello }: MatState): number | null {
-  if (!chase || !hello?.cars) return null;
-  return chosen && "car" in chosen ? Math.min(chosen.car, hello.cars - 1) : (hello.leads?.[0] ?? 0);
+export function chasedCar(mat: MatState): number | null {
+  const { chase, hello } = mat;
+  return chase && hello?.cars ? Math.min(chosenCar(mat) ?? hello.leads?.[0] ?? 0, hello.cars - 1) : null;
 }
 
 /** Draw roads with the next drags, or no more. Meanwhile the camera rests, and shows the whole mat. */
@@ -92,9 +92,14 @@ export function toggleChase(): void {
   useMat.setState(({ chase }) => ({ chase: !chase }));
 }
 
-export function chosenCar(): number | null {
-  const { chosen } = useMat.getState();
+/** The car that is chosen, now or in a state; null where none is. */
+export function chosenCar({ chosen } = useMat.getState()): number | null {
   return chosen && "car" in chosen ? chosen.car : null;
+}
+
+/** The piece of furniture that is chosen; null where none is. */
+export function chosenPiece({ chosen }: MatState): PieceId | null {
+  return chosen && "piece" in chosen ? chosen.piece : null;
 }
 
 /** Number edits without a name, none of which joins another. */
