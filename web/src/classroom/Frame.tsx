@@ -1,7 +1,8 @@
 /** What all pages of a class share: the frame, the settings, and how a refused request is told. */
 
-import { type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
+import { type ComponentProps, type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
 import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
 import { SettingsSheet } from "../ui/SettingsSheet";
 import { type ClassError, isClassError } from "./ask";
 import css from "./class.module.css";
@@ -123,29 +124,12 @@ export function Form({ onSubmit, className = css.form, children }: { onSubmit: (
   );
 }
 
-interface ActionProps {
-  /** Not for one that submits a form. */
-  onPress?: () => void;
-  children: ReactNode;
+interface ActionProps extends ComponentProps<"button"> {
   primary?: boolean;
   danger?: boolean;
-  disabled?: boolean;
-  submit?: boolean;
-  pressed?: boolean;
-  label?: string;
 }
 
-export function Action({ onPress, children, primary, danger, disabled, submit, pressed, label }: ActionProps) {
-  return (
-    <button
-      type={submit ? "submit" : "button"}
-      className={[buttons.button, primary && buttons.primary, danger && css.danger].filter(Boolean).join(" ")}
-      disabled={disabled}
-      aria-pressed={pressed}
-      aria-label={label}
-      onClick={onPress}
-    >
-      {children}
-    </button>
-  );
+/** A button; one that submits a form says so by its type. */
+export function Action({ primary = false, danger = false, ...props }: ActionProps) {
+  return <button type="button" {...props} className={classes(buttons.button, primary && buttons.primary, danger && css.danger)} />;
 }

@@ -21,10 +21,10 @@ function WelcomeBack({ me, onLeave }: { me: Self; onLeave: () => void }) {
         <Avatar name={me.avatar} />
         <h2>{t("welcomeBack", { name: me.name })}</h2>
       </div>
-      <Action primary onPress={enterStudio}>
+      <Action primary onClick={enterStudio}>
         {t("goOn")}
       </Action>
-      <Action onPress={onLeave}>{t("notMe")}</Action>
+      <Action onClick={onLeave}>{t("notMe")}</Action>
     </section>
   );
 }
@@ -35,7 +35,7 @@ function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (co
     <Form onSubmit={onCheck}>
       <Field label="code" hint="codeHint" value={code} onChange={onCode} most={20} />
       <Problem text={problem} />
-      <Action submit primary disabled={!code.trim()}>
+      <Action type="submit" primary disabled={!code.trim()}>
         {t("next")}
       </Action>
     </Form>
@@ -71,7 +71,7 @@ function Newcomer({ avatars, join }: NewcomerProps) {
         ))}
       </fieldset>
       <Problem text={problem} />
-      <Action submit primary disabled={!name.trim()}>
+      <Action type="submit" primary disabled={!name.trim()}>
         {t("comeIn")}
       </Action>
     </Form>
@@ -88,7 +88,7 @@ function ComeBack({ comeBack }: { comeBack: (name: string, number: string) => Pr
       <Field label="nickname" value={name} onChange={setName} most={20} />
       <Field label="number" hint="numberHint" value={number} onChange={setNumber} most={4} numeric />
       <Problem text={problem} />
-      <Action submit primary disabled={!name.trim() || number.trim().length !== 4}>
+      <Action type="submit" primary disabled={!name.trim() || number.trim().length !== 4}>
         {t("comeIn")}
       </Action>
     </Form>
@@ -106,7 +106,7 @@ function YourNumber({ me }: { me: Self }) {
       </div>
       <p>{t("yourNumber")}</p>
       <p className={css.number}>{me.number}</p>
-      <Action primary onPress={enterStudio}>
+      <Action primary onClick={enterStudio}>
         {t("goOn")}
       </Action>
     </section>
@@ -164,7 +164,7 @@ export function Join() {
         ) : (
           <Newcomer avatars={about.avatars} join={(name, avatar) => withCode(() => askToJoin("join", { code, name, avatar }))} />
         )}
-        <Action onPress={() => setReturns(!returns)}>{t(returns ? "iAmNew" : "iWasHere")}</Action>
+        <Action onClick={() => setReturns(!returns)}>{t(returns ? "iAmNew" : "iWasHere")}</Action>
       </>
     );
   };

@@ -40,7 +40,7 @@ function Password({ about, onSignedIn }: { about: TeacherAbout; onSignedIn: () =
             autoComplete={isFirst ? "new-password" : "current-password"}
           />
           <Problem text={problem} />
-          <Action submit primary disabled={isFirst ? password.length < SHORTEST_PASSWORD : !password}>
+          <Action type="submit" primary disabled={isFirst ? password.length < SHORTEST_PASSWORD : !password}>
             {t(isFirst ? "setPassword" : "signIn")}
           </Action>
         </>
@@ -71,13 +71,13 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
   const tools = (
     <>
       {view && <b className={css.code}>{view.code}</b>}
-      <Action pressed={view?.frozen ?? false} disabled={!view} onPress={() => void attempt(() => askTeacher("freeze", { frozen: !view!.frozen }))}>
+      <Action aria-pressed={view?.frozen ?? false} disabled={!view} onClick={() => void attempt(() => askTeacher("freeze", { frozen: !view!.frozen }))}>
         {t(view?.frozen ? "thaw" : "freeze")}
       </Action>
       <a className={css.linkButton} href="/wall" target="wall">
         {t("wallTitle")}
       </a>
-      <Action onPress={() => void attempt(() => askTeacher("sign-out")).then((done) => done && onSignedOut())}>{t("signOut")}</Action>
+      <Action onClick={() => void attempt(() => askTeacher("sign-out")).then((done) => done && onSignedOut())}>{t("signOut")}</Action>
     </>
   );
   return (

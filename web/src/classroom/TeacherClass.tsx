@@ -48,7 +48,7 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
             {choosable && <p className={css.quiet}>{t("chooseAddress")}</p>}
             {canChange && found.addresses.some((address) => !address.startsWith("https:")) && <p className={css.quiet}>{t("plainHttp")}</p>}
             {canChange && found.why_no_name && <p className={css.quiet}>{inLanguage(found.why_no_name)}</p>}
-            {canChange && <Action onPress={renew}>{t("newCode")}</Action>}
+            {canChange && <Action onClick={renew}>{t("newCode")}</Action>}
           </div>
         </>
       )}
@@ -66,7 +66,7 @@ function Settings({ view }: { view: ClassView }) {
       <h2>{t("classSettings")}</h2>
       <Form onSubmit={() => set({ title })}>
         <Field label="classTitle" value={title} onChange={setTitle} />
-        <Action submit disabled={title === view.title}>
+        <Action type="submit" disabled={title === view.title}>
           {t("keep")}
         </Action>
       </Form>
@@ -102,7 +102,7 @@ function TheEnd() {
       <Form onSubmit={() => confirm(t("endAsk")) && void attempt(() => askTeacher("end", { password })).then(setEnded)}>
         <Field label="password" type="password" value={password} onChange={setPassword} most={200} autoComplete="current-password" />
         <Problem text={problem} />
-        <Action submit danger disabled={!password}>
+        <Action type="submit" danger disabled={!password}>
           {t("endTitle")}
         </Action>
       </Form>

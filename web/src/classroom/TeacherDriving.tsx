@@ -22,9 +22,9 @@ export function CarsPart({ view }: { view: ClassView }) {
     <section className={css.stack} aria-label={t("cars")}>
       <div className={css.row}>
         {view.stopped ? (
-          <Action onPress={() => void attempt(() => askTeacher("release-all"))}>{t("releaseAll")}</Action>
+          <Action onClick={() => void attempt(() => askTeacher("release-all"))}>{t("releaseAll")}</Action>
         ) : (
-          <Action danger onPress={() => void stop()}>
+          <Action danger onClick={() => void stop()}>
             {t("stopAll")}
           </Action>
         )}
@@ -131,7 +131,7 @@ export function MatPart({ view }: { view: ClassView }) {
               </select>
             </label>
           )}
-          <Action primary onPress={() => void attempt(open)}>
+          <Action primary onClick={() => void attempt(open)}>
             {t("matOpen")}
           </Action>
         </div>
@@ -145,14 +145,14 @@ export function MatPart({ view }: { view: ClassView }) {
           </ol>
           <div className={css.row}>
             {mat.state === "collecting" && (
-              <Action primary disabled={mat.entries.length === 0} onPress={() => void attempt(() => askTeacher("mat/start"))}>
+              <Action primary disabled={mat.entries.length === 0} onClick={() => void attempt(() => askTeacher("mat/start"))}>
                 {t("matStart")}
               </Action>
             )}
             <a className={css.linkButton} href="/mat" target="mat">
               {t("matShow")}
             </a>
-            <Action onPress={() => void attempt(() => askTeacher("mat/close"))}>{t("matClose")}</Action>
+            <Action onClick={() => void attempt(() => askTeacher("mat/close"))}>{t("matClose")}</Action>
           </div>
         </>
       )}

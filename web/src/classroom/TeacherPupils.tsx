@@ -36,7 +36,7 @@ function Library({ pupil }: { pupil: PupilRow }) {
   );
   return (
     <>
-      <Action onPress={show}>{t("showProjects")}</Action>
+      <Action onClick={show}>{t("showProjects")}</Action>
       <Problem text={problem} />
       {library && !library.draft_at && library.projects.length === 0 && <p className={css.quiet}>{t("noProjects")}</p>}
       {library && (
@@ -75,7 +75,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         {pupil.hand_s !== null && (
           <span className={css.hand}>
             <Icon name="hand" /> {t("handFor", { time: lasting(pupil.hand_s) })}
-            <Action onPress={() => void attempt(() => askTeacher("lower-hand", { pupil: id }))} label={t("lowerHandOf", { name: pupil.name })}>
+            <Action onClick={() => void attempt(() => askTeacher("lower-hand", { pupil: id }))} aria-label={t("lowerHandOf", { name: pupil.name })}>
               {t("lowerHand")}
             </Action>
           </span>
@@ -92,17 +92,17 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         <div className={css.moreBody}>
           <p>
             {t("numberOf", { name: pupil.name })} <b className={css.smallNumber}>{pupil.number}</b>
-            <Action onPress={() => void attempt(() => askTeacher("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
+            <Action onClick={() => void attempt(() => askTeacher("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
           </p>
           <Form className={css.row} onSubmit={() => void attempt(() => askTeacher("rename", { pupil: id, name }))}>
             <input value={name} maxLength={20} aria-label={t("nickname")} onChange={(event) => setName(event.target.value)} />
-            <Action submit disabled={!name.trim() || name === pupil.name}>
+            <Action type="submit" disabled={!name.trim() || name === pupil.name}>
               {t("rename")}
             </Action>
           </Form>
           <Library pupil={pupil} />
           <Problem text={problem} />
-          <Action danger onPress={remove}>
+          <Action danger onClick={remove}>
             {t("remove")}
           </Action>
         </div>

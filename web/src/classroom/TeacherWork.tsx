@@ -57,9 +57,9 @@ function Report({ missions }: { missions: ClassProgress["missions"] }) {
           </option>
         ))}
       </select>
-      <Action onPress={() => void check(mission, { mission })} disabled={checking}>{t("checkReport")}</Action>
-      <Action onPress={() => void checkFiles()} disabled={checking}>{t("checkFiles")}</Action>
-      <Action onPress={() => void checkOwn()} disabled={checking}>{t("checkOwn")}</Action>
+      <Action onClick={() => void check(mission, { mission })} disabled={checking}>{t("checkReport")}</Action>
+      <Action onClick={() => void checkFiles()} disabled={checking}>{t("checkFiles")}</Action>
+      <Action onClick={() => void checkOwn()} disabled={checking}>{t("checkOwn")}</Action>
       <p role="status">{checking && t("checking")}</p>
       <Problem text={problem} />
     </section>
@@ -155,7 +155,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
         <ul className={css.choices}>
           {projects.map(({ name }) => (
             <li key={name}>
-              <Action onPress={() => void send({ name }, name)}>{name}</Action>
+              <Action onClick={() => void send({ name }, name)}>{name}</Action>
             </li>
           ))}
         </ul>
@@ -163,7 +163,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
         <ul className={css.choices}>
           {progress?.missions.map(({ id, name }) => (
             <li key={id}>
-              <Action onPress={() => void send({ mission: { id } }, inLanguage(name))}>{inLanguage(name)}</Action>{" "}
+              <Action onClick={() => void send({ mission: { id } }, inLanguage(name))}>{inLanguage(name)}</Action>{" "}
               <a href={`/#notes=${id}`} target="studio" aria-label={t("notesOf", { name: inLanguage(name) })}>
                 {t("notes")}
               </a>

@@ -115,10 +115,10 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
       )}
       {playable && (
         <div className={css.row}>
-          <Action primary onPress={() => stream.current?.send(playing ? { do: "pause" } : { do: "play", speed: 1 })}>
+          <Action primary onClick={() => stream.current?.send(playing ? { do: "pause" } : { do: "play", speed: 1 })}>
             {t(playing ? "pause" : "play")}
           </Action>
-          <Action onPress={() => stream.current?.send({ do: "reset", seed: 0 })}>{t("again")}</Action>
+          <Action onClick={() => stream.current?.send({ do: "reset", seed: 0 })}>{t("again")}</Action>
         </div>
       )}
     </section>
@@ -180,7 +180,7 @@ export function SharedMat() {
                 ),
             )}
           </ul>
-          <Action primary disabled={entries.length === 0} onPress={() => void askTeacher("mat/start").catch(() => undefined)}>
+          <Action primary disabled={entries.length === 0} onClick={() => void askTeacher("mat/start").catch(() => undefined)}>
             {t("matStart")}
           </Action>
         </>

@@ -25,13 +25,13 @@ function openSignIn(code: string): void {
   if (page && location.pathname !== page) location.assign(page);
 }
 
-/** A request of a pupil's page. Throws RefusedError or UnreachableError. */
-export async function askClass<Name extends keyof PupilRequests>(
+type Ask<Requests extends Record<keyof Requests, { message: unknown; answer: unknown }>> = <Name extends keyof Requests>(
   name: Name,
-  message?: PupilRequests[Name]["message"],
-): Promise<PupilRequests[Name]["answer"]> {
-  return (await post(`/api/class/${name}`, message)) as PupilRequests[Name]["answer"];
-}
+  message?: Requests[Name]["message"],
+) => Promise<Requests[Name]["answer"]>;
+
+/** A request of a pupil's page. Throws RefusedError or UnreachableError. */
+export const askClass = ((name: string, message) => post(`/api/class/${name}`, message)) as Ask<PupilRequests>;
 
 const FLOOD_TRIES = 20;
 const FLOOD_WAIT_MS = 400;
@@ -41,10 +41,7 @@ const FLOOD_WAIT_MS = 400;
  *
  * Newcomers behind one router share the rate of its address: where another tablet there floods the server, they ask again.
  */
-export async function askToJoin<Name extends keyof PupilRequests>(
-  name: Name,
-  message?: PupilRequests[Name]["message"],
-): Promise<PupilRequests[Name]["answer"]> {
+export const askToJoin: Ask<PupilRequests> = async (name, message) => {
   for (let tries = 1; ; tries++) {
     try {
       return await askClass(name, message);
@@ -53,15 +50,10 @@ export async function askToJoin<Name extends keyof PupilRequests>(
       await new Promise((resolve) => setTimeout(resolve, FLOOD_WAIT_MS * (0.5 + Math.random())));
     }
   }
-}
+};
 
 /** A request of the teacher's page. Throws RefusedError or UnreachableError. */
-export async function askTeacher<Name extends keyof TeacherRequests>(
-  name: Name,
-  message?: TeacherRequests[Name]["message"],
-): Promise<TeacherRequests[Name]["answer"]> {
-  return (await post(`/api/teacher/${name}`, message)) as TeacherRequests[Name]["answer"];
-}
+export const askTeacher = ((name: string, message) => post(`/api/teacher/${name}`, message)) as Ask<TeacherRequests>;
 
 /** What is checked, as `ReportOrder` in motorcade/classroom/folder.py describes it. */
 export type ReportOrder = ({ mission: string } | { text: string }) & { files?: { name: string; text: string }[] };
