@@ -46,20 +46,12 @@ function useCars(path: string) {
   return { shown, problem, open, order };
 }
 
+const VERDICTS: Record<string, Key> = { away: "missed", new: "new", old: "old" };
+
 /** What a car's upload came to, in words; null where there was none. */
 function verdictKey(car: CarRow): Key | null {
   if (car.sent !== null) return "loading";
-  switch (car.holds) {
-    case "":
-      return null;
-    case "away":
-      return "missed";
-    case "new":
-    case "old":
-      return car.holds;
-    default:
-      return "unknown";
-  }
+  return car.holds === "" ? null : (VERDICTS[car.holds] ?? "unknown");
 }
 
 export function CarList({ path, language, image, program, stopsElsewhere = false }: CarListProps) {

@@ -36,9 +36,7 @@ interface CarListProps {
 export function CarList({ shown, onChoose }: CarListProps) {
   const t = useTexts();
   const nameOf = useCarName();
-  const cars = useRemote(({ cars }) => cars);
-  const joined = useRemote(({ joined }) => joined);
-  const telemetry = useRemote(({ telemetry }) => telemetry);
+  const { cars, joined, telemetry } = useRemote();
   const others = cars.filter(({ car }) => !joined.includes(car));
   if (cars.length < 2) return null;
   return (

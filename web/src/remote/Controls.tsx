@@ -127,36 +127,30 @@ function Switches({ car }: { car: string }) {
   });
 }
 
+const ASKS = ["clear", "request", "release", "resume"] as const;
+
 /** The requests to a car, what can be switched, and the limit of the speed. */
 export function Controls({ car }: { car: string | null }) {
   const t = useTexts();
   const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
-  const stopped = telemetry?.state === "stopped";
+  const { state, driver, you } = telemetry ?? {};
+  /** What can be asked of the car now. */
+  const asks = {
+    clear: state === "stopped",
+    request: you && !you.drives && driver !== null && !you.waits,
+    release: you && (you.drives || you.waits),
+    resume: state && !["stopped", "program", "away", "discharged"].includes(state),
+  };
   return (
     <div className={css.controls}>
       {car !== null && (
         <div className={css.asks}>
-          {stopped && (
-            <button type="button" className={classes(buttons.button, buttons.primary)} onClick={() => link.request("clear", car)}>
-              {t("clear")}
+          {ASKS.filter((what) => asks[what]).map((what) => (
+            <button key={what} type="button" className={classes(buttons.button, what === "clear" && buttons.primary)} onClick={() => link.request(what, car)}>
+              {what === "resume" && <Icon name="blocks" />}
+              {t(what)}
             </button>
-          )}
-          {telemetry && !telemetry.you.drives && telemetry.driver !== null && !telemetry.you.waits && (
-            <button type="button" className={buttons.button} onClick={() => link.request("request", car)}>
-              {t("request")}
-            </button>
-          )}
-          {telemetry && (telemetry.you.drives || telemetry.you.waits) && (
-            <button type="button" className={buttons.button} onClick={() => link.request("release", car)}>
-              {t("release")}
-            </button>
-          )}
-          {telemetry && !stopped && telemetry.state !== "program" && telemetry.state !== "away" && telemetry.state !== "discharged" && (
-            <button type="button" className={buttons.button} onClick={() => link.request("resume", car)}>
-              <Icon name="blocks" />
-              {t("resume")}
-            </button>
-          )}
+          ))}
           <Switches car={car} />
         </div>
       )}

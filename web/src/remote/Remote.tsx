@@ -32,9 +32,8 @@ function carsSilenceMs(telemetry: Record<string, CarTelemetry>): number {
 
 function LinkState() {
   const t = useTexts();
-  const open = useRemote(({ open }) => open);
-  const roundTripMs = useRemote(({ roundTripMs }) => roundTripMs);
-  const silenceMs = Math.max(useSilenceMs(), useRemote(({ telemetry }) => carsSilenceMs(telemetry)));
+  const { open, roundTripMs, telemetry } = useRemote();
+  const silenceMs = Math.max(useSilenceMs(), carsSilenceMs(telemetry));
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
   const text = !open
