@@ -10,7 +10,7 @@ import type { WallWorld } from "../generated/classroom";
 import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Box } from "../mat/camera";
-import { colourWords, hexColour, readInks } from "../mat/colours";
+import { colourOfWord, colourWords, readInks } from "../mat/colours";
 import fields from "../mat/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
@@ -34,12 +34,7 @@ const PICTURE_MS = 50;
 
 export function Comparison({ names, onClose }: ComparisonProps) {
   const { t } = useTranslation();
-  const difference = useTrials((now) => now.difference);
-  const problem = useTrials((now) => now.problem);
-  const comparedMs = useTrials((now) => now.comparedMs);
-  const runs = useTrials((now) => now.runs);
-  const tMs = useTrials((now) => now.shownMs);
-  const pictures = useTrials((now) => now.pictures);
+  const { difference, problem, comparedMs, runs, shownMs: tMs, pictures } = useTrials();
   const [playing, setPlaying] = useState(false);
   const car = difference && difference.kind !== "none" ? difference.car : null;
   const endMs = Math.max(comparedMs, difference?.t_ms ?? 0);
@@ -144,14 +139,10 @@ function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; nam
   if (difference.kind !== "word") return null;
   const beginMs = Math.max(0, difference.t_ms - AROUND_MS);
   const place = (ms: number) => (ms - beginMs) / (2 * AROUND_MS);
-  const colourOf = (hex: string) => {
-    const colour = colours.byWord.get(parseInt(hex, 16));
-    return colour === undefined ? undefined : hexColour(colour);
-  };
   const span = (each: BegunWord, next: BegunWord | undefined) => ({
     "--from": Math.max(0, place(each.t_ms)),
     "--to": Math.min(1, place(next?.t_ms ?? difference.t_ms + AROUND_MS)),
-    background: colourOf(each.word),
+    background: colourOfWord(colours, each.word),
   });
   return (
     <div className={css.lanes} role="group" aria-label={t("compare.lanes", { car: difference.car })}>

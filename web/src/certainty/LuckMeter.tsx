@@ -55,8 +55,7 @@ interface LuckProps {
 /** The meter, and the runs that failed; one of them can be played. */
 export function LuckPart({ onCompare }: LuckProps) {
   const { t } = useTranslation();
-  const luck = useTrials((now) => now.luck);
-  const problem = useTrials((now) => now.problem);
+  const { luck, problem } = useTrials();
   const hasGoal = useStudio(({ mission }) => mission !== null);
   const isWritten = useDraft(({ draft }) => draft !== null);
   const hasImage = useStudio(({ compiled }) => Boolean(compiled?.image));

@@ -8,12 +8,12 @@ import { CarStops } from "../certainty/StopTools";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
-import { colourWords, hexColour } from "./colours";
+import { colourOfWord, colourWords } from "./colours";
 import { lastFrameText } from "./Narration";
 import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
 import { session } from "./session";
-import { choose, useMat } from "./store";
+import { choose, chosenCar, useMat } from "./store";
 import { ToolButton, ToolSwitch } from "./fields";
 import { WhyAnswer } from "./Why";
 import fields from "./fields.module.css";
@@ -27,7 +27,7 @@ const TURN_DEG = 15;
 export function Inspector() {
   const { t } = useTranslation();
   const chosen = useMat((now) => now.chosen);
-  const car = chosen && "car" in chosen ? chosen.car : null;
+  const car = useMat(chosenCar);
   const inMission = useStudio(({ mission }) => mission !== null);
   return (
     <div className={css.inspector}>
@@ -146,11 +146,10 @@ function Details({ details }: { details: CarDetails }) {
   const { t } = useTranslation();
   const { word, values, last_frame: last, lost } = details;
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
-  const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
     <>
       <p className={css.word}>
-        <span className={css.swatch} style={{ background: colour === undefined ? "var(--quiet)" : hexColour(colour) }} />
+        <span className={css.swatch} style={{ background: colourOfWord(colourWords(words), word ?? "") ?? "var(--quiet)" }} />
         {word === null ? t("mat.noWord") : <code>{word.toUpperCase()}</code>}
         {word !== null && <span>{wordText(details)}</span>}
       </p>

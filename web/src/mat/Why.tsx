@@ -14,7 +14,7 @@ import { showBits } from "./actions";
 import { toScreen } from "./camera";
 import { carryOut, changesBlocks, remedyOf } from "./remedies";
 import { session } from "./session";
-import { chasedCar, choose, useMat } from "./store";
+import { chasedCar, choose, chosenCar, useMat } from "./store";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./mat.module.css";
@@ -72,7 +72,7 @@ export function CarCard() {
   const { t } = useTranslation();
   const scene = useMat((now) => now.scene);
   const asked = useMat((now) => now.asked);
-  const car = useMat(({ asked, chosen }) => (asked && chosen && "car" in chosen ? chosen.car : null));
+  const car = useMat((now) => now.asked && chosenCar(now));
   const details = useMat((now) => (now.details?.car === car && !now.past ? now.details : null));
   const leads = useMat(({ hello }) => car !== null && (hello?.leads?.includes(car) ?? false));
   const chased = useMat((now) => chasedCar(now) !== null);

@@ -6,7 +6,8 @@ import { Flag, NO_INDEX } from "../api/world";
 const FOLLOWERS = [0x1f77b4, 0xff7f0e, 0x2ca02c, 0x9467bd, 0x17becf, 0xbcbd22, 0x8c564b, 0xe377c2];
 const LEADERS = [0xd62728, 0xf0797a, 0x9c1a1b, 0xf9b3b3];
 const NOTHING = 0xc4c4c4;
-const UNKNOWN = 0x6e6e6e;
+/** Of a word that the program does not have. */
+export const UNKNOWN = 0x6e6e6e;
 const PALER = 0.55;
 export const LEDS = [0xffd60a, 0x00e5ff, 0xb8ff3d, 0xff5cd6];
 
@@ -39,6 +40,12 @@ export function colourWords(words: readonly CompiledWord[]): WordColours {
   give("leader", LEADERS);
   const strong = words.map(({ hex }) => byWord.get(parseInt(hex, 16)) ?? UNKNOWN);
   return { strong, pale: strong.map(paler), byWord };
+}
+
+/** The colour of a word, as `#rrggbb`; undefined where the program has no such word. */
+export function colourOfWord({ byWord }: WordColours, hex: string): string | undefined {
+  const colour = byWord.get(parseInt(hex, 16));
+  return colour === undefined ? undefined : hexColour(colour);
 }
 
 export function carColour(colours: WordColours, index: number, flags: number): number {

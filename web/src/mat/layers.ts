@@ -113,8 +113,7 @@ export class FurnitureLayer {
   private drawPieces(mat: Mat, scale: number): void {
     const g = this.pieces.clear();
     this.drawEdge(mat, scale);
-    const things = { wall: listOf(mat, "wall"), disc: listOf(mat, "disc"), polygon: listOf(mat, "polygon") };
-    paintThings(g, this.floorName, things, this.theme, { rim: 2 / scale, wall: Math.max(WALL_MM, 4 / scale) });
+    paintThings(g, this.floorName, mat, this.theme, { rim: 2 / scale, wall: Math.max(WALL_MM, 4 / scale) });
     for (const { centre_m, radius_m } of mat.voice ?? []) {
       if (centre_m && radius_m) g.circle(centre_m[0] * 1000, centre_m[1] * 1000, radius_m * 1000).stroke({ width: 1.5 / scale, color: this.theme.accent, alpha: 0.6 });
     }

@@ -4,6 +4,7 @@ import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer, Ticker } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
+import { watchSize } from "../ui/areas";
 import { AirLayer } from "./airLayer";
 import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
@@ -90,9 +91,7 @@ export class Scene {
     this.stage.addChild(this.world);
     this.ends.push(watchTheme(() => this.setTheme(this.readTheme())));
     this.setTheme(theme);
-    const observer = new ResizeObserver(() => this.resize());
-    observer.observe(host);
-    this.ends.push(() => observer.disconnect());
+    this.ends.push(watchSize(host, () => this.resize()));
     this.resize();
   }
 

@@ -6,27 +6,6 @@ import { pageFont } from "./colours";
 
 const SIZE = 128;
 
-export interface Textures {
-  /** Bodies to be tinted, with and without wheels: the latter for many cars. */
-  follower: Texture;
-  leader: Texture;
-  /** Shapes that can't be mistaken for each other, for high contrast: an arrow that leads, and a ring that follows. */
-  arrow: Texture;
-  ring: Texture;
-  /** What lies over a body and isn't tinted: eyes open and closed. */
-  face: Texture;
-  blink: Texture;
-  /** A wheel at each part of a turn of its tread. */
-  wheels: readonly Texture[];
-  shadow: Texture;
-  glow: Texture;
-  beacon: Texture;
-  led: Texture;
-  collision: Texture;
-  missed: Texture;
-  person: Texture;
-}
-
 /** Draw around the middle, in halves of the picture's side, x to the front. */
 function draw(paint: (g: CanvasRenderingContext2D) => void, size = SIZE): Texture {
   const canvas = document.createElement("canvas");
@@ -114,14 +93,20 @@ export function numberTexture(number: number, plate: string): Texture {
   }, 48);
 }
 
-export function makeTextures(): Textures {
+export type Textures = ReturnType<typeof makeTextures>;
+
+export function makeTextures() {
   return {
+    // Bodies to be tinted.
     follower: draw(follower),
     leader: draw(leader),
+    // Shapes that can't be mistaken for each other, for high contrast: an arrow that leads, and a ring that follows.
     arrow: draw(arrow),
     ring: draw(ring),
+    // What lies over a body and isn't tinted: eyes open and closed.
     face: draw(face(true)),
     blink: draw(face(false)),
+    // A wheel at each part of a turn of its tread.
     wheels: Array.from({ length: TREADS }, (_, k) => draw(wheel(k / TREADS), 64)),
     shadow: draw(shadow, 64),
     glow: draw(glow, 64),

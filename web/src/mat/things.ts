@@ -2,7 +2,7 @@
 
 import type { Graphics } from "pixi.js";
 import type { MatTheme } from "./colours";
-import type { Disc, FloorName, Point, Polygon, Wall } from "./document";
+import type { FloorName, Mat, Point } from "./document";
 
 /** Lengths are millimetres; `rim` is the width of an outline. */
 interface Look {
@@ -198,17 +198,11 @@ const moon: Look = {
 
 const LOOKS: Record<FloorName, Look> = { plain, table, classroom, city, night, moon };
 
-export interface Things {
-  wall: readonly Wall[];
-  disc: readonly Disc[];
-  polygon: readonly Polygon[];
-}
-
 /** Draw walls and obstacles; `rim` and `wall` are widths of outlines and walls, in millimetres. */
-export function paintThings(g: Graphics, floor: FloorName, things: Things, theme: MatTheme, widths: { rim: number; wall: number }): void {
+export function paintThings(g: Graphics, floor: FloorName, { wall = [], disc = [], polygon = [] }: Mat, theme: MatTheme, widths: { rim: number; wall: number }): void {
   const look = LOOKS[floor];
   const mm = ([x, y]: Point): Point => [x * 1000, y * 1000];
-  for (const { corners_m } of things.polygon) look.polygon(g, corners_m.flatMap(mm), theme, widths.rim);
-  for (const { centre_m, radius_m } of things.disc) look.disc(g, ...mm(centre_m), radius_m * 1000, theme, widths.rim);
-  for (const { from_m, to_m } of things.wall) look.wall(g, mm(from_m), mm(to_m), theme, widths.wall);
+  for (const { corners_m } of polygon) look.polygon(g, corners_m.flatMap(mm), theme, widths.rim);
+  for (const { centre_m, radius_m } of disc) look.disc(g, ...mm(centre_m), radius_m * 1000, theme, widths.rim);
+  for (const { from_m, to_m } of wall) look.wall(g, mm(from_m), mm(to_m), theme, widths.wall);
 }

@@ -21,8 +21,7 @@ export function RunSheet({ onClose }: { onClose: () => void }) {
   // The stage as it is when the sheet opens.
   const [picture] = useState(() => useMat.getState().scene?.png() ?? "");
   const [by, setBy] = useState(useSettings.getState().userName ?? "");
-  const mission = useMission((now) => now.mission);
-  const result = useMission((now) => now.result);
+  const { mission, result } = useMission();
   const name = useStudio((studio) => studio.name);
   const profile = useStudio((studio) => studio.profileFigures);
   const words = useWords();

@@ -1,7 +1,7 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
-import { colourWords, hexColour, watchTheme } from "../mat/colours";
+import { colourWords, hexColour, UNKNOWN, watchTheme } from "../mat/colours";
 import { session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
 import { type Window, windowAt, type CarEvent, clock, type Jump, jumpTo } from "./events";
@@ -14,7 +14,6 @@ import { watchSize } from "../ui/areas";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
 
-const UNKNOWN = "#6e6e6e";
 const REPAINT_MS = 66;
 export function Timeline() {
   const { t } = useTranslation();
@@ -50,15 +49,12 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const shown = useRef<Window | null>(null);
   const [rows, setRows] = useState({ first: 0, count: 0, offsetPx: 0, heightPx: 0 });
-  const chosen = useMat((now) => (now.chosen && "car" in now.chosen ? now.chosen.car : null));
+  const chosen = useMat(chosenCar);
 
   useEffect(() => {
     const element = canvas.current!;
     const { byWord } = colourWords(words);
-    const colourOf = (word: number) => {
-      const colour = byWord.get(word);
-      return colour === undefined ? UNKNOWN : hexColour(colour);
-    };
+    const colourOf = (word: number) => hexColour(byWord.get(word) ?? UNKNOWN);
     let look = lookOf(element);
     let painted = "";
     const draw = () => {

@@ -7,7 +7,7 @@ import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { usePrinting, watchSize } from "../ui/areas";
-import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
+import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
 import { storyOf } from "./story";
 import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
@@ -123,7 +123,6 @@ interface WordTableProps {
   profile: Profile;
 }
 
-const fieldsOf = ({ part }: CompiledWord): readonly Field[] => FORMATS[part === "header" ? "header" : "control"];
 const clamp = (value: number, most: number) => Math.max(0, Math.min(most, value));
 const NOTHING: ReadonlySet<string> = new Set();
 

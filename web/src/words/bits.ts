@@ -146,17 +146,18 @@ export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile)
 }
 
 /** A field of a word as it is shown in a row of bits. */
-export interface BitRun {
+interface BitRun {
   field: Field;
   bits: string;
   isSet: boolean;
 }
 
-const FORMAT_OF = { header: FORMATS.header, control: FORMATS.control };
+/** The fields of a word of this kind. */
+export const fieldsOf = (word: CompiledWord): readonly Field[] => FORMATS[kindOf(word)];
 
 /** The 32 bits of a word, field by field, most significant first. */
 export function runsOf(word: CompiledWord): BitRun[] {
-  return FORMAT_OF[kindOf(word)].map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
+  return fieldsOf(word).map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
 }
 
 const cell = (value: string | number) => {
