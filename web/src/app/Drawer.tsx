@@ -39,9 +39,7 @@ const PANELS: readonly Panel[] = [
 /** One drawer for what is looked up; it opens at the tab, and as high, as it was left. */
 export function Drawer() {
   const { t } = useTranslation();
-  const level = useSettings((settings) => settings.level);
-  const drawer = useSettings((settings) => settings.drawer);
-  const shares = useSettings((settings) => settings.shares);
+  const { level, drawer, shares } = useSettings();
   const printing = usePrinting();
   // Whoever stops the world looks at what was before.
   const stops = useStops((now) => now.stops.length > 0);

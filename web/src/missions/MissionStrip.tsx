@@ -33,14 +33,9 @@ export function MissionStrip() {
 function Task({ mission }: { mission: Mission }) {
   const { t } = useTranslation();
   const goals = useMat((now) => now.goals);
-  const result = useMission((now) => now.result);
-  const tries = useMission((now) => now.tries);
-  const hints = useMission((now) => now.hints);
+  const { result, tries, hints, folded, told, ended } = useMission();
   const seed = useMat((now) => now.seed);
   const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
-  const folded = useMission((now) => now.folded);
-  const told = useMission((now) => now.told);
-  const ended = useMission((now) => now.ended);
   const foldButton = useRef<HTMLButtonElement>(null);
   // The pressed button disappears, so the focus goes to what it has brought.
   const fold = (now: boolean) => {
