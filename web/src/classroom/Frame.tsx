@@ -8,12 +8,6 @@ import { type ClassError, isClassError } from "./ask";
 import css from "./class.module.css";
 import { type Key, texts, useLanguage, useSentences, useTexts } from "./texts";
 
-function Settings() {
-  const t = useTexts();
-  const labels = { settings: t("settings"), language: t("language"), theme: t("theme") };
-  return <SettingsSheet languages={texts} labels={labels} nameOfTheme={t} className={css.settings} />;
-}
-
 /** A title that may be empty or not known yet, or else another. */
 export const titleOr = (title: string | undefined, other: string) => (title === undefined || title === "" ? other : title);
 
@@ -37,7 +31,7 @@ export function Frame({ title, tools, narrow = false, children }: FrameProps) {
       <header className={css.bar}>
         <h1>{title}</h1>
         <div className={css.tools}>{tools}</div>
-        <Settings />
+        <SettingsSheet texts={texts} className={css.settings} />
       </header>
       <main className={narrow ? css.narrow : css.wide}>{children}</main>
     </div>

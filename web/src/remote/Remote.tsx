@@ -90,25 +90,15 @@ function AskName() {
   return asks && <NameField />;
 }
 
-function Settings() {
-  const t = useTexts();
-  const userName = useSettings(({ userName }) => userName);
-  const labels = { settings: t("settings"), language: t("languages"), theme: t("themes") };
-  return (
-    <SettingsSheet languages={texts} labels={labels} nameOfTheme={t}>
-      {userName !== null && <NameField />}
-    </SettingsSheet>
-  );
-}
-
 /** The page's name, the state of the connection, and the page's settings. */
 function Bar() {
   const t = useTexts();
+  const hasAsked = useSettings(({ userName }) => userName !== null);
   return (
     <header className={css.bar}>
       <h1>{t("title")}</h1>
       <LinkState />
-      <Settings />
+      <SettingsSheet texts={texts}>{hasAsked && <NameField />}</SettingsSheet>
     </header>
   );
 }

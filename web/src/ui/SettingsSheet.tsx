@@ -4,47 +4,47 @@ import { classes } from "./classes";
 import { Icon } from "./icons";
 import css from "./settings.module.css";
 
-/** A page's languages, as `plainTexts` gives them. */
-interface Languages {
+/** What the sheet needs of a page's texts, as `plainTexts` gives them. */
+interface SettingsTexts {
   LANGUAGES: readonly string[];
   useLanguage: (choose: (state: { language: string }) => string) => string;
   changeLanguage: (language: string) => void;
   nameOf: (language: string) => string;
+  useTexts: () => (key: "settings" | "language" | "theme" | ThemeName) => string;
 }
 
 interface SettingsSheetProps {
-  languages: Languages;
-  labels: { settings: string; language: string; theme: string };
-  nameOfTheme: (theme: ThemeName) => string;
+  texts: SettingsTexts;
   className?: string;
   /** What stands below language and colours. */
   children?: ReactNode;
 }
 
 /** The settings of a small page, behind a button: its language and its colours. */
-export function SettingsSheet({ languages, labels, nameOfTheme, className, children }: SettingsSheetProps) {
-  const language = languages.useLanguage((state) => state.language);
+export function SettingsSheet({ texts, className, children }: SettingsSheetProps) {
+  const t = texts.useTexts();
+  const language = texts.useLanguage((state) => state.language);
   const theme = useSettings((settings) => settings.theme);
   const ids = [useId(), useId()];
   return (
     <details className={classes(css.settings, className)}>
-      <summary aria-label={labels.settings}>
+      <summary aria-label={t("settings")}>
         <Icon name="settings" />
       </summary>
       <div className={css.sheet}>
-        <label htmlFor={ids[0]}>{labels.language}</label>
-        <select id={ids[0]} value={language} onChange={(event) => languages.changeLanguage(event.target.value)}>
-          {languages.LANGUAGES.map((each) => (
+        <label htmlFor={ids[0]}>{t("language")}</label>
+        <select id={ids[0]} value={language} onChange={(event) => texts.changeLanguage(event.target.value)}>
+          {texts.LANGUAGES.map((each) => (
             <option key={each} value={each} lang={each}>
-              {languages.nameOf(each)}
+              {texts.nameOf(each)}
             </option>
           ))}
         </select>
-        <label htmlFor={ids[1]}>{labels.theme}</label>
+        <label htmlFor={ids[1]}>{t("theme")}</label>
         <select id={ids[1]} value={theme} onChange={(event) => useSettings.setState({ theme: event.target.value as ThemeName })}>
           {THEMES.map((each) => (
             <option key={each} value={each}>
-              {nameOfTheme(each)}
+              {t(each)}
             </option>
           ))}
         </select>
