@@ -10,7 +10,7 @@ import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useWords } from "../state/studio";
-import { watchSize } from "../ui/areas";
+import { useScroll } from "../ui/areas";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
 
@@ -40,15 +40,16 @@ interface LanesProps {
 }
 
 /** The cars whose lanes are in view. */
-const visibleIn = ({ first, count }: { first: number; count: number }, cars: number) =>
-  Array.from({ length: count }, (_, row) => first + row).filter((car) => car < cars);
+const visibleIn = (top: number, height: number, cars: number) =>
+  Array.from({ length: Math.ceil(height / LANE_PX) + 1 }, (_, row) => Math.floor(top / LANE_PX) + row).filter((car) => car < cars);
 
 function Lanes({ words, spanMs, cars }: LanesProps) {
   const { t } = useTranslation();
   const scroller = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const shown = useRef<Window | null>(null);
-  const [rows, setRows] = useState({ first: 0, count: 0, offsetPx: 0, heightPx: 0 });
+  const { top, height } = useScroll(scroller);
+  const offsetPx = top % LANE_PX;
   const chosen = useMat(chosenCar);
 
   useEffect(() => {
@@ -61,14 +62,14 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
       const { tMs, past, state } = useMat.getState();
       const nowMs = Math.max(state?.t_ms ?? 0, past ? 0 : tMs);
       shown.current = windowAt(shown.current, spanMs, tMs, past);
-      const { clientWidth: width, clientHeight: height } = element;
-      const what = [session.events.version, tMs, nowMs, width, height, chosenCar(), spanMs].join();
+      const { clientWidth: width, clientHeight: tall } = element;
+      const what = [session.events.version, tMs, nowMs, width, tall, chosenCar(), spanMs].join();
       if (what === painted || width === 0) return;
       painted = what;
-      const g = sharpContext(element, width, height);
+      const g = sharpContext(element, width, tall);
       const present = { window: shown.current, nowMs, shownMs: tMs, chosen: chosenCar() };
-      const view = { ...present, cars: visibleIn(rows, cars), offsetPx: rows.offsetPx, colourOf, forgotten: t("timeline.forgotten") };
-      paint(g, width, height, view, session.events, look);
+      const view = { ...present, cars: visibleIn(top, height, cars), offsetPx, colourOf, forgotten: t("timeline.forgotten") };
+      paint(g, width, tall, view, session.events, look);
     };
     draw();
     const timer = setInterval(draw, REPAINT_MS);
@@ -80,28 +81,13 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
       clearInterval(timer);
       end();
     };
-  }, [words, spanMs, rows, cars, t]);
-
-  useEffect(() => {
-    const element = scroller.current!;
-    const measure = () => {
-      const first = Math.floor(element.scrollTop / LANE_PX);
-      const count = Math.ceil(element.clientHeight / LANE_PX) + 1;
-      setRows({ first, count, offsetPx: element.scrollTop - first * LANE_PX, heightPx: element.clientHeight });
-    };
-    const end = watchSize(element, measure);
-    element.addEventListener("scroll", measure, { passive: true });
-    return () => {
-      end();
-      element.removeEventListener("scroll", measure);
-    };
-  }, [cars]);
+  }, [words, spanMs, top, height, offsetPx, cars, t]);
 
   useEffect(() => {
     const element = scroller.current!;
     if (chosen === null) return;
-    const top = chosen * LANE_PX;
-    if (top < element.scrollTop || top + 2 * LANE_PX > element.scrollTop + element.clientHeight) element.scrollTop = top - LANE_PX;
+    const lane = chosen * LANE_PX;
+    if (lane < element.scrollTop || lane + 2 * LANE_PX > element.scrollTop + element.clientHeight) element.scrollTop = lane - LANE_PX;
   }, [chosen]);
 
   const scrub = (event: PointerEvent<HTMLElement>) => {
@@ -115,8 +101,8 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
     <div className={css.lanes} ref={scroller} tabIndex={0} role="group" aria-label={t("timeline.lanes")}>
       <div className={css.view}>
         <div className={css.names} style={{ paddingTop: AXIS_PX }}>
-          <div style={{ marginTop: -rows.offsetPx }}>
-            {visibleIn(rows, cars).map((car) => (
+          <div style={{ marginTop: -offsetPx }}>
+            {visibleIn(top, height, cars).map((car) => (
               <button
                 key={car}
                 type="button"
@@ -133,7 +119,7 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
         </div>
         <canvas ref={canvas} aria-hidden="true" onPointerDown={scrub} onPointerMove={scrub} />
       </div>
-      <div style={{ height: Math.max(0, AXIS_PX + cars * LANE_PX - rows.heightPx) }} />
+      <div style={{ height: Math.max(0, AXIS_PX + cars * LANE_PX - height) }} />
     </div>
   );
 }

@@ -1,6 +1,6 @@
 /** What frames the areas of the page: a divider between two, a boundary around one that may fail, and when they change. */
 
-import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode } from "react";
+import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
 import { flushSync } from "react-dom";
 import areas from "./areas.module.css";
 
@@ -83,6 +83,22 @@ export function watchSize(element: Element, changed: () => void): () => void {
   const observer = new ResizeObserver(changed);
   observer.observe(element);
   return () => observer.disconnect();
+}
+
+/** How far an element is scrolled down, and how high its view is. */
+export function useScroll(scroller: RefObject<HTMLElement | null>): { top: number; height: number } {
+  const [seen, setSeen] = useState({ top: 0, height: 600 });
+  useEffect(() => {
+    const element = scroller.current!;
+    const look = () => setSeen({ top: element.scrollTop, height: element.clientHeight });
+    const end = watchSize(element, look);
+    element.addEventListener("scroll", look, { passive: true });
+    return () => {
+      end();
+      element.removeEventListener("scroll", look);
+    };
+  }, [scroller]);
+  return seen;
 }
 
 /** Whether the page is being printed: all words are then shown in any case. */

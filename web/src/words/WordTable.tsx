@@ -6,7 +6,7 @@ import { FORMATS } from "../generated/steps";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { usePrinting, watchSize } from "../ui/areas";
+import { usePrinting, useScroll } from "../ui/areas";
 import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
 import { storyOf } from "./story";
 import controls from "../ui/controls.module.css";
@@ -17,20 +17,8 @@ const SPARE = 6;
 
 /** Which rows are visible: to draw all 511 words of 15 fields would take a tenth of a second for each edit. */
 function useRows(scroller: RefObject<HTMLElement | null>, count: number) {
-  const [seen, setSeen] = useState({ top: 0, height: 600 });
+  const seen = useScroll(scroller);
   const all = usePrinting();
-
-  useEffect(() => {
-    const element = scroller.current!;
-    const look = () => setSeen({ top: element.scrollTop, height: element.clientHeight });
-    const end = watchSize(element, look);
-    element.addEventListener("scroll", look, { passive: true });
-    return () => {
-      end();
-      element.removeEventListener("scroll", look);
-    };
-  }, [scroller]);
-
   const first = all ? 0 : Math.max(0, Math.min(count - 1, Math.floor(seen.top / ROW_PX) - SPARE));
   const last = all ? count : Math.min(count, Math.ceil((seen.top + seen.height) / ROW_PX) + SPARE);
   const bringIntoView = (row: number) => {
