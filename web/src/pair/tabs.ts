@@ -8,6 +8,7 @@ import { RefusedError, UnreachableError } from "../api/service";
 import { type EditorName, EDITORS } from "../api/types";
 import { uniqueName } from "../api/world";
 import type { Conducted, PairProject, PairView } from "../generated/classroom";
+import { holdLock, patience } from "../projects/autosave";
 import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -63,7 +64,7 @@ class Tabs implements Shared {
 
   /** Take these windows as far as they are free; then the page follows the pair. */
   async begin(windows: readonly EditorName[], patienceMs = 0): Promise<void> {
-    for (const each of windows) await this.hold(each, patienceMs ? { signal: AbortSignal.timeout(patienceMs) } : { ifAvailable: true });
+    for (const each of windows) await this.hold(each, patience(patienceMs));
     rememberPair(this.id);
     this.publish();
     this.tellOthers(true);
@@ -73,19 +74,8 @@ class Tabs implements Shared {
     return [...this.owned.keys()];
   }
 
-  /** Hold a lock until what it resolves to is called; null where another has it. `onEnd`: it was given back, or taken. */
-  private lock(name: string, options: LockOptions, onEnd: () => void = () => undefined): Promise<(() => void) | null> {
-    return new Promise((resolve) => {
-      const held = navigator.locks.request(`${KEY}${this.id}.${name}`, options, (lock) => {
-        if (lock) return new Promise<void>((release) => resolve(release));
-        resolve(null);
-        return undefined;
-      });
-      held.then(onEnd, () => {
-        resolve(null);
-        onEnd();
-      });
-    });
+  private lock(name: string, options: LockOptions, onEnd?: () => void): Promise<(() => void) | null> {
+    return holdLock(`${KEY}${this.id}.${name}`, options, onEnd);
   }
 
   private async hold(each: EditorName, options: LockOptions): Promise<boolean> {
@@ -177,7 +167,7 @@ class Tabs implements Shared {
     for (const release of [...this.owned.values()]) release();
     this.owned.clear();
     // The other tab gives its window back in the same moment.
-    for (const each of wanted) await this.hold(each, { signal: AbortSignal.timeout(ASK_MS) });
+    for (const each of wanted) await this.hold(each, patience(ASK_MS));
     this.tellOthers(true);
   }
 

@@ -26,19 +26,26 @@ interface Place {
   from: string | null;
 }
 
-/** Take a place until the tab is closed; false where another tab has it. Browsers without locks always succeed. */
-async function hold(key: string, patienceMs = 0): Promise<boolean> {
-  const locks = (navigator as Partial<Navigator>).locks;
-  if (!locks) return true;
-  const wish = patienceMs ? { signal: AbortSignal.timeout(patienceMs) } : { ifAvailable: true };
+/** Hold a lock until what it resolves to is called; null where another tab has it. `onEnd`: it was given back, or taken. */
+export function holdLock(name: string, options: LockOptions, onEnd: () => void = () => undefined): Promise<(() => void) | null> {
   return new Promise((resolve) => {
-    const held = locks.request(key, wish, (lock) => {
-      resolve(lock !== null);
-      return lock ? new Promise<never>(() => undefined) : undefined;
+    const held = navigator.locks.request(name, options, (lock) => {
+      if (lock) return new Promise<void>((release) => resolve(release));
+      resolve(null);
+      return undefined;
     });
-    held.catch(() => resolve(false));
+    held.then(onEnd, () => {
+      resolve(null);
+      onEnd();
+    });
   });
 }
+
+/** To wait so long for a lock; 0: not at all. */
+export const patience = (ms: number): LockOptions => (ms ? { signal: AbortSignal.timeout(ms) } : { ifAvailable: true });
+
+/** Take a place until the tab is closed; false where another tab has it. Browsers without locks always succeed. */
+const hold = async (key: string, patienceMs = 0) => !("locks" in navigator) || (await holdLock(key, patience(patienceMs))) !== null;
 
 /** All places with work, the newest first; `ageOf` reads from a text when it was stored. */
 function placesByAge(prefix: string, ageOf: (text: string) => number): string[] {
