@@ -6,7 +6,7 @@ import type { Profile, EditorName, Language } from "../api/types";
 import type { Texts } from "virtual:texts/studio";
 import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
 import { useSettings } from "../state/settings";
-import { levelText } from "./figures";
+import { levelText, plainSeconds, secondsMeaning } from "./figures";
 import { IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
 import { pictureAbove } from "./drawers";
 
@@ -41,23 +41,13 @@ const seconds = (profile: Profile): Field => ({
   ...profile.seconds,
 });
 
+const choices = (options: readonly (keyof Texts["blocks"])[]) => options.map((option): Option => [i18next.t(`blocks.${option}`), option]);
 const dwells = (profile: Profile) => (): Option[] => [
   [i18next.t("blocks.dwellAuto"), "auto"],
-  ...profile.dwell_ms.map((dwell): Option => {
-    const text = String(dwell / 1000);
-    return [i18next.t("meaning.seconds", { seconds: text }), text];
-  }),
+  ...profile.dwell_ms.map((dwell): Option => [secondsMeaning(dwell), plainSeconds(dwell)]),
 ];
-const taggedChoices = (): Option[] => [
-  [i18next.t("blocks.taggedAuto"), "auto"],
-  [i18next.t("blocks.yes"), "yes"],
-  [i18next.t("blocks.no"), "no"],
-];
-const infraredChoices = (): Option[] => [
-  [i18next.t("blocks.same"), "same"],
-  [i18next.t("blocks.yes"), "yes"],
-  [i18next.t("blocks.no"), "no"],
-];
+const taggedChoices = (): Option[] => [[i18next.t("blocks.taggedAuto"), "auto"], ...choices(["yes", "no"])];
+const infraredChoices = () => choices(["same", "yes", "no"]);
 const checkbox = (name: string, checked: boolean): Field => ({ type: "field_checkbox", name, checked });
 
 /** The input of a step's field, as its declaration has it. */
@@ -66,7 +56,7 @@ function inputOf(field: StepField, profile: Profile): Field {
     case "seconds":
       return seconds(profile);
     case "choice":
-      return dropdown(field.name, () => field.options.map((option): Option => [i18next.t(`blocks.${option}`), option]));
+      return dropdown(field.name, () => choices(field.options));
     case "number":
       return { type: "field_number", name: field.name, value: field.first, min: field.minimum, max: MOST_TIMES, precision: 1 };
     case "level":
@@ -184,11 +174,7 @@ const DRAWERS_OF: Record<EditorName, readonly (keyof typeof DRAWERS)[]> = {
   followers: [...CATEGORIES, "infrared"],
 };
 
-const HATS: Record<EditorName, string> = { leader: "motorcade_leader", followers: "motorcade_followers" };
-
-export function hatOf(editor: EditorName): string {
-  return HATS[editor];
-}
+export const hatOf = (editor: EditorName) => `motorcade_${editor}`;
 
 /** Whether blocks of this type can stand in the editor at all. */
 export function canStandIn(editor: EditorName, type: string): boolean {

@@ -8,12 +8,8 @@ export function plainSeconds(milliseconds: number): string {
   return String(milliseconds / 1000);
 }
 
-export function durationMeaning(profile: Profile, level: number): string {
-  return i18next.t("meaning.seconds", { seconds: plainSeconds(profile.durations_ms[level] ?? 0) });
-}
-
-export function dwellMeaning(profile: Profile, level: number): string {
-  return i18next.t("meaning.seconds", { seconds: plainSeconds(profile.dwell_ms[level] ?? 0) });
+export function secondsMeaning(milliseconds = 0): string {
+  return i18next.t("meaning.seconds", { seconds: plainSeconds(milliseconds) });
 }
 
 type Menu = "speed" | "light" | "radius";

@@ -18,7 +18,6 @@ const COMPARED_MS = 60_000;
 export function CertaintyPanel() {
   const { t } = useTranslation();
   const before = useTrials((now) => now.before);
-  const hasImage = useStudio(({ compiled }) => Boolean(compiled?.image));
   const image = useStudio(({ compiled }) => compiled?.image);
   const [names, setNames] = useState<readonly [string, string] | null>(null);
   const compare = (other: Run | null, name: string) => {
@@ -44,14 +43,14 @@ export function CertaintyPanel() {
         <p className={controls.quiet}>{t("compare.how")}</p>
         <TextButton
           small
-          isDisabled={!hasImage}
+          isDisabled={!image}
           onPress={() => withSeed((presentRun()?.seed ?? 0) + 1)}
         >
           {t("compare.withLuck")}
         </TextButton>
         <TextButton
           small
-          isDisabled={!hasImage || !before || before.image === image}
+          isDisabled={!image || !before || before.image === image}
           onPress={() => compare(before, t("compare.before"))}
         >
           {t("compare.withBefore")}

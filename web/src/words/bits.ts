@@ -3,7 +3,7 @@
 import type { CompiledWord, Field, Profile } from "../api/types";
 import { FORMATS, HUES, WORD_FIELDS } from "../generated/steps";
 import i18next from "i18next";
-import { durationMeaning, dwellMeaning, levelMeaning } from "../blocks/figures";
+import { levelMeaning, secondsMeaning } from "../blocks/figures";
 
 type StepField = keyof typeof WORD_FIELDS;
 export type Group = (typeof WORD_FIELDS)[StepField]["group"] | "count" | "dwell" | "infrared" | "reserved" | "parity";
@@ -112,7 +112,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
         return levelMeaning(profile, declared.menu, value, turning);
       }
       case "duration":
-        return durationMeaning(profile, value);
+        return secondsMeaning(profile.durations_ms[value]);
       case "flag":
         return i18next.t(value ? "blocks.yes" : "blocks.no");
     }
@@ -122,7 +122,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
     case "follower_words":
       return String(value);
     case "dwell":
-      return value === 0 ? i18next.t("meaning.nothing") : sentFor(word, dwellMeaning(profile, Math.log2(value)));
+      return value === 0 ? i18next.t("meaning.nothing") : sentFor(word, secondsMeaning(profile.dwell_ms[Math.log2(value)]));
     case "reserved":
       return i18next.t(isTagged(word) ? "meaning.tagged" : "meaning.reserved");
     case "parity":

@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import type { CompiledWord, Profile } from "../api/types";
-import { durationMeaning, levelText } from "../blocks/figures";
+import { levelText, secondsMeaning } from "../blocks/figures";
 import { STEP_KINDS } from "../generated/steps";
 import { valueOf } from "./bits";
 
@@ -19,7 +19,7 @@ function fieldText(word: CompiledWord, field: Field, profile: Profile): string |
   const value = valueOf(word, field.word);
   switch (field.input) {
     case "seconds":
-      return durationMeaning(profile, value);
+      return secondsMeaning(profile.durations_ms[value]);
     case "choice": {
       const option = field.options[value - field.least];
       return option === undefined ? null : i18next.t(`blocks.${option}`);
