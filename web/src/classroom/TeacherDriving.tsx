@@ -7,9 +7,9 @@ import { post } from "../api/connection";
 import { CarList } from "../cars/CarList";
 import { askTeacher } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
-import { useOwnProjects } from "./TeacherWork";
+import { MissionOptions, useOwnProjects } from "./TeacherWork";
 import css from "./class.module.css";
-import { useLanguage, useSentences, useTexts } from "./texts";
+import { useLanguage, useTexts } from "./texts";
 
 const NOBODY = "";
 
@@ -97,7 +97,6 @@ const FREE = "";
 
 export function MatPart({ view }: { view: ClassView }) {
   const t = useTexts();
-  const inLanguage = useSentences();
   const { problem, attempt } = useAttempt();
   const [missions, setMissions] = useState<ClassProgress["missions"]>([]);
   const [mission, setMission] = useState(FREE);
@@ -114,11 +113,7 @@ export function MatPart({ view }: { view: ClassView }) {
             {t("matKind")}{" "}
             <select value={mission} onChange={(event) => setMission(event.target.value)}>
               <option value={FREE}>{t("matFree")}</option>
-              {missions.map(({ id, name }) => (
-                <option key={id} value={id}>
-                  {inLanguage(name)}
-                </option>
-              ))}
+              <MissionOptions missions={missions} />
             </select>
           </label>
           {mission === FREE && (

@@ -25,10 +25,19 @@ function useProgress(): ClassProgress | null {
   return progress;
 }
 
+/** The missions as choices of a list. */
+export function MissionOptions({ missions }: { missions: ClassProgress["missions"] }) {
+  const inLanguage = useSentences();
+  return missions.map(({ id, name }) => (
+    <option key={id} value={id}>
+      {inLanguage(name)}
+    </option>
+  ));
+}
+
 /** Check all work against a mission, one of the built-in or one in a file. */
 function Report({ missions }: { missions: ClassProgress["missions"] }) {
   const t = useTexts();
-  const inLanguage = useSentences();
   const language = useLanguage((state) => state.language);
   const [mission, setMission] = useState(missions[0]?.id ?? "");
   const { problem, attempt } = useAttempt();
@@ -51,11 +60,7 @@ function Report({ missions }: { missions: ClassProgress["missions"] }) {
     <section className={css.row} aria-label={t("checkReport")}>
       <p>{t("checkAbout")}</p>
       <select aria-label={t("checkMission")} value={mission} onChange={({ target }) => setMission(target.value)}>
-        {missions.map(({ id, name }) => (
-          <option key={id} value={id}>
-            {inLanguage(name)}
-          </option>
-        ))}
+        <MissionOptions missions={missions} />
       </select>
       <Action onClick={() => void check(mission, { mission })} disabled={checking}>{t("checkReport")}</Action>
       <Action onClick={() => void checkFiles()} disabled={checking}>{t("checkFiles")}</Action>
