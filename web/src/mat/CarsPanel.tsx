@@ -1,5 +1,4 @@
 import { memo, useEffect, useRef } from "react";
-import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
@@ -9,9 +8,8 @@ import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_
 import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
 import { session } from "./session";
 import { editMat, useMat } from "./store";
-import { Choice, NumberSlider, ToolButton, ToolSwitch } from "./fields";
+import { Choice, NumberBox, NumberSlider, ToolButton, ToolSwitch } from "./fields";
 import fields from "./fields.module.css";
-import { classes } from "../ui/classes";
 
 const MOST_LOSS = 0.95;
 const MOST_RANGE_MM = 5000;
@@ -132,20 +130,16 @@ function Seed() {
   const { t } = useTranslation();
   const seed = useMat((now) => now.seed);
   return (
-    <NumberField
-      className={classes(fields.field, fields.beside)}
+    <NumberBox
+      label={t("mat.seed")}
       value={seed}
       minValue={0}
       maxValue={MOST_SEED}
       formatOptions={{ useGrouping: false }}
       onChange={(typed) => {
-        if (Number.isNaN(typed)) return;
         useMat.setState({ seed: typed });
         session.reset();
       }}
-    >
-      <Label>{t("mat.seed")}</Label>
-      <Input />
-    </NumberField>
+    />
   );
 }

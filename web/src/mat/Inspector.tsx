@@ -1,5 +1,5 @@
 import i18next from "i18next";
-import { Input, Label, Link, NumberField } from "react-aria-components";
+import { Link } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS, NO_INDEX } from "../api/world";
@@ -14,15 +14,13 @@ import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
 import { session } from "./session";
 import { choose, chosenCar, useMat } from "./store";
-import { ToolButton, ToolSwitch } from "./fields";
+import { NumberBox, ToolButton, ToolSwitch } from "./fields";
 import { WhyAnswer } from "./Why";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
-
-const TURN_DEG = 15;
 
 export function Inspector() {
   const { t } = useTranslation();
@@ -60,17 +58,7 @@ function CarPicker({ car }: { car: number | null }) {
   return (
     <div className={fields.row}>
       <ToolButton icon="left" label={t("mat.previousCar")} isDisabled={!cars} onPress={() => pick((car ?? 1) - 1)} />
-      <NumberField
-        className={classes(fields.field, fields.beside)}
-        value={car ?? NaN}
-        minValue={0}
-        maxValue={Math.max(0, cars - 1)}
-        isDisabled={!cars}
-        onChange={(number) => !Number.isNaN(number) && pick(number)}
-      >
-        <Label>{t("mat.carNumber")}</Label>
-        <Input />
-      </NumberField>
+      <NumberBox label={t("mat.carNumber")} value={car ?? NaN} minValue={0} maxValue={Math.max(0, cars - 1)} isDisabled={!cars} onChange={pick} />
       <ToolButton icon="right" label={t("mat.nextCar")} isDisabled={!cars} onPress={() => pick((car ?? -1) + 1)} />
     </div>
   );
@@ -93,8 +81,8 @@ function CarInspector({ car }: { car: number }) {
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         {!inMission && (
           <>
-            <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(car, TURN_DEG)} />
-            <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(car, -TURN_DEG)} />
+            <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(car, 1)} />
+            <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(car, -1)} />
           </>
         )}
         <ToolSwitch label={t("mat.chase")} isSelected={chase} onChange={(on) => useMat.setState({ chase: on })} />

@@ -17,7 +17,6 @@ import css from "./mat.module.css";
 
 const PAN_PX = 60;
 const ZOOM = 1.25;
-const TURN_DEG = 15;
 
 /** Copy the stores into the scene, now and whenever they change, and act on its pointers. */
 function connect(scene: Scene): () => void {
@@ -96,10 +95,10 @@ function chaseNext(car: number, step: 1 | -1): void {
   choose({ car: (car + step + cars) % cars });
 }
 
-/** Turn a car by so many degrees, or a road by a right angle. */
-function turn(chosen: Chosen, degrees: number): void {
+/** Turn a car a little to the left (1) or to the right (-1), or a road by a right angle. */
+function turn(chosen: Chosen, way: 1 | -1): void {
   if (!chosen) return;
-  if ("car" in chosen) turnCar(chosen.car, degrees);
+  if ("car" in chosen) turnCar(chosen.car, way);
   else if (chosen.piece.kind === "line") turnRoad(chosen.piece);
 }
 
@@ -139,8 +138,8 @@ function press(event: KeyboardEvent, scene: Scene): boolean {
       choose(null);
       drawRoads(false);
     },
-    r: () => turn(chosen, -TURN_DEG),
-    R: () => turn(chosen, TURN_DEG),
+    r: () => turn(chosen, -1),
+    R: () => turn(chosen, 1),
   };
   const action = keys[event.key];
   action?.();

@@ -71,9 +71,12 @@ export function dragTo(grip: Grip, to: Point, by: Point): void {
   }
 }
 
-export function turnCar(car: number, degrees: number): void {
+const TURN_DEG = 15;
+
+/** Turn a car a little to the left (1) or to the right (-1). */
+export function turnCar(car: number, way: 1 | -1): void {
   const pose = poseOf(car);
-  if (pose) putCar(car, pose.at, ((((pose.headingDeg + degrees + 180) % 360) + 360) % 360) - 180);
+  if (pose) putCar(car, pose.at, ((((pose.headingDeg + way * TURN_DEG + 180) % 360) + 360) % 360) - 180);
 }
 
 /** Change how far infrared reaches, in millimetres. */

@@ -84,13 +84,18 @@ export function face(open: boolean) {
   };
 }
 
-export function shadow(g: CanvasRenderingContext2D) {
-  const dark = g.createRadialGradient(0, 0, 0.5, 0, 0, 1);
-  dark.addColorStop(0, "rgba(10,16,30,0.42)");
-  dark.addColorStop(1, "rgba(10,16,30,0)");
-  g.fillStyle = dark;
+/** Fill all with a light or a shade that fades from a radius on; `stops` has its colours, by their places from there to the rim. */
+export function fade(g: CanvasRenderingContext2D, from: number, stops: Record<number, string>) {
+  g.fillStyle = stopped(g.createRadialGradient(0, 0, from, 0, 0, 1), stops);
   g.fillRect(-1, -1, 2, 2);
 }
+
+function stopped(gradient: CanvasGradient, stops: Record<number, string>): CanvasGradient {
+  for (const [at, colour] of Object.entries(stops)) gradient.addColorStop(Number(at), colour);
+  return gradient;
+}
+
+export const shadow = (g: CanvasRenderingContext2D) => fade(g, 0.5, { 0: "rgba(10,16,30,0.42)", 1: "rgba(10,16,30,0)" });
 
 export function beacon(g: CanvasRenderingContext2D) {
   dot(g, "#fff", 0, 0, 0.9);
@@ -100,14 +105,8 @@ export function beacon(g: CanvasRenderingContext2D) {
 }
 
 /** White, a little darker to the sides: the tint keeps a rounded look. */
-function bodyFill(g: CanvasRenderingContext2D) {
-  const round = g.createLinearGradient(0, -0.66, 0, 0.66);
-  round.addColorStop(0, "#cfd3da");
-  round.addColorStop(0.28, "#ffffff");
-  round.addColorStop(0.72, "#ffffff");
-  round.addColorStop(1, "#cfd3da");
-  return round;
-}
+const bodyFill = (g: CanvasRenderingContext2D) =>
+  stopped(g.createLinearGradient(0, -0.66, 0, 0.66), { 0: "#cfd3da", 0.28: "#ffffff", 0.72: "#ffffff", 1: "#cfd3da" });
 
 function body(g: CanvasRenderingContext2D, corners: readonly number[]) {
   g.beginPath();

@@ -8,6 +8,7 @@ import {
   ListBox,
   ListBoxItem,
   NumberField,
+  type NumberFieldProps,
   Popover,
   Select,
   SelectValue,
@@ -86,6 +87,23 @@ export function Choice<T extends string>({ label, value, all, name, onChange }: 
   );
 }
 
+interface NumberBoxProps extends Omit<NumberFieldProps, "children" | "className"> {
+  label: string;
+  /** Whether the label stands beside the field. */
+  beside?: boolean;
+  onChange: (value: number) => void;
+}
+
+/** A field for a number; to empty it changes nothing. */
+export function NumberBox({ label, beside = true, onChange, ...props }: NumberBoxProps) {
+  return (
+    <NumberField {...props} className={classes(fields.field, beside && fields.beside)} onChange={(typed) => Number.isNaN(typed) || onChange(typed)}>
+      <Label>{label}</Label>
+      <Input />
+    </NumberField>
+  );
+}
+
 interface NumberSliderProps {
   label: string;
   value: number;
@@ -119,8 +137,9 @@ export function NumberSlider(props: NumberSliderProps) {
           <SliderThumb className={fields.thumb} />
         </SliderTrack>
       </Slider>
-      <NumberField
-        className={fields.field}
+      <NumberBox
+        label={label}
+        beside={false}
         value={value}
         minValue={least}
         maxValue={most}
@@ -128,13 +147,10 @@ export function NumberSlider(props: NumberSliderProps) {
         {...(step >= 1 && { step: 1 })}
         {...(format && { formatOptions: format })}
         onChange={(typed) => {
-          if (!Number.isNaN(typed)) onChange(typed);
+          onChange(typed);
           onEnd?.();
         }}
-      >
-        <Label>{label}</Label>
-        <Input />
-      </NumberField>
+      />
     </div>
   );
 }
@@ -152,8 +168,8 @@ interface QuantityProps {
 /** A number of metres or seconds; its label says which. */
 export function Quantity({ label, value, least = -2000, most = 100_000, step = 0.01, isDisabled = false, onChange }: QuantityProps) {
   return (
-    <NumberField
-      className={classes(fields.field, fields.beside)}
+    <NumberBox
+      label={label}
       value={value}
       step={step}
       minValue={least}
@@ -164,9 +180,6 @@ export function Quantity({ label, value, least = -2000, most = 100_000, step = 0
         // A field rounds its value when it loses the focus; that is no edit.
         if (Math.abs(typed - value) > step / 2) onChange(typed);
       }}
-    >
-      <Label>{label}</Label>
-      <Input />
-    </NumberField>
+    />
   );
 }

@@ -1,7 +1,7 @@
 /** What is painted of lines, spots and patches: shapes on the floor that every view draws in this order. */
 
 import { type Mat, type Point, listOf } from "./document";
-import { bandAlong, LINE_M, ringOf, wayOf } from "./ways";
+import { bandAlong, LINE_M, once, ringOf, wayOf } from "./ways";
 
 /** A road as wide as a car needs, with light edges, around each line that is no wider than WIDEST_M. */
 export const ROAD_M = 0.2;
@@ -18,16 +18,8 @@ export interface RoadMark {
   colour: number;
 }
 
-const known = new WeakMap<Mat, readonly RoadMark[]>();
-
 /** First all edges, then all beds, then all that is dark, so that roads that cross are one. */
-export function roadMarks(mat: Mat): readonly RoadMark[] {
-  const marks = known.get(mat) ?? computed(mat);
-  known.set(mat, marks);
-  return marks;
-}
-
-function computed(mat: Mat): RoadMark[] {
+export const roadMarks = once((mat: Mat): readonly RoadMark[] => {
   const { edge, bed, dark } = ROAD_COLOURS;
   const lines = listOf(mat, "line").map((line) => ({ way: wayOf(line), widthM: line.width_m ?? LINE_M }));
   const areas = [...listOf(mat, "patch").map(({ corners_m }) => corners_m), ...listOf(mat, "spot").map(({ centre_m, radius_m }) => ringOf(centre_m, radius_m, CORNERS))];
@@ -40,13 +32,9 @@ function computed(mat: Mat): RoadMark[] {
     ...areas.map((way) => ({ way, widthM: 0, colour: dark })),
     ...lines.map(({ way, widthM }) => ({ way, widthM, colour: dark })),
   ];
-}
-
-const areasOf = new WeakMap<Mat, readonly { corners: number[]; colour: number }[]>();
+});
 
 /** The same as areas of the floor, each corner as x, y and 0, for views in perspective. */
-export function roadAreas(mat: Mat): readonly { corners: number[]; colour: number }[] {
-  const areas = areasOf.get(mat) ?? roadMarks(mat).map(({ way, widthM, colour }) => ({ corners: (widthM ? bandAlong(way, widthM) : way).flatMap(([x, y]) => [x, y, 0]), colour }));
-  areasOf.set(mat, areas);
-  return areas;
-}
+export const roadAreas = once((mat: Mat) =>
+  roadMarks(mat).map(({ way, widthM, colour }) => ({ corners: (widthM ? bandAlong(way, widthM) : way).flatMap(([x, y]) => [x, y, 0]), colour })),
+);

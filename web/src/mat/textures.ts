@@ -1,7 +1,7 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
-import { arrow, beacon, DARK, dot, face, follower, leader, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
+import { arrow, beacon, DARK, dot, face, fade, follower, leader, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
 import { pageFont } from "./colours";
 
 const SIZE = 128;
@@ -21,21 +21,10 @@ function draw(paint: (g: CanvasRenderingContext2D) => void, size = SIZE): Textur
   return texture;
 }
 
-function glow(g: CanvasRenderingContext2D) {
-  const light = g.createRadialGradient(0, 0, 0, 0, 0, 1);
-  light.addColorStop(0, "rgba(255,255,255,0.95)");
-  light.addColorStop(0.35, "rgba(255,255,255,0.5)");
-  light.addColorStop(1, "rgba(255,255,255,0)");
-  g.fillStyle = light;
-  g.fillRect(-1, -1, 2, 2);
-}
+const glow = (g: CanvasRenderingContext2D) => fade(g, 0, { 0: "rgba(255,255,255,0.95)", 0.35: "rgba(255,255,255,0.5)", 1: "rgba(255,255,255,0)" });
 
 function led(g: CanvasRenderingContext2D) {
-  const glow = g.createRadialGradient(0, 0, 0.4, 0, 0, 1);
-  glow.addColorStop(0, "rgba(255,255,255,0.75)");
-  glow.addColorStop(1, "rgba(255,255,255,0)");
-  g.fillStyle = glow;
-  g.fillRect(-1, -1, 2, 2);
+  fade(g, 0.4, { 0: "rgba(255,255,255,0.75)", 1: "rgba(255,255,255,0)" });
   dot(g, "#fff", 0, 0, 0.45);
   rim(g, 0.12);
 }

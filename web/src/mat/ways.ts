@@ -6,16 +6,18 @@ export const LINE_M = 0.03;
 /** How far a chord may be from the arc that it stands for. */
 const SAGITTA_M = 0.0004;
 
-const known = new WeakMap<Line, readonly Point[]>();
-
-/** The points of the line's middle, the first again where it is closed. */
-export function wayOf(line: Line): readonly Point[] {
-  const way = known.get(line) ?? computed(line);
-  known.set(line, way);
-  return way;
+/** A function that computes what it answers once for each object. */
+export function once<Key extends object, Value>(compute: (key: Key) => Value): (key: Key) => Value {
+  const known = new WeakMap<Key, Value>();
+  return (key) => {
+    const value = known.get(key) ?? compute(key);
+    known.set(key, value);
+    return value;
+  };
 }
 
-function computed({ points_m: points, bend_m = 0, closed = false }: Line): readonly Point[] {
+/** The points of the line's middle, the first again where it is closed. */
+export const wayOf = once(({ points_m: points, bend_m = 0, closed = false }: Line): readonly Point[] => {
   const count = points.length;
   if (count === 2) return points;
   const way = points.flatMap((here, at): readonly Point[] => {
@@ -24,7 +26,7 @@ function computed({ points_m: points, bend_m = 0, closed = false }: Line): reado
     return bend(points[(at + count - 1) % count]!, here, points[(at + 1) % count]!, bend_m);
   });
   return closed ? [...way, way[0]!] : way;
-}
+});
 
 /** The arc that touches both sides of a corner; it takes at most half of each. The corner itself where the way is straight. */
 function bend(before: Point, corner: Point, after: Point, wishedM: number): readonly Point[] {
