@@ -1,6 +1,6 @@
-import { lazy, Suspense } from "react";
+import { createElement, lazy, Suspense } from "react";
 import { useTranslation } from "react-i18next";
-import { type DialogName, notify, openDialog, useDialogs, dismiss } from "../state/dialogs";
+import { closeDialog, type DialogName, notify, useDialogs, dismiss } from "../state/dialogs";
 import { ErrorBoundary, reload } from "../ui/areas";
 import { Sheet, IconButton, TextButton } from "../ui/controls";
 import controls from "../ui/controls.module.css";
@@ -10,7 +10,7 @@ import css from "./app.module.css";
 import dialogs from "./dialogs.module.css";
 
 const projectDialogs = () => import("../projects/ProjectDialogs");
-const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> = {
+const DIALOGS: Record<DialogName, React.ComponentType> = {
   upload: lazy(async () => ({ default: (await import("../upload/UploadDialog")).UploadDialog })),
   library: lazy(async () => ({ default: (await projectDialogs()).LibraryDialog })),
   examples: lazy(async () => ({ default: (await projectDialogs()).ExamplesDialog })),
@@ -40,28 +40,18 @@ function QuestionDialog() {
   );
 }
 
-function OpenDialog({ name, onClose }: { name: DialogName; onClose: () => void }) {
-  const Dialog = DIALOGS[name];
-  return (
-    <Suspense>
-      <Dialog onClose={onClose} />
-    </Suspense>
-  );
-}
-
 /** The open dialog, and the question above it. A dialog that can't be fetched is closed with a notice. */
 export function Dialogs() {
   const { t } = useTranslation();
   const open = useDialogs((state) => state.open);
-  const close = () => openDialog(null);
   const fail = () => {
     notify(t("app.failed"), "error", { label: t("app.reload"), run: reload });
-    close();
+    closeDialog();
   };
   return (
     <>
       <ErrorBoundary key={open} onFailure={fail}>
-        {open && <OpenDialog name={open} onClose={close} />}
+        {open && <Suspense>{createElement(DIALOGS[open])}</Suspense>}
       </ErrorBoundary>
       <QuestionDialog />
     </>

@@ -1,5 +1,6 @@
 import * as Blockly from "blockly/core";
 import { useTranslation } from "react-i18next";
+import { closeDialog } from "../state/dialogs";
 import { useSettings } from "../state/settings";
 import { Sheet, TextButton } from "../ui/controls";
 import dialogs from "./dialogs.module.css";
@@ -53,7 +54,7 @@ function editorShortcuts(): Shortcut[] {
 const TOPICS = ["blocks", "words", "mat", "upload"] as const;
 const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → ↓", divider: "← →", undo: "Ctrl + Z", redo: "Ctrl + Y", save: "Ctrl + S", full: "F", projector: "B", chase: "C", sound: "M", help: "/" } as const;
 
-export function HelpDialog({ onClose }: { onClose: () => void }) {
+export function HelpDialog() {
   const { t } = useTranslation();
   const rows = [
     ...Object.entries(PAGE_KEYS).map(([name, keys]) => ({
@@ -64,7 +65,7 @@ export function HelpDialog({ onClose }: { onClose: () => void }) {
     ...editorShortcuts(),
   ];
   return (
-    <Sheet title={t("help.title")} onClose={onClose} wide>
+    <Sheet title={t("help.title")} wide>
       <ul className={dialogs.helpTopics}>
         {TOPICS.map((topic) => (
           <li key={topic}>
@@ -74,7 +75,7 @@ export function HelpDialog({ onClose }: { onClose: () => void }) {
       </ul>
       <TextButton
         onPress={() => {
-          onClose();
+          closeDialog();
           useSettings.setState({ toured: false });
         }}
       >

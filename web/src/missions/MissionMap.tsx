@@ -6,7 +6,7 @@ import type { LibraryEntry, MissionEntry } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
-import { confirm, openNotes } from "../state/dialogs";
+import { closeDialog, confirm, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { watchSize } from "../ui/areas";
 import { IconButton, Sheet, TextButton } from "../ui/controls";
@@ -17,13 +17,13 @@ import { playMission } from "./store";
 import controls from "../ui/controls.module.css";
 import css from "./missions.module.css";
 
-interface OwnMissionsProps {
-  /** Open a mission, and close the map once it is open. */
-  start: (open: () => Promise<boolean>) => void;
-}
+/** Open a mission, and close the map once it is open. */
+const start = async (open: () => Promise<boolean>) => {
+  if (await open()) closeDialog();
+};
 
 /** What its user has written and saved; nothing where there is none. */
-function OwnMissions({ start }: OwnMissionsProps) {
+function OwnMissions() {
   const { t } = useTranslation();
   const [own, setOwn] = useState<LibraryEntry[]>([]);
   const load = useCallback(() => attempt(async () => setOwn(await request("missions/own"))), []);
@@ -41,10 +41,10 @@ function OwnMissions({ start }: OwnMissionsProps) {
       <ul className={css.own}>
         {own.map(({ name }) => (
           <li key={name}>
-            <Button className={css.ownName} aria-label={t("missions.playNamed", { name })} onPress={() => start(() => playOwn(name))}>
+            <Button className={css.ownName} aria-label={t("missions.playNamed", { name })} onPress={() => void start(() => playOwn(name))}>
               {name}
             </Button>
-            <IconButton icon="pencil" label={t("missions.editNamed", { name })} onPress={() => start(() => editOwn(name))} />
+            <IconButton icon="pencil" label={t("missions.editNamed", { name })} onPress={() => void start(() => editOwn(name))} />
             <IconButton icon="trash" label={t("library.deleteNamed", { name })} onPress={() => void remove(name)} />
           </li>
         ))}
@@ -56,7 +56,7 @@ function OwnMissions({ start }: OwnMissionsProps) {
 const PATHS = ["first-drive", "swarm", "words-and-bits"] as const;
 
 /** The map: three paths with a station for each mission. */
-export function MissionMap({ onClose }: { onClose: () => void }) {
+export function MissionMap() {
   const { t } = useTranslation();
   const [missions, setMissions] = useState<MissionEntry[] | null>(null);
   useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
@@ -64,11 +64,8 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
   const isStarting = useStudio(({ service }) => service === "starting");
   const earned = missions?.reduce((sum, each) => sum + each.earned.length, 0) ?? 0;
   const most = missions?.reduce((sum, each) => sum + each.stars.length, 0) ?? 0;
-  const start = async (open: () => Promise<boolean>) => {
-    if (await open()) onClose();
-  };
   return (
-    <Sheet title={t("missions.title")} onClose={onClose} wide>
+    <Sheet title={t("missions.title")} wide>
       <p className={controls.quiet} role="status">
         {missions ? t("missions.earned", { count: earned, most }) : t(isStarting ? "server.starting" : "app.loading")}
       </p>
@@ -76,10 +73,10 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
         PATHS.map((path) => (
           <section key={path} className={css.path} data-path={path} aria-label={t(`missions.paths.${path}`)}>
             <h3>{t(`missions.paths.${path}`)}</h3>
-            <Road missions={missions.filter((each) => each.path === path)} onStart={(id) => void start(() => playMission({ id }))} />
+            <Road missions={missions.filter((each) => each.path === path)} />
           </section>
         ))}
-      <OwnMissions start={(open) => void start(open)} />
+      <OwnMissions />
       <footer className={controls.sheetFoot}>
         {!isPupil && (
           <TextButton onPress={() => openNotes(null)}>{t("missions.notes.title")}</TextButton>
@@ -88,7 +85,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
         <TextButton
           onPress={() => {
             openDraft();
-            onClose();
+            closeDialog();
           }}
         >
           {t("missions.write")}
@@ -102,7 +99,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
 const STATION_PX = 158;
 
 /** The stations of a path along a road that turns back at each end of a row. */
-function Road({ missions, onStart }: { missions: readonly MissionEntry[]; onStart: (id: string) => void }) {
+function Road({ missions }: { missions: readonly MissionEntry[] }) {
   const host = useRef<HTMLOListElement>(null);
   const [columns, setColumns] = useState(4);
   useEffect(() => {
@@ -127,7 +124,7 @@ function Road({ missions, onStart }: { missions: readonly MissionEntry[]; onStar
               data-mission={each.id}
               data-next={each === next || undefined}
               data-earned={each.earned.length > 0 || undefined}
-              onPress={() => onStart(each.id)}
+              onPress={() => void start(() => playMission({ id: each.id }))}
             >
               <Picture mat={each.mat} zones={each.zones} />
               <b>{inLanguage(each.name)}</b>

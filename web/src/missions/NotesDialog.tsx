@@ -8,7 +8,7 @@ import { inLanguage } from "../i18n";
 import { Choice } from "../mat/fields";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
-import { openNotes, useDialogs } from "../state/dialogs";
+import { closeDialog, openNotes, useDialogs } from "../state/dialogs";
 import { usePrintedSheet } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
 import { playMission } from "./store";
@@ -68,7 +68,7 @@ function Notes({ notes }: { notes: MissionNotes }) {
 }
 
 /** The notes of one mission; another one is chosen above them. */
-export function NotesDialog({ onClose }: { onClose: () => void }) {
+export function NotesDialog() {
   const { t } = useTranslation();
   const wanted = useDialogs((state) => state.notesOf);
   const [missions, setMissions] = useState<readonly MissionEntry[]>([]);
@@ -80,7 +80,7 @@ export function NotesDialog({ onClose }: { onClose: () => void }) {
   }, [id]);
   usePrintedSheet();
   return (
-    <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} onClose={onClose} wide>
+    <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} wide>
       {id && missions.length > 0 && (
         <div className={controls.unprinted}>
           <Choice
@@ -95,7 +95,7 @@ export function NotesDialog({ onClose }: { onClose: () => void }) {
       {notes && <Notes notes={notes} />}
       {notes && (
         <footer className={controls.sheetFoot}>
-          <TextButton onPress={() => void playMission({ id: notes.id }).then((opened) => opened && onClose())}>
+          <TextButton onPress={() => void playMission({ id: notes.id }).then((opened) => opened && closeDialog())}>
             {t("missions.notes.play")}
           </TextButton>
           <TextButton primary onPress={() => window.print()}>{t("missions.notes.print")}</TextButton>

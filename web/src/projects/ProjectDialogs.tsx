@@ -5,7 +5,7 @@ import { request } from "../api/service";
 import type { Example, SavedProject, Sentence, Version } from "../api/types";
 import { inLanguage } from "../i18n";
 import { type Clip, ClipPicture, loadClips } from "../mat/ClipPicture";
-import { confirm } from "../state/dialogs";
+import { closeDialog, confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { IconButton, Sheet, TextButton } from "../ui/controls";
 import { attempt, saveToLibrary, shareLink } from "./actions";
@@ -20,15 +20,15 @@ function useMoment(): (moment: string) => string {
   return (moment) => format.format(new Date(moment));
 }
 
-async function openSaved(name: string, version: number | undefined, onClose: () => void): Promise<void> {
+async function openSaved(name: string, version?: number): Promise<void> {
   await attempt(async () => {
     const project = await request("projects/read", { name, version });
-    onClose();
+    closeDialog();
     await replaceBy({ ...project, name }, { stored: true });
   });
 }
 
-function Versions({ name, onClose }: { name: string; onClose: () => void }) {
+function Versions({ name }: { name: string }) {
   const { t } = useTranslation();
   const moment = useMoment();
   const [versions, setVersions] = useState<Version[]>([]);
@@ -38,20 +38,14 @@ function Versions({ name, onClose }: { name: string; onClose: () => void }) {
       {versions.map(({ version, saved_at }) => (
         <li key={version}>
           <span>{t("library.version", { version, moment: moment(saved_at) })}</span>
-          <TextButton small onPress={() => void openSaved(name, version, onClose)}>{t("library.restore")}</TextButton>
+          <TextButton small onPress={() => void openSaved(name, version)}>{t("library.restore")}</TextButton>
         </li>
       ))}
     </ol>
   );
 }
 
-interface EntryProps {
-  project: SavedProject;
-  onClose: () => void;
-  onDeleted: () => void;
-}
-
-function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: EntryProps) {
+function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: SavedProject; onDeleted: () => void }) {
   const { t } = useTranslation();
   const moment = useMoment();
   const [unfolded, setUnfolded] = useState(false);
@@ -64,7 +58,7 @@ function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: En
   return (
     <li >
       <div className={css.libraryRow}>
-        <Button className={css.libraryOpen} onPress={() => void openSaved(name, undefined, onClose)}>
+        <Button className={css.libraryOpen} onPress={() => void openSaved(name)}>
           <b>{name}</b>
           <span>{moment(saved_at)}</span>
         </Button>
@@ -73,13 +67,13 @@ function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: En
         </TextButton>
         <IconButton icon="trash" label={t("library.deleteNamed", { name })} onPress={() => void remove()} />
       </div>
-      {unfolded && <Versions name={name} onClose={onClose} />}
+      {unfolded && <Versions name={name} />}
     </li>
   );
 }
 
 /** The projects of the library, each with every version that was saved. */
-export function LibraryDialog({ onClose }: { onClose: () => void }) {
+export function LibraryDialog() {
   const { t } = useTranslation();
   const name = useStudio((studio) => studio.name);
   const [projects, setProjects] = useState<SavedProject[] | null>(null);
@@ -95,7 +89,7 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
     await look();
   };
   return (
-    <Sheet title={t("library.title")} onClose={onClose} wide>
+    <Sheet title={t("library.title")} wide>
       <form
         className={css.librarySave}
         onSubmit={(event) => {
@@ -117,7 +111,7 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
       {projects?.length === 0 && <p className={controls.quiet}>{t("library.empty")}</p>}
       <ul className={css.library} aria-label={t("library.list")}>
         {projects?.map((project) => (
-          <Entry key={project.name} project={project} onClose={onClose} onDeleted={() => void load()} />
+          <Entry key={project.name} project={project} onDeleted={() => void load()} />
         ))}
       </ul>
       <footer className={controls.sheetFoot}>
@@ -160,7 +154,7 @@ function ExampleCard({ example, clip, onOpen }: ExampleCardProps) {
 }
 
 /** Programs to begin with. */
-export function ExamplesDialog({ onClose }: { onClose: () => void }) {
+export function ExamplesDialog() {
   const { t } = useTranslation();
   const [examples, setExamples] = useState<Example[]>([]);
   const [clips, setClips] = useState<ReadonlyMap<string, Clip>>(new Map());
@@ -169,11 +163,11 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
   const openExample = (example: Example) =>
     attempt(async () => {
       const project = await request("example", { name: example.id });
-      onClose();
+      closeDialog();
       await replaceBy({ ...project, name: inLanguage(example.title) });
     });
   return (
-    <Sheet title={t("examples.title")} onClose={onClose} wide>
+    <Sheet title={t("examples.title")} wide>
       <p className={controls.quiet}>{t("examples.about")}</p>
       <ul className={css.examples}>
         {examples.map((example) => (
@@ -187,7 +181,7 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
 }
 
 /** A link that holds the project itself. */
-export function ShareDialog({ onClose }: { onClose: () => void }) {
+export function ShareDialog() {
   const { t } = useTranslation();
   const [link, setLink] = useState("");
   const [copied, setCopied] = useState(false);
@@ -200,7 +194,7 @@ export function ShareDialog({ onClose }: { onClose: () => void }) {
       () => setCopied(false),
     );
   return (
-    <Sheet title={t("share.title")} onClose={onClose}>
+    <Sheet title={t("share.title")}>
       <p>{t("share.about")}</p>
       <div className={css.shareRow}>
         <TextField value={link} isReadOnly>

@@ -40,6 +40,8 @@ export function openDialog(open: DialogName | null): void {
   useDialogs.setState({ open });
 }
 
+export const closeDialog = () => openDialog(null);
+
 /** Show the notes of a mission, by its id. */
 export function openNotes(notesOf: string | null): void {
   useDialogs.setState({ open: "notes", notesOf });

@@ -16,7 +16,7 @@ import { storyOf } from "../words/story";
 import controls from "../ui/controls.module.css";
 import css from "./timeline.module.css";
 
-export function RunSheet({ onClose }: { onClose: () => void }) {
+export function RunSheet() {
   const { t } = useTranslation();
   // The stage as it is when the sheet opens.
   const [picture] = useState(() => useMat.getState().scene?.png() ?? "");
@@ -27,7 +27,7 @@ export function RunSheet({ onClose }: { onClose: () => void }) {
   const words = useWords();
   usePrintedSheet();
   return (
-    <Sheet title={mission ? inLanguage(mission.name) : name} onClose={onClose} wide>
+    <Sheet title={mission ? inLanguage(mission.name) : name} wide>
       <TextField className={classes(css.name, controls.unprinted)} value={by} onChange={setBy} maxLength={60}>
         <Label>{t("run.name")}</Label>
         <Input />

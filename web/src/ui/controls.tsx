@@ -15,6 +15,7 @@ import {
 } from "react-aria-components";
 import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
+import { closeDialog } from "../state/dialogs";
 import { classes } from "./classes";
 import { Icon, type IconName } from "./icons";
 import buttons from "./buttons.module.css";
@@ -88,14 +89,15 @@ export function Check({ checked, onChange, children }: CheckProps) {
 
 interface SheetProps {
   title: string;
-  onClose: () => void;
+  /** For a sheet that is none of the page's dialogs. */
+  onClose?: () => void;
   children: ReactNode;
   wide?: boolean;
   role?: "dialog" | "alertdialog";
 }
 
 /** A dialog above the page; Escape and a click beside it close it. */
-export function Sheet({ title, onClose, children, wide = false, role = "dialog" }: SheetProps) {
+export function Sheet({ title, onClose = closeDialog, children, wide = false, role = "dialog" }: SheetProps) {
   const { t } = useTranslation();
   return (
     <ModalOverlay className={controls.overlay} isOpen isDismissable={role === "dialog"} onOpenChange={(open) => open || onClose()}>

@@ -5,6 +5,7 @@ import { request } from "../api/service";
 import type { Port } from "../api/types";
 import { CarList } from "../cars/CarList";
 import { Check, Sheet, TextButton } from "../ui/controls";
+import { closeDialog } from "../state/dialogs";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { inLanguage } from "../i18n";
@@ -75,21 +76,21 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
 }
 
 /** Send the image to a car or several, or read a car's image back, and show the outcome. */
-export function UploadDialog({ onClose }: { onClose: () => void }) {
+export function UploadDialog() {
   const { t, i18n } = useTranslation();
   const path = useStudio((studio) => studio.capabilities?.cars ?? "");
   const image = useStudio((studio) => studio.compiled?.image ?? null);
   const program = useStudio((studio) => studio.name);
   const [several, setSeveral] = useState(false);
   return (
-    <Sheet title={t("upload.title")} onClose={onClose} wide={several}>
+    <Sheet title={t("upload.title")} wide={several}>
       {path && (
         <RadioGroup value={several ? "several" : "one"} onChange={(chosen) => setSeveral(chosen === "several")} aria-label={t("upload.title")} className={css.kinds}>
           <Kind value="one">{t("upload.oneCar")}</Kind>
           <Kind value="several">{t("upload.manyCars")}</Kind>
         </RadioGroup>
       )}
-      {several ? <CarList path={path} language={i18n.language} image={image} program={program} /> : <OneCar onClose={onClose} />}
+      {several ? <CarList path={path} language={i18n.language} image={image} program={program} /> : <OneCar />}
       {!path && <p className={controls.quiet}>{t("upload.noCars")}</p>}
     </Sheet>
   );
@@ -103,7 +104,7 @@ function Kind({ value, children }: { value: string; children: string }) {
   );
 }
 
-function OneCar({ onClose }: { onClose: () => void }) {
+function OneCar() {
   const { t } = useTranslation();
   const image = useStudio((studio) => studio.compiled?.image ?? null);
   const hasSerial = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
@@ -138,7 +139,7 @@ function OneCar({ onClose }: { onClose: () => void }) {
   const openAsBlocks = (read: string) =>
     attempt(async () => {
       const opened = await request("decompile", { image: read });
-      onClose();
+      closeDialog();
       const { mat, rangeMm } = useStudio.getState();
       if (await replaceBy({ ...opened, mat, range_mm: rangeMm })) setTimeout(markUnsaved);
     });
