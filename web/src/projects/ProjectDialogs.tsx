@@ -8,7 +8,7 @@ import { type Clip, ClipPicture, loadClips } from "../mat/ClipPicture";
 import { closeDialog, confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { IconButton, Sheet, TextButton } from "../ui/controls";
-import { attempt, saveToLibrary, shareLink } from "./actions";
+import { attempt, openSaved, saveToLibrary, shareLink } from "./actions";
 import { exportAll, importAll } from "./exchange";
 import { replaceBy } from "./project";
 import controls from "../ui/controls.module.css";
@@ -18,14 +18,6 @@ function useMoment(): (moment: string) => string {
   const { i18n } = useTranslation();
   const format = new Intl.DateTimeFormat(i18n.language, { dateStyle: "medium", timeStyle: "short" });
   return (moment) => format.format(new Date(moment));
-}
-
-async function openSaved(name: string, version?: number): Promise<void> {
-  await attempt(async () => {
-    const project = await request("projects/read", { name, version });
-    closeDialog();
-    await replaceBy({ ...project, name }, { stored: true });
-  });
 }
 
 function Versions({ name }: { name: string }) {
@@ -38,7 +30,7 @@ function Versions({ name }: { name: string }) {
       {versions.map(({ version, saved_at }) => (
         <li key={version}>
           <span>{t("library.version", { version, moment: moment(saved_at) })}</span>
-          <TextButton small onPress={() => void openSaved(name, version)}>{t("library.restore")}</TextButton>
+          <TextButton small onPress={() => void attempt(() => openSaved(name, version))}>{t("library.restore")}</TextButton>
         </li>
       ))}
     </ol>
@@ -58,7 +50,7 @@ function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: 
   return (
     <li >
       <div className={css.libraryRow}>
-        <Button className={css.libraryOpen} onPress={() => void openSaved(name)}>
+        <Button className={css.libraryOpen} onPress={() => void attempt(() => openSaved(name))}>
           <b>{name}</b>
           <span>{moment(saved_at)}</span>
         </Button>

@@ -5,7 +5,7 @@ import { RefusedError, UnreachableError, request } from "../api/service";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
-import { notify, openDialog, openNotes } from "../state/dialogs";
+import { closeDialog, notify, openDialog, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { wordsCsv } from "../words/bits";
 import { chooseFile, download, fileName } from "../ui/files";
@@ -35,6 +35,13 @@ export function openFile(): Promise<void> {
     const opened = await request("open", { text: await file.text() });
     await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, { stored: true });
   });
+}
+
+/** Open a project of the library, its newest version or another. Throws RefusedError or UnreachableError. */
+export async function openSaved(name: string, version?: number): Promise<void> {
+  const project = await request("projects/read", { name, version });
+  closeDialog();
+  await replaceBy({ ...project, name }, { stored: true });
 }
 
 export function startNew(): Promise<unknown> {

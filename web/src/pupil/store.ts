@@ -5,16 +5,16 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
-import { request, UnreachableError } from "../api/service";
+import { UnreachableError } from "../api/service";
 import type { OpenedProject } from "../api/types";
 import { askClass, askTeacher, Stream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
 import { receivePair } from "../pair/start";
 import type { Shared } from "../pair/store";
-import { attempt } from "../projects/actions";
+import { attempt, openSaved } from "../projects/actions";
 import { findWork, type StoredWork } from "../projects/autosave";
-import { openProject, replaceBy, sameProject } from "../projects/project";
+import { openProject, sameProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 
@@ -80,7 +80,7 @@ function tellNews(news: readonly News[]): void {
   for (const { number, kind, name, sender } of news.filter((each) => each.number > told)) {
     told = number;
     const text = kind === "mission" ? i18next.t("pupil.mission", { name }) : i18next.t("pupil.project", { name, sender: sender || i18next.t("pupil.teacher") });
-    const open = kind === "mission" ? openHandedMission : () => openHandedProject(name);
+    const open = kind === "mission" ? openHandedMission : () => attempt(() => openSaved(name));
     notify(text, "info", { label: i18next.t("pupil.open"), run: () => void open() });
     void askClass("seen", { number }).catch(() => undefined);
   }
@@ -92,13 +92,6 @@ export async function openHandedMission(): Promise<void> {
   if (number === null) return;
   await attemptInClass(async () => {
     await playMission(choiceOf(await askClass("mission", { number })));
-  });
-}
-
-function openHandedProject(name: string): Promise<void> {
-  return attempt(async () => {
-    const project = await request("projects/read", { name });
-    await replaceBy({ ...project, name }, { stored: true });
   });
 }
 
