@@ -9,8 +9,6 @@ const RETRY_MS = 1500;
 
 /** The server of this page; the store's `service` says whether it answers. */
 export class HttpService implements Service {
-  private isGone = false;
-
   async ask<Name extends keyof Requests>(name: Name, message: Requests[Name]["message"] | null): Promise<Requests[Name]["answer"]> {
     try {
       return (await post(`/api/${name}`, message)) as Requests[Name]["answer"];
@@ -25,14 +23,10 @@ export class HttpService implements Service {
   }
 
   private waitUntilBack(): void {
-    if (this.isGone) return;
-    this.isGone = true;
+    if (useStudio.getState().service === "gone") return;
     useStudio.setState({ service: "gone" });
+    const back = () => useStudio.setState({ service: "ready" });
     const askLater = () => setTimeout(() => void post("/api/capabilities", null).then(back, askLater), RETRY_MS);
-    const back = () => {
-      this.isGone = false;
-      useStudio.setState({ service: "ready" });
-    };
     askLater();
   }
 }
