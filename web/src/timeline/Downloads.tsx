@@ -16,32 +16,18 @@ import { film, filmKind } from "./film";
 
 const FILM_S = 10;
 
-/** A file of a run: the service has it at an address, or the page makes it. */
-interface RunFile {
-  id: string;
-  name: string;
-  make?: () => Promise<void>;
-}
-
-/** The events of the run, and its last seconds as a film. */
+/** The run on paper, its events as a table, and its last seconds as a film. */
 export function Downloads() {
   const { t } = useTranslation();
   const isEmpty = useMat(({ state }) => !state?.t_ms);
   const capabilities = useStudio((studio) => studio.capabilities);
   const [filming, setFilming] = useState(false);
-  const kind = filmKind();
-  const table: RunFile = { id: "timeline.csv", name: t("timeline.csv"), make: capabilities?.downloads ? undefined : saveTable };
-  const saveFilm = async () => {
+  // The service has it at an address, or the page makes it.
+  const table = capabilities?.downloads ? { href: `/api/world/${session.name}/timeline.csv`, download: "timeline.csv" } : { onAction: () => void saveTable() };
+  const saveFilm = () => {
     setFilming(true);
-    await saveStageFilm().finally(() => setFilming(false));
+    void saveStageFilm().finally(() => setFilming(false));
   };
-  const stage: RunFile = { id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm };
-  const print = () => {
-    openDialog("run");
-    return Promise.resolve();
-  };
-  const paper: RunFile = { id: "run", name: t("run.open"), make: print };
-  const files = kind ? [paper, table, stage] : [paper, table];
   return (
     <MenuTrigger>
       <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty || filming}>
@@ -50,16 +36,10 @@ export function Downloads() {
       </Button>
       <Popover className={fields.popover}>
         <Menu aria-label={t("timeline.download")}>
-          {files.map(({ id, name, make }) =>
-            make ? (
-              <MenuItem key={id} className={fields.option} onAction={() => void make()}>
-                {name}
-              </MenuItem>
-            ) : (
-              <MenuItem key={id} className={fields.option} href={`/api/world/${session.name}/${id}`} download={id}>
-                {name}
-              </MenuItem>
-            ),
+          <MenuItem className={fields.option} onAction={() => openDialog("run")}>{t("run.open")}</MenuItem>
+          <MenuItem className={fields.option} {...table}>{t("timeline.csv")}</MenuItem>
+          {filmKind() && (
+            <MenuItem className={fields.option} onAction={saveFilm}>{t("timeline.film", { count: FILM_S })}</MenuItem>
           )}
         </Menu>
       </Popover>
