@@ -9,7 +9,7 @@ import { isForeign, usePair } from "../pair/store";
 import { endEdit, record, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { Divider, watchSize } from "../ui/areas";
+import { Divider, endAll, watchSize } from "../ui/areas";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { noteEdit } from "../words/compiling";
@@ -75,17 +75,14 @@ function Editor({ editor }: { editor: EditorName }) {
       if (typed && Blockly.getMainWorkspace() === workspace) noteEdit(editor);
     };
     document.addEventListener("input", onInput);
-    const ends = [
+    return endAll(
       drawInView(editor, workspace),
       watchSize(host.current!, () => Blockly.svgResize(workspace)),
       useStudio.subscribe((now, before) => now.running !== before.running && markRunning(now.running)),
-    ];
-    return () => {
-      for (const end of ends) end();
-      document.removeEventListener("input", onInput);
-      disposeWorkspace(editor);
-      markLoose(editor);
-    };
+      () => document.removeEventListener("input", onInput),
+      () => disposeWorkspace(editor),
+      () => markLoose(editor),
+    );
   }, [editor]);
 
   useEffect(() => {

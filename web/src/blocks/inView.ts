@@ -7,7 +7,7 @@ import { type BlockSvg, utils, type WorkspaceSvg } from "blockly/core";
 import type { CompiledWord, EditorName } from "../api/types";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { watchSize } from "../ui/areas";
+import { endAll, watchSize } from "../ui/areas";
 import { colourOf, runsOf } from "../words/bits";
 import css from "./blocks.module.css";
 
@@ -140,14 +140,12 @@ export function drawInView(editor: EditorName, workspace: WorkspaceSvg): () => v
     }
   };
   const ask = () => (frame ||= requestAnimationFrame(draw));
-  const stop = useStudio.subscribe((studio, before) => studio.compiled !== before.compiled && ask());
   workspace.addChangeListener(ask);
-  const unwatch = watchSize(workspace.getInjectionDiv(), ask);
   ask();
-  return () => {
-    stop();
-    unwatch();
-    workspace.removeChangeListener(ask);
-    cancelAnimationFrame(frame);
-  };
+  return endAll(
+    useStudio.subscribe((studio, before) => studio.compiled !== before.compiled && ask()),
+    watchSize(workspace.getInjectionDiv(), ask),
+    () => workspace.removeChangeListener(ask),
+    () => cancelAnimationFrame(frame),
+  );
 }

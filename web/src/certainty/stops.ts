@@ -13,6 +13,7 @@ import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
+import { endAll } from "../ui/areas";
 
 type Kind = StopCondition["kind"];
 
@@ -77,13 +78,10 @@ function conditions(): StopCondition[] {
 /** Tell each new world on what to stop; returns what ends this. */
 export function watchStops(): () => void {
   const send = () => session.send({ do: "stop-when", conditions: conditions() });
-  const ends = [
+  return endAll(
     useStops.subscribe(({ stops }, before) => stops !== before.stops && useMat.getState().hello?.cars && send()),
     useMat.subscribe(({ hello }, before) => hello !== before.hello && hello?.cars && useStops.getState().stops.length && send()),
-  ];
-  return () => {
-    for (const end of ends) end();
-  };
+  );
 }
 
 /** Show the choices of the zone that lies under a point, if one does; the topmost. */

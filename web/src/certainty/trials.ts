@@ -9,6 +9,7 @@ import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { documentOf, useDraft } from "../missions/draft";
 import { useStudio } from "../state/studio";
+import { endAll } from "../ui/areas";
 
 /** A run, as it can be simulated again. */
 export type Run = Omit<SetWorld, "do">;
@@ -56,7 +57,7 @@ export class TrialStream {
 
   /** Follow the program and the world from now on; returns what ends this. */
   watch(): () => void {
-    const ends = [
+    return endAll(
       useStudio.subscribe((now, before) => {
         if (now.compiled?.image !== before.compiled?.image || now.mission !== before.mission || now.profile !== before.profile) this.change();
         else if (now.leader !== before.leader || now.followers !== before.followers) this.rest();
@@ -65,11 +66,8 @@ export class TrialStream {
       useMat.subscribe(({ state }, before) => {
         if (state?.playing && !before.state?.playing) this.play();
       }),
-    ];
-    return () => {
-      for (const end of ends) end();
-      this.close();
-    };
+      () => this.close(),
+    );
   }
 
   /** Begin to try the program, where there is a mission and nothing was tried yet. */

@@ -4,6 +4,7 @@ import { tapZone } from "../certainty/stops";
 import { useMission } from "../missions/store";
 import { endEdit } from "../state/history";
 import { useStudio, useWords } from "../state/studio";
+import { endAll } from "../ui/areas";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
@@ -36,43 +37,39 @@ function connect(scene: Scene): () => void {
   if (session.picture) scene.take(session.picture);
   show();
   const shown = ["chosen", "told", "tracks", "air", "followed", "hello"] as const;
-  const ends = [
+  let pressed: Point = [0, 0];
+  return endAll(
     session.listen((picture) => scene.take(picture)),
     useMat.subscribe((now, before) => {
       if (now.hello && now.hello !== before.hello) scene.setHello(now.hello);
       if (shown.some((key) => now[key] !== before[key])) show();
     }),
     useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
-  ];
-  let pressed: Point = [0, 0];
-  const detach = attachPointers(scene.host, scene, {
-    gripAt: (point, reachPx) => {
-      pressed = point;
-      const { chosen, hello: now, tMs } = useMat.getState();
-      const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
-      return gripAt(sight, point, reachPx / scene.camera.scale);
-    },
-    onChoose: (grip) => {
-      if (grip && "car" in grip) {
-        tapCar(grip.car);
-        return;
-      }
-      choose(grip && { piece: grip.piece });
-      tapZone(grip ? null : pressed, useMission.getState().mission?.zones ?? []);
-    },
-    onDrag: (grip, to, by) => {
-      if (useMat.getState().asked) useMat.setState({ asked: null });
-      dragTo(grip, to, by);
-    },
-    onDrop: endEdit,
-    isDrawing: () => useMat.getState().drawing,
-    onSketch: (stroke) => scene.sketch(stroke),
-    onStroke: drawRoad,
-  });
-  return () => {
-    for (const end of ends) end();
-    detach();
-  };
+    attachPointers(scene.host, scene, {
+      gripAt: (point, reachPx) => {
+        pressed = point;
+        const { chosen, hello: now, tMs } = useMat.getState();
+        const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
+        return gripAt(sight, point, reachPx / scene.camera.scale);
+      },
+      onChoose: (grip) => {
+        if (grip && "car" in grip) {
+          tapCar(grip.car);
+          return;
+        }
+        choose(grip && { piece: grip.piece });
+        tapZone(grip ? null : pressed, useMission.getState().mission?.zones ?? []);
+      },
+      onDrag: (grip, to, by) => {
+        if (useMat.getState().asked) useMat.setState({ asked: null });
+        dragTo(grip, to, by);
+      },
+      onDrop: endEdit,
+      isDrawing: () => useMat.getState().drawing,
+      onSketch: (stroke) => scene.sketch(stroke),
+      onStroke: drawRoad,
+    }),
+  );
 }
 
 function allThings(mat: Mat, cars: number): NonNullable<Chosen>[] {

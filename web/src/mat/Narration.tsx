@@ -5,6 +5,7 @@ import type { Picture } from "../api/world";
 import type { ReceivedFrame } from "../generated/messages";
 import { useSettings } from "../state/settings";
 import { clock } from "../timeline/events";
+import { endAll } from "../ui/areas";
 import { describe, Pace, summarize } from "./account";
 import { session } from "./session";
 import { useMat } from "./store";
@@ -39,13 +40,9 @@ export const Narration = memo(function Narration() {
       if (pace.due(text, performance.now(), picture.fresh)) setAnnounced(text);
     };
     tell(session.picture);
-    const silence = session.listen(tell);
     // What was not due when the last picture came is announced later.
     const timer = setInterval(() => tell(session.picture), MINIMUM_MS);
-    return () => {
-      silence();
-      clearInterval(timer);
-    };
+    return endAll(session.listen(tell), () => clearInterval(timer));
   }, [on, isStart, i18n.language]);
 
   return (

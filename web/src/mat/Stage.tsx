@@ -7,6 +7,7 @@ import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio } from "../state/studio";
 import { useMission } from "../missions/store";
+import { endAll } from "../ui/areas";
 import { ChaseView } from "./ChaseView";
 import { danceOf } from "./dance";
 import { ToolButton } from "./fields";
@@ -58,24 +59,25 @@ export function Stage() {
 function useSound(): void {
   useEffect(() => {
     const sound = new Sound();
-    const end = session.listen((picture) => {
-      const { hello, state } = useMat.getState();
-      sound.take(picture, new Set(hello?.leads), isHeard(), state?.playing ?? false);
-    });
     const mute = () => {
       if (!isHeard() || !useMat.getState().state?.playing) sound.silence();
     };
-    const stars = useMission.subscribe(({ result }, before) => {
-      if (!result?.stars.length || result === before.result) return;
-      if (isHeard()) sound.celebrate(result.stars.length);
-      const words = useStudio.getState().compiled?.words ?? [];
-      useMat.getState().scene?.celebrate(danceOf(words, "leader"), danceOf(words, "followers"));
-    });
-    const ends = [end, stars, useSettings.subscribe(mute), useStudio.subscribe(mute), useMat.subscribe(mute)];
-    return () => {
-      for (const each of ends) each();
-      sound.close();
-    };
+    return endAll(
+      session.listen((picture) => {
+        const { hello, state } = useMat.getState();
+        sound.take(picture, new Set(hello?.leads), isHeard(), state?.playing ?? false);
+      }),
+      useMission.subscribe(({ result }, before) => {
+        if (!result?.stars.length || result === before.result) return;
+        if (isHeard()) sound.celebrate(result.stars.length);
+        const words = useStudio.getState().compiled?.words ?? [];
+        useMat.getState().scene?.celebrate(danceOf(words, "leader"), danceOf(words, "followers"));
+      }),
+      useSettings.subscribe(mute),
+      useStudio.subscribe(mute),
+      useMat.subscribe(mute),
+      () => sound.close(),
+    );
   }, []);
 }
 

@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import { useStudio } from "../state/studio";
+import { endAll } from "../ui/areas";
 import { toScreen } from "./camera";
 import { session } from "./session";
 import { askWhy } from "./actions";
@@ -65,10 +66,7 @@ export function Thoughts() {
       if (told !== "[]" || fresh || scrubbed || !last) look();
     });
     const timer = setInterval(look, EVERY_MS);
-    return () => {
-      end();
-      clearInterval(timer);
-    };
+    return endAll(end, () => clearInterval(timer));
   }, []);
 
   useEffect(() => {

@@ -14,6 +14,7 @@ import {
 } from "../api/world";
 import type { Playing } from "../pair/store";
 import { useStudio } from "../state/studio";
+import { endAll } from "../ui/areas";
 import { EventStore } from "../timeline/events";
 import { runningBlocks, sameRunning } from "./account";
 import { beginning, type Placed } from "./cars";
@@ -85,21 +86,19 @@ export class Session {
   open(): void {
     // Where the world ends with its page, a reloaded page begins the same run again.
     useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) });
-    const stopMat = useMat.subscribe(({ seed, chosen }, before) => {
-      if (seed !== before.seed) sessionStorage.setItem(SEED_KEY, String(seed));
-      if (chosen !== before.chosen) this.watch();
-    });
-    const stop = useStudio.subscribe((now, before) => {
-      const differs =
-        now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.mission !== before.mission;
-      // The first program is no edit, of which there come many.
-      if (differs && this.sent?.beginning === null && now.compiled) this.syncNow();
-      else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
-    });
-    this.unsubscribe = () => {
-      stopMat();
-      stop();
-    };
+    this.unsubscribe = endAll(
+      useMat.subscribe(({ seed, chosen }, before) => {
+        if (seed !== before.seed) sessionStorage.setItem(SEED_KEY, String(seed));
+        if (chosen !== before.chosen) this.watch();
+      }),
+      useStudio.subscribe((now, before) => {
+        const differs =
+          now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.mission !== before.mission;
+        // The first program is no edit, of which there come many.
+        if (differs && this.sent?.beginning === null && now.compiled) this.syncNow();
+        else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
+      }),
+    );
     this.playRequested = useStudio.getState().isOpening && !matchMedia(CALM).matches;
     this.connection = new WorldConnection(this.name, {
       onPicture: (picture) => this.receivePicture(picture),

@@ -15,7 +15,7 @@ import { applyFix } from "../blocks/fixes";
 import { inLanguage } from "../i18n";
 import type { TextPlace } from "../generated/messages";
 import { useStudio } from "../state/studio";
-import { watchSize } from "../ui/areas";
+import { endAll, watchSize } from "../ui/areas";
 import { completeAt } from "./completion";
 import { editText, usePython } from "./text";
 import css from "./python.module.css";
@@ -141,18 +141,15 @@ export default function CodeEditor() {
     };
     show();
     // A mistake that is told below takes room: the cursor, and the list at it, stay in view.
-    const ends = [
+    return endAll(
       watchSize(host.current!, () => view.hasFocus && view.dispatch({ effects: EditorView.scrollIntoView(view.state.selection.main.head) })),
       usePython.subscribe(show),
       useStudio.subscribe((now, before) => {
         if (now.compiled !== before.compiled) showMarks(view);
         if (now.selection !== before.selection) showSelection(view);
       }),
-    ];
-    return () => {
-      for (const end of ends) end();
-      view.destroy();
-    };
+      () => view.destroy(),
+    );
   }, [t, i18n.language]);
   return <div className={css.editor} ref={host} />;
 }

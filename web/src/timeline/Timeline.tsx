@@ -10,7 +10,7 @@ import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useWords } from "../state/studio";
-import { useScroll } from "../ui/areas";
+import { endAll, useScroll } from "../ui/areas";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
 
@@ -73,14 +73,11 @@ function Lanes({ words, spanMs, cars }: LanesProps) {
     };
     draw();
     const timer = setInterval(draw, REPAINT_MS);
-    const end = watchTheme(() => {
+    const theme = watchTheme(() => {
       look = lookOf(element);
       painted = "";
     });
-    return () => {
-      clearInterval(timer);
-      end();
-    };
+    return endAll(theme, () => clearInterval(timer));
   }, [words, spanMs, top, height, offsetPx, cars, t]);
 
   useEffect(() => {

@@ -85,6 +85,9 @@ export function watchSize(element: Element, changed: () => void): () => void {
   return () => observer.disconnect();
 }
 
+/** A function that calls all of these: each ends something. */
+export const endAll = (...ends: (() => void)[]) => () => ends.forEach((end) => end());
+
 /** How far an element is scrolled down, and how high its view is. */
 export function useScroll(scroller: RefObject<HTMLElement | null>): { top: number; height: number } {
   const [seen, setSeen] = useState({ top: 0, height: 600 });
