@@ -1,6 +1,6 @@
 /** A world on a canvas, and all stages as tiles. */
 
-import { useCallback, useEffect, useRef, useState } from "react";
+import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
 import type { MatView, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
@@ -58,42 +58,39 @@ function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "work
   return pupil.stuck_s !== null ? "stuck" : "works";
 }
 
-function Tile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
+interface TileProps extends CanvasProps {
+  /** Its own page. */
+  href: string;
+  state?: string;
+  children: ReactNode;
+}
+
+/** A world that leads to its own page, and what stands below it. */
+function Tile({ href, state, children, ...canvas }: TileProps) {
+  return (
+    <li className={css.tile} data-state={state} data-world={canvas.world.pupil}>
+      <a href={href}>
+        <WorldCanvas {...canvas} />
+        <span className={css.tileName}>{children}</span>
+      </a>
+    </li>
+  );
+}
+
+function PupilTile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
   const t = useTexts();
   const state = stateOf(pupil);
   return (
-    <li className={css.tile} data-state={state} data-world={world.pupil}>
-      <a href={`/wall?pupil=${encodeURIComponent(pupil.id)}`}>
-        <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} tiles={tiles} />
-        <span className={css.tileName}>
-          <Avatar name={pupil.avatar} />
-          <b>{pupil.name}</b>
-          {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
-          {state !== "works" && <span className={css.tileState}>{t(state)}</span>}
-        </span>
-      </a>
-    </li>
+    <Tile world={world} tiles={tiles} label={t("stageOf", { name: pupil.name })} href={`/wall?pupil=${encodeURIComponent(pupil.id)}`} state={state}>
+      <Avatar name={pupil.avatar} />
+      <b>{pupil.name}</b>
+      {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
+      {state !== "works" && <span className={css.tileState}>{t(state)}</span>}
+    </Tile>
   );
 }
 
 const SHARED = "";
-
-/** The shared mat, which leads to its own page. */
-function MatTile({ world, mat, tiles }: { world: WallWorld; mat: MatView; tiles: Tiles }) {
-  const t = useTexts();
-  const inLanguage = useSentences();
-  return (
-    <li className={css.tile} data-world={SHARED}>
-      <a href="/mat">
-        <WorldCanvas world={world} label={t("matTitle")} tiles={tiles} />
-        <span className={css.tileName}>
-          <b>{t("matTitle")}</b>
-          <span>{inLanguage(mat.title)}</span>
-        </span>
-      </a>
-    </li>
-  );
-}
 
 /** In how many columns all tiles fit at the largest, while the page's size changes. */
 function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | null>; columns: number } {
@@ -119,6 +116,7 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
 /** All stages, the shared mat first; `pupils` are those of the class, in the order in which they joined. */
 export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: MatView }) {
   const t = useTexts();
+  const inLanguage = useSentences();
   const [wall, setWall] = useState<Wall | null>(null);
   const [tiles] = useState(() => new Tiles());
   /** The worlds whose tiles are on the screen; null until that is known. */
@@ -169,9 +167,14 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
   if (wall && shown.length === 0 && !shared) return <p className={css.notice}>{t("wallEmpty")}</p>;
   return (
     <ul ref={list} className={css.tiles} style={{ "--columns": columns } as React.CSSProperties}>
-      {shared && <MatTile world={shared} mat={mat} tiles={tiles} />}
+      {shared && (
+        <Tile world={shared} tiles={tiles} label={t("matTitle")} href="/mat">
+          <b>{t("matTitle")}</b>
+          <span>{inLanguage(mat.title)}</span>
+        </Tile>
+      )}
       {shown.map((world) => (
-        <Tile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} tiles={tiles} />
+        <PupilTile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} tiles={tiles} />
       ))}
     </ul>
   );
