@@ -25,12 +25,9 @@ function connect(scene: Scene): () => void {
     const { mat, rangeMm } = useStudio.getState();
     const now = useMat.getState();
     const { told, tracks, air, followed, hello } = now;
-    const car = chosenCar(now);
     scene.setMat(mat, chosenPiece(now));
-    scene.choose(car, told);
-    scene.show({ tracks, air });
-    scene.followed = followed ? car : null;
-    scene.setRange(rangeMm === null ? (hello?.range_m ?? 1) : rangeMm / 1000);
+    scene.choose(chosenCar(now), told, followed);
+    scene.show(tracks, air, rangeMm === null ? (hello?.range_m ?? 1) : rangeMm / 1000);
   };
   const { hello } = useMat.getState();
   if (hello) scene.setHello(hello);

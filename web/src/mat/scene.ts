@@ -32,7 +32,7 @@ function isContrast(): boolean {
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;
 
-export interface SceneListeners {
+interface SceneListeners {
   onCamera: (camera: Camera) => void;
   onDrawn: (frame: number) => void;
   /** The user took the camera, or gave it back. */
@@ -43,7 +43,7 @@ export class Scene {
   readonly motion = new Motion();
   camera: Camera = { x: 2, y: 1.5, scale: 100 };
   size: Size = { width: 300, height: 150 };
-  followed: number | null = null;
+  private followed: number | null = null;
   /** How long a drawing takes, smoothed. */
   drawMs = 0;
   /** Another view covers this one. */
@@ -159,28 +159,26 @@ export class Scene {
     this.draw();
   }
 
-  setRange(metres: number): void {
-    this.air.setRange(metres);
-    this.draw();
-  }
-
   /** Show what is being drawn; null for nothing. */
   sketch(stroke: readonly Point[] | null): void {
     this.furniture.sketch(stroke);
     this.draw();
   }
 
-  /** Ring the chosen car, and the others that are told of. */
-  choose(car: number | null, told: readonly number[]): void {
+  /** Ring the chosen car, and follow it where that is wished; ring the others that are told of. */
+  choose(car: number | null, told: readonly number[], followed: boolean): void {
     this.air.chosen = car;
     this.cars.ringed = car === null ? told : [car, ...told];
+    this.followed = followed ? car : null;
     this.draw();
   }
 
-  show(what: { tracks: boolean; air: boolean }): void {
-    this.tracks.shown = what.tracks;
-    if (!what.tracks) this.tracks.clear();
-    this.air.shown = what.air;
+  /** Show the cars' tracks, what is in the air, and how far it reaches. */
+  show(tracks: boolean, air: boolean, rangeM: number): void {
+    this.tracks.shown = tracks;
+    if (!tracks) this.tracks.clear();
+    this.air.shown = air;
+    this.air.setRange(rangeM);
     this.draw();
   }
 
