@@ -98,8 +98,8 @@ const DEFINITIONS: Record<string, Definition> = {
 
 export const BLOCK_TYPES = Object.keys(DEFINITIONS);
 
-/** The definition as Blockly's JSON; exported for the tests that hold it against what the server reads. */
-export function jsonOf(type: string, profile: Profile): Record<string, unknown> {
+/** The definition as Blockly's JSON. */
+function jsonOf(type: string, profile: Profile): Record<string, unknown> {
   const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;
   const text = isStart() ? i18next.t(`startBlocks.${message}`) : i18next.t(`blocks.${message}`);
   const own = fields?.(profile) ?? [];

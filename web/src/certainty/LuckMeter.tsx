@@ -19,7 +19,7 @@ import css from "./certainty.module.css";
 const MOST_TOLD = 8;
 
 /** A small bar with its number; nothing while nothing was tried. */
-export function LuckBar() {
+function LuckBar() {
   const { t } = useTranslation();
   const luck = useTrials((now) => now.luck);
   if (!luck?.tried) return null;

@@ -43,7 +43,7 @@ const REST_MS = 1500;
 export const RUNS = 200;
 
 /** What is tried: the mission that is played, or the one that is written, on the project's mat. */
-export function triedMission(): MissionChoice | null {
+function triedMission(): MissionChoice | null {
   const { mission, mat } = useStudio.getState();
   const { draft } = useDraft.getState();
   return mission ?? (draft && { document: documentOf(draft, mat) });

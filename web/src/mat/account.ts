@@ -10,7 +10,7 @@ const DIRECTIONS = ["forward", "left", "right", "driven"] as const;
 /** `stuck` is to drive forward, and touches what lets it go no further. */
 type Activity = (typeof DIRECTIONS)[number] | "stuck" | "still";
 
-export interface Summary {
+interface Summary {
   leaders: Record<Activity, number>;
   followers: Record<Activity, number>;
   lit: number;
@@ -38,7 +38,7 @@ export function summarize(picture: Picture, leads: ReadonlySet<number>): Summary
  * What is said of lost frames: `counted`, how many; `mentioned`, that some were lost, for a text that stays while their
  * number changes; `none`, nothing, for who has not met them yet.
  */
-export type Losses = "counted" | "mentioned" | "none";
+type Losses = "counted" | "mentioned" | "none";
 
 /** 'The leader drives forward; 3 followers turn left; 4 frames lost in the last 5 seconds.' */
 export function describe(summary: Summary, losses: Losses): string {

@@ -35,7 +35,7 @@ function isBeginning(): boolean {
 }
 
 /** Put a car elsewhere. At the beginning of a run that is its new start; later, a reset puts it back. */
-export function putCar(car: number, [x, y]: Point, headingDeg: number): void {
+function putCar(car: number, [x, y]: Point, headingDeg: number): void {
   if (isFixed()) return;
   const at_m: Point = [rounded(x), rounded(y)];
   const mat = isBeginning() ? separate() : null;

@@ -28,7 +28,7 @@ export interface Wave {
   alpha: number;
 }
 
-export interface FrameListeners {
+interface FrameListeners {
   onLost: (car: number, collided: boolean) => void;
   onHeard: (car: number) => void;
 }

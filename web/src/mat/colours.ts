@@ -19,7 +19,7 @@ export interface WordColours {
   byWord: ReadonlyMap<number, number>;
 }
 
-export function paler(colour: number): number {
+function paler(colour: number): number {
   const channel = (shift: number) => {
     const value = (colour >> shift) & 255;
     return Math.round(value + (255 - value) * PALER) << shift;
@@ -64,8 +64,7 @@ export function hexColour(colour: number): string {
   return `#${colour.toString(16).padStart(6, "0")}`;
 }
 
-/** The mat's colours, from the page's style sheets, so that light, dark and high contrast reach the canvas too. */
-
+/** From the page's style sheets, so that light, dark and high contrast reach the canvas too. */
 const NAMES = [
   "ground",
   "floor",

@@ -54,7 +54,7 @@ export function withList(mat: Mat, kind: FurnitureKind, pieces: readonly Piece[]
   return pieces.length ? { ...mat, [kind]: pieces } : without(mat, kind);
 }
 
-export function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat {
+function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat {
   return withList(mat, kind, listOf(mat, kind).with(place, piece));
 }
 

@@ -14,7 +14,7 @@ const WALL_MM = 24;
 const GRID_MM = 4;
 const PERSON_MM = 420;
 const MOST_GRID_LINES = 200;
-export const HANDLE_PX = 9;
+const HANDLE_PX = 9;
 
 export class FurnitureLayer {
   /** Below the cars. */

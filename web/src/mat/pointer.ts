@@ -70,7 +70,7 @@ function distanceTo(kind: PieceId["kind"], piece: Piece, point: Point, tMs: numb
   return distanceToPiece(kind, piece, point) - (kind === "line" ? ROAD_M / 2 : 0);
 }
 
-export interface PointerActions {
+interface PointerActions {
   gripAt: (point: Point, reachPx: number) => Grip | null;
   onChoose: (grip: Grip | null) => void;
   onDrag: (grip: Grip, to: Point, by: Point) => void;

@@ -13,7 +13,7 @@ import { collectEdits } from "../words/compiling";
 import { setRange } from "./actions";
 import { choose, editMat } from "./store";
 
-export type Remedy = RemedyOrder["remedy"];
+type Remedy = RemedyOrder["remedy"];
 
 /** What a button does about the answer of a car; null where nothing that it could do is sure to help. */
 export function remedyOf({ remedy }: Why): Remedy | null {

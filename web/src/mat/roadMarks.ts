@@ -12,7 +12,7 @@ const CORNERS = 40;
 export const ROAD_COLOURS = { edge: 0xf4f2ea, bed: 0x868c96, dark: 0x17181c } as const;
 
 /** A line of a width along a way, or an area where that is 0. */
-export interface RoadMark {
+interface RoadMark {
   way: readonly Point[];
   widthM: number;
   colour: number;

@@ -103,7 +103,7 @@ export function withRoad(mat: Mat, road: Line, reachM: number): { mat: Mat; id: 
 
 export const TILES = ["straight", "bend", "crossing"] as const;
 export type Tile = (typeof TILES)[number];
-export const TILE_M = 0.5;
+const TILE_M = 0.5;
 const HALF_M = TILE_M / 2;
 /** The lines of each tile around its middle, in tiles. */
 const TILE_LINES: Record<Tile, readonly (readonly Point[])[]> = {

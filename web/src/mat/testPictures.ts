@@ -3,7 +3,7 @@
 import { Flag, NO_INDEX, type Picture } from "../api/world";
 import { columnBytes, type Columns, columnsOf } from "../generated/world";
 
-export type DrawnCar = Partial<Record<keyof Columns, number>>;
+type DrawnCar = Partial<Record<keyof Columns, number>>;
 
 const PLAIN: DrawnCar = { index: NO_INDEX, led: 4, flags: Flag.runs };
 

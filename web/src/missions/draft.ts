@@ -50,7 +50,7 @@ export function editPlayed(): void {
 }
 
 /** Write on a mission, on its mat where another one is open. */
-export function editMission(mission: Mission): void {
+function editMission(mission: Mission): void {
   const { name, story, seconds, zones, document } = mission;
   const others = without(document, "name", "story", "seconds", "zone", "goal", "mat", "format");
   const goals = document.goal as DraftGoal[];
@@ -58,7 +58,7 @@ export function editMission(mission: Mission): void {
   useDraft.setState({ draft: { name: name.en, story: story.en, seconds, zones, goals, others } });
 }
 
-export function closeDraft(): void {
+function closeDraft(): void {
   useDraft.setState({ draft: null });
 }
 

@@ -120,7 +120,7 @@ export class DeadmanSwitch {
   }
 }
 
-export type InputName = "stick" | "keys" | "gamepad";
+type InputName = "stick" | "keys" | "gamepad";
 
 /** What the page's inputs hold, and the dead-man switch that sends it. */
 export class HeldInputs {

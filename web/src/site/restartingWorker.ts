@@ -8,7 +8,7 @@ const PING_MS = 2000;
 const MOST_STARTS = 3;
 const MOST_TRIES = 2;
 
-export type WorkerState = "starting" | "ready" | "restarting" | "failed";
+type WorkerState = "starting" | "ready" | "restarting" | "failed";
 
 interface Pending {
   message: ToWorker;

@@ -4,7 +4,7 @@ import { create } from "zustand";
 import { type Studio, useStudio } from "./studio";
 
 export type DialogName = "upload" | "library" | "examples" | "share" | "pair" | "missions" | "notes" | "run" | "help";
-export type Tone = "info" | "success" | "warning" | "error";
+type Tone = "info" | "success" | "warning" | "error";
 
 export interface Notice {
   id: number;
@@ -16,7 +16,7 @@ export interface Notice {
 }
 
 /** A question that must be answered before something is lost; `other` is a second way to go on, beside the safe `yes`. */
-export interface Question {
+interface Question {
   title: string;
   text: string;
   yes: string;

@@ -2,7 +2,7 @@
 
 import { create } from "zustand";
 
-export interface Edit {
+interface Edit {
   /** Edits with the same key one after another, such as the steps of a drag, are undone together. */
   key: string;
   undo: () => void;

@@ -7,7 +7,7 @@ import { request, type ServiceState } from "../api/service";
 import type { Mat } from "../generated/world";
 import { useSettings } from "./settings";
 
-export interface Selection {
+interface Selection {
   editor: EditorName;
   block: string;
 }
@@ -65,7 +65,7 @@ export interface Studio {
 }
 
 const OWN_PARTS = ["name", "leader", "followers", "parkedFollowers", "profile", "mat", "python", "rangeMm", "unsaved", "stored", "base"] as const;
-export type OwnProject = Pick<Studio, (typeof OWN_PARTS)[number]>;
+type OwnProject = Pick<Studio, (typeof OWN_PARTS)[number]>;
 
 /** What is the user's own of what the page holds. */
 export const ownProject = (studio: Studio): OwnProject => Object.fromEntries(OWN_PARTS.map((part) => [part, studio[part]])) as unknown as OwnProject;

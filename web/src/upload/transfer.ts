@@ -33,7 +33,7 @@ export async function requestPort(): Promise<SerialPort | null> {
  * @param onBytes called for bytes that came.
  * @param onGone called once, when the port is gone: somebody pulled the cable.
  */
-export function carryBytes(port: SerialPort, onBytes: (bytes: Uint8Array<ArrayBuffer>) => void, onGone: () => void) {
+function carryBytes(port: SerialPort, onBytes: (bytes: Uint8Array<ArrayBuffer>) => void, onGone: () => void) {
   let reader: ReadableStreamDefaultReader<Uint8Array<ArrayBuffer>> | null = null;
   const writer = port.writable?.getWriter();
   const over = new AbortController();

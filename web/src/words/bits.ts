@@ -6,7 +6,7 @@ import i18next from "i18next";
 import { levelMeaning, secondsMeaning } from "../blocks/figures";
 
 type StepField = keyof typeof WORD_FIELDS;
-export type Group = (typeof WORD_FIELDS)[StepField]["group"] | "count" | "dwell" | "infrared" | "reserved" | "parity";
+type Group = (typeof WORD_FIELDS)[StepField]["group"] | "count" | "dwell" | "infrared" | "reserved" | "parity";
 
 /** The groups of the fields that no step fills. */
 const OTHER_GROUPS: Record<string, Group> = {
@@ -19,7 +19,7 @@ const OTHER_GROUPS: Record<string, Group> = {
 };
 
 /** What a step's field means; undefined for a field that no step fills. */
-export function stepField(field: string): (typeof WORD_FIELDS)[StepField] | undefined {
+function stepField(field: string): (typeof WORD_FIELDS)[StepField] | undefined {
   return field in WORD_FIELDS ? WORD_FIELDS[field as StepField] : undefined;
 }
 
