@@ -5,7 +5,6 @@ import { Editors } from "../blocks/Editors";
 import { Problems } from "../blocks/Problems";
 import { setBlocklyLanguage } from "../blocks/definitions";
 import { focusBlocks } from "../blocks/workspaces";
-import { currentLanguage } from "../i18n";
 import { session } from "../mat/session";
 import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
@@ -146,7 +145,7 @@ function useEditorsLanguage(): string {
   const [language, setLanguage] = useState(i18n.language);
   useEffect(() => {
     if (language === i18n.language) return;
-    void setBlocklyLanguage(currentLanguage()).then(() => {
+    void setBlocklyLanguage(i18n.language).then(() => {
       collectEdits();
       setLanguage(i18n.language);
     });

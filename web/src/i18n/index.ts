@@ -25,10 +25,6 @@ export function startLanguages(): void {
   });
 }
 
-export function currentLanguage(): Language {
-  return i18next.language;
-}
-
 export function changeLanguage(language: Language): void {
   keepLanguage(language);
   void i18next.changeLanguage(language);
@@ -41,5 +37,5 @@ export function nameOf(language: Language): string {
 
 /** The sentence in the page's language, or in English where the server doesn't have it in that language. */
 export function inLanguage(sentence: Sentence): string {
-  return sentence[currentLanguage()] ?? sentence.en;
+  return sentence[i18next.language] ?? sentence.en;
 }

@@ -93,7 +93,6 @@ export function Thoughts() {
         bubble.toggleAttribute("data-below", box === boxes[1]);
       });
     };
-    place();
     return scene.listen(place);
   }, [scene, thoughts, chased]);
 

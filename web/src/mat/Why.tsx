@@ -93,7 +93,6 @@ export function CarCard() {
       const at = below <= room ? below : top - scene.carPx * 0.7 - box.offsetHeight;
       box.style.translate = `${within(left - box.offsetWidth / 2, scene.size.width - box.offsetWidth)}px ${within(at, room)}px`;
     };
-    place();
     return scene.listen(place);
   }, [scene, car, chased]);
   if (car === null || chased || !profile) return null;

@@ -2,7 +2,7 @@
 
 import { type Disc, FLAT, type FloorName, type Line, type Mat, type Person, type Point, type Polygon, SHAPES, type Wall } from "../generated/world";
 
-export { FLOOR_NAMES } from "../generated/world";
+export { FLOOR_NAMES, SHAPES } from "../generated/world";
 export type { Car, Crowd, Disc, FloorName, Line, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
 
 export type FurnitureKind = keyof typeof SHAPES;
@@ -15,10 +15,6 @@ export const FURNITURE = Object.keys(SHAPES) as readonly FurnitureKind[];
 /** Whether a kind of piece is a mark on the floor, in nobody's way. */
 export function isFlat(kind: FurnitureKind): boolean {
   return (FLAT as readonly FurnitureKind[]).includes(kind);
-}
-
-export function shapeOf(kind: FurnitureKind): (typeof SHAPES)[FurnitureKind] {
-  return SHAPES[kind];
 }
 
 /** A piece of furniture by its place in the document's list. */

@@ -1,7 +1,7 @@
 /** The mat's floor, furniture and people, and the handles of the chosen piece. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
-import { type Disc, type FloorName, handlesOf, type Line, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Point, type Polygon, shapeOf } from "./document";
+import { type Disc, type FloorName, handlesOf, type Line, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Point, type Polygon, SHAPES } from "./document";
 import type { Textures } from "./textures";
 import type { MatTheme } from "./colours";
 import { paintFloor } from "./floors";
@@ -125,7 +125,7 @@ export class FurnitureLayer {
     if (!this.chosen || !piece) return;
     const around = { width: 3 / scale, color: this.theme.accent };
     const { kind } = this.chosen;
-    const shape = shapeOf(kind);
+    const shape = SHAPES[kind];
     if (shape === "corners") g.poly(mm((piece as Polygon).corners_m)).stroke(around);
     if (shape === "line") g.poly(mm(wayOf(piece as Line)), false).stroke(around);
     if (shape === "round") {

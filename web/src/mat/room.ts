@@ -1,6 +1,6 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
-import { type Disc, FURNITURE, type FurnitureKind, handlesOf, isFlat, type Line, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, shapeOf, type Wall } from "./document";
+import { type Disc, FURNITURE, type FurnitureKind, handlesOf, isFlat, type Line, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, SHAPES, type Wall } from "./document";
 import { distance, LINE_M, stretchesOf } from "./ways";
 
 /** Kept free around everything, in metres. */
@@ -32,7 +32,7 @@ export function isInside(corners: readonly Point[], [x, y]: Point): boolean {
 
 /** From a point to the nearest part of a piece, of a line to its middle; negative or 0 inside it. Nobody stumbles over a person. */
 export function distanceToPiece(kind: FurnitureKind, piece: Piece, point: Point): number {
-  switch (shapeOf(kind)) {
+  switch (SHAPES[kind]) {
     case "walk":
       return Infinity;
     case "ends":

@@ -258,8 +258,9 @@ export class Scene {
     return { mat, zones, drawn, picture, leads, carM, colours, theme, floor, contrast: isContrast(), waves };
   }
 
-  /** Call back after each drawing; returns a function that ends this. */
+  /** Call back now and after each drawing; returns a function that ends this. */
   listen(listener: () => void): () => void {
+    listener();
     this.drawnListeners.add(listener);
     return () => this.drawnListeners.delete(listener);
   }

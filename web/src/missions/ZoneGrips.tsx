@@ -10,7 +10,6 @@ import { Icon } from "../ui/icons";
 import { boxOf, type Draft, editDraft, reshapedZone, stretchedZone, useDraft } from "./draft";
 import css from "./missions.module.css";
 
-
 /** The zones of the mission that is written have two grips each on the stage: one moves the zone, one stretches it. */
 export function ZoneGrips() {
   const { t } = useTranslation();
@@ -50,7 +49,6 @@ function Grip({ scene, draft, place, action }: GripProps) {
       const [right, down] = toScreen(scene.camera, scene.size, [x, y]);
       if (button.current) button.current.style.translate = `calc(${right.toFixed(1)}px - 50%) calc(${down.toFixed(1)}px - 50%)`;
     };
-    follow();
     return scene.listen(follow);
   }, [scene, x, y]);
 

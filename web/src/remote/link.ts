@@ -205,8 +205,6 @@ export class HeldInputs {
   }
 }
 
-const withSwitches = (switches: Switches) => (Object.keys(switches).length > 0 ? { switches } : {});
-
 export class Link {
   private readonly stream: LastingStream<RemoteAnswer>;
   private number = 0;
@@ -265,7 +263,7 @@ export class Link {
     const cars = useRemote.getState().joined;
     if (cars.length === 0) return;
     const number = this.number + 1;
-    if (!this.send({ do: "drive", cars, throttle, steering, ...withSwitches(switches), number, stamp: stampAt(this.now()) })) return;
+    if (!this.send({ do: "drive", cars, throttle, steering, ...(Object.keys(switches).length > 0 && { switches }), number, stamp: stampAt(this.now()) })) return;
     this.number = number;
     this.sentMs.set(number, this.now());
     this.sentMs.delete(number - MOST_UNANSWERED);
