@@ -14,10 +14,11 @@ interface Shortcut {
 const spelled = (key: string) =>
   key
     .split("+")
-    .map((part) => (/^\d+$/.test(part) ? nameOfCode(Number(part)) : part))
+    .map((part) => (/^\d+$/.test(part) ? (NAMES[part] ?? String.fromCharCode(Number(part))) : part))
     .join(" + ");
 
-const NAMES: Record<number, string> = {
+/** Of keys whose code is no letter of theirs. */
+const NAMES: Record<string, string> = {
   8: "Backspace",
   9: "Tab",
   13: "Enter",
@@ -36,10 +37,6 @@ const NAMES: Record<number, string> = {
   121: "F10",
   191: "/",
 };
-
-function nameOfCode(code: number): string {
-  return NAMES[code] ?? String.fromCharCode(code);
-}
 
 /** Blockly's keyboard shortcuts that have a text, each with its keys. */
 function editorShortcuts(): Shortcut[] {

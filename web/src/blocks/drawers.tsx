@@ -157,7 +157,4 @@ class Drawer extends Blockly.VerticalFlyout {
 /** What a workspace is created with, so that it has such drawers. */
 export const DRAWER_PLUGINS = { flyoutsVerticalToolbox: Drawer };
 
-/** To be called once, before a workspace is created. */
-export function registerPictures(): void {
-  Blockly.registry.register(Blockly.registry.Type.FLYOUT_INFLATER, KIND, PictureInflater, true);
-}
+Blockly.registry.register(Blockly.registry.Type.FLYOUT_INFLATER, KIND, PictureInflater, true);

@@ -10,16 +10,11 @@ import { emptyState, workspaceOf } from "./workspaces";
 
 type State = Blockly.serialization.blocks.State;
 
-function rowOf(first: State | undefined): State[] {
-  const row: State[] = [];
-  for (let state = first; state; state = state.next?.block) row.push(state);
+/** The first of a row and all that follow it. */
+function rowFrom<Each>(first: Each | null | undefined, next: (each: Each) => Each | null | undefined): Each[] {
+  const row: Each[] = [];
+  for (let each = first; each; each = next(each)) row.push(each);
   return row;
-}
-
-function blocksFrom(first: Blockly.Block | null): Blockly.Block[] {
-  const blocks: Blockly.Block[] = [];
-  for (let block = first; block; block = block.getNextBlock()) blocks.push(block);
-  return blocks;
 }
 
 /** Give a block the fields of a state of its type, and the blocks inside it. */
@@ -40,8 +35,8 @@ function take(left: Set<Blockly.Block>, state: State): Blockly.Block | undefined
 
 /** Replace the row of blocks below a connection. Blocks that are switched off say nothing and stay. */
 function replaceRow(connection: Blockly.Connection, first: State | undefined): void {
-  const left = new Set(blocksFrom(connection.targetBlock()).filter((block) => block.isEnabled()));
-  const wanted = rowOf(first).map((state) => ({ state, block: take(left, state) }));
+  const left = new Set(rowFrom(connection.targetBlock(), (block) => block.getNextBlock()).filter((block) => block.isEnabled()));
+  const wanted = rowFrom(first, (state) => state.next?.block).map((state) => ({ state, block: take(left, state) }));
   for (const block of left) block.dispose(true);
   let at = connection;
   for (const { state, block: present } of wanted) {

@@ -6,7 +6,7 @@ import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { hatOf, toolboxOf } from "./definitions";
-import { DRAWER_PLUGINS, registerPictures } from "./drawers";
+import { DRAWER_PLUGINS } from "./drawers";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
 
@@ -58,7 +58,6 @@ export function emptyState(editor: EditorName): WorkspaceState {
 }
 
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
-  registerPictures();
   const workspace = Blockly.inject(host, {
     toolbox: toolboxOf(editor, offer.steps),
     theme: themeOf(useSettings.getState().theme),
