@@ -1,7 +1,7 @@
 /** Roads that are drawn by hand or laid in tiles, and cars put on them. Each edit returns a new document. */
 
 import { BEND_M, type Car, type Line, listOf, type Mat, type PieceId, type Point, rounded, withList } from "./document";
-import { distanceToLine, distanceToPiece } from "./room";
+import { distanceToLine, distanceToPiece, isOnMat } from "./room";
 import { alongWay, distance, lengthOf, LINE_M, wayOf } from "./ways";
 
 /** A stroke may miss what is left of it by so much. */
@@ -138,9 +138,8 @@ function tileAt(mat: Mat, tile: Tile, at: Point): Line[] {
 
 /** Whether no road crosses the square of the grid that holds a point, and it is on the mat. */
 export function hasRoomForTile(mat: Mat, at: Point): boolean {
-  const [x, y] = middleOfTile(at);
-  const isInside = !mat.size_m || (x - HALF_M >= 0 && y - HALF_M >= 0 && x + HALF_M <= mat.size_m[0] && y + HALF_M <= mat.size_m[1]);
-  return isInside && listOf(mat, "line").every((line) => distanceToPiece("line", line, [x, y]) > HALF_M / 2);
+  const middle = middleOfTile(at);
+  return isOnMat(mat, middle, HALF_M) && listOf(mat, "line").every((line) => distanceToPiece("line", line, middle) > HALF_M / 2);
 }
 
 /** Lay a tile; its lines become one with those that they meet. */

@@ -66,7 +66,8 @@ export function carBeside(mat: Mat): number | null {
   return car < 0 ? null : car;
 }
 
-function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
+/** Whether a point is on the mat, so far from its edge at least. */
+export function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
   return !size_m || (x >= air && y >= air && x <= size_m[0] - air && y <= size_m[1] - air);
 }
 
