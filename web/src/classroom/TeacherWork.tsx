@@ -83,10 +83,9 @@ export function ProgressPart({ view }: { view: ClassView }) {
         <thead>
           <tr>
             <th scope="col">{t("pupils")}</th>
-            {progress.missions.map((mission, place) => (
-              <th key={mission.id} scope="col" title={inLanguage(mission.name)}>
-                <span aria-hidden="true">{place + 1}</span>
-                <span className={css.hidden}>{inLanguage(mission.name)}</span>
+            {progress.missions.map((mission) => (
+              <th key={mission.id} scope="col">
+                <span>{inLanguage(mission.name)}</span>
               </th>
             ))}
           </tr>

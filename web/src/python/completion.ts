@@ -1,7 +1,7 @@
 /** What fits at the cursor of a Python text: names of steps, their arguments, and the values of these. */
 
 import { type Completion, type CompletionContext, type CompletionResult, startCompletion } from "@codemirror/autocomplete";
-import { syntaxTree } from "@codemirror/language";
+import { ensureSyntaxTree, syntaxTree } from "@codemirror/language";
 import type { EditorState } from "@codemirror/state";
 import type { EditorView } from "@codemirror/view";
 import i18next from "i18next";
@@ -27,6 +27,8 @@ export const meaningOf = ({ name, kind }: Call): string => i18next.t([`python.do
 
 export const rangeOf = ({ least, most }: Parameter): string => i18next.t("python.range", { least, most });
 
+const PARSED_WITHIN_MS = 100;
+
 /** The brackets of a call around the cursor, and what stands in them before it. */
 interface Place {
   call: string;
@@ -42,7 +44,9 @@ interface Place {
 function placesAt(state: EditorState, at: number): Place[] | null {
   const text = (node: { from: number; to: number }) => state.sliceDoc(node.from, node.to);
   const places: Place[] = [];
-  for (let node = syntaxTree(state).resolveInner(at, -1), inner: typeof node | null = null; ; inner = node, node = node.parent!) {
+  // On a slow computer the text may not be parsed yet up to here.
+  const tree = ensureSyntaxTree(state, at, PARSED_WITHIN_MS) ?? syntaxTree(state);
+  for (let node = tree.resolveInner(at, -1), inner: typeof node | null = null; ; inner = node, node = node.parent!) {
     if (["Comment", "String", "ImportStatement", "MemberExpression"].includes(node.name)) return null;
     const isClosed = node.lastChild?.name === ")" && at >= node.to;
     if (node.name === "ArgList" && at > node.from && !isClosed) {
