@@ -34,7 +34,7 @@ const load = (path) => vite.ssrLoadModule(`/src/${path}`);
 const { changeLanguage, startLanguages } = await load("i18n/index.ts");
 startLanguages();
 const { connectTo } = await load("api/service.ts");
-const { Session } = await load("mat/session.ts");
+const { session } = await load("mat/session.ts");
 const { useMat } = await load("mat/store.ts");
 const { useStudio } = await load("state/studio.ts");
 const { useSettings } = await load("state/settings.ts");
@@ -53,12 +53,11 @@ connectTo({
     return { send: () => true, close: () => undefined };
   },
 });
-const session = new Session();
 session.open();
 stream.onOpen();
 const host = document.querySelector("main");
 const root = createRoot(host);
-flushSync(() => root.render(createElement(Fragment, null, createElement(Narration, { session }), createElement(Thoughts, { session }))));
+flushSync(() => root.render(createElement(Fragment, null, createElement(Narration), createElement(Thoughts))));
 
 /** What the timeline shows of a car: the word at a moment, and in which milliseconds it has marks. */
 function laneOf(car, tMs, nowMs) {
