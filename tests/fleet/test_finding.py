@@ -42,6 +42,9 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
             network = Zeroconf(interfaces=["127.0.0.1"])
             try:
 
+                def hostile():
+                    return [each.place.host for each in cars.contacts.values()].count("192.168.255.1")
+
                 def announce(number, text, host):
                     name = f"it {number}.{SERVICE}"
                     info = ServiceInfo(
@@ -52,10 +55,13 @@ def test_announced_cars_are_found_and_a_hostile_host_fills_no_list():
 
                 for number in range(1000):
                     announce(number, {"kind": CAR, "name": "<b>../../" + "x" * 90}, "192.168.255.1")
+                    # The finder reads in this loop; unread packets would be lost where the system's buffer is full.
+                    await asyncio.sleep(0)
                 announce(1000, {"kind": CLASS, "name": "last"}, "192.168.255.2")
                 await until(lambda: "last" in [each.name for each in finder.others.values()])
-                hostile = [each for each in cars.contacts.values() if each.place.host == "192.168.255.1"]
-                assert len(hostile) == 64
+                # An answer to a question of the finder's may overtake announcements.
+                await until(lambda: hostile() >= 64)
+                assert hostile() == 64
                 assert "192.168.255.1" in finder.problem.sentence("en")
                 assert "192.168.255.1" in finder.problem.sentence("zh")
             finally:
