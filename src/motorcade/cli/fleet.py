@@ -4,7 +4,6 @@ import asyncio
 import re
 import sys
 import time
-from asyncio import run as run
 from binascii import crc32
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence

@@ -85,10 +85,12 @@ def _upload(
     image, chosen = image_for(source, profile)
     if to:
         exclude_each_other(to=to, port=port, no_verify=no_verify, dry_run=dry_run)
-        from motorcade.cli.fleet import load, run
+        import asyncio
+
+        from motorcade.cli.fleet import load
 
         search = Search(car_list, keys, seconds)
-        run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
+        asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -206,17 +208,21 @@ def _cars(
     as_json: JsonInPipes = False,
 ) -> None:
     if context.invoked_subcommand is None:
-        from motorcade.cli.fleet import print_cars, run, show_cars
+        import asyncio
 
-        run((print_cars if as_json else show_cars)(Search(car_list, keys, seconds)))
+        from motorcade.cli.fleet import print_cars, show_cars
+
+        asyncio.run((print_cars if as_json else show_cars)(Search(car_list, keys, seconds)))
 
 
 @cars_app.command("blink")
 def _blink(names: Names, car_list: CarList = None, keys: OptionalFile = None, seconds: Seconds = 4.0) -> None:
-    from motorcade.cli.fleet import act, run
+    import asyncio
+
+    from motorcade.cli.fleet import act
     from motorcade.words.request import BLINK
 
-    run(act(Search(car_list, keys, seconds), names, BLINK))
+    asyncio.run(act(Search(car_list, keys, seconds), names, BLINK))
     print(translated("cars-blink", names=", ".join(names)))
 
 
@@ -228,12 +234,14 @@ def _name(
     keys: OptionalFile = None,
     seconds: Seconds = 4.0,
 ) -> None:
-    from motorcade.cli.fleet import act, run
+    import asyncio
+
+    from motorcade.cli.fleet import act
     from motorcade.fleet.places import check_name
     from motorcade.words.request import NAME
 
     check_name(name)
-    run(act(Search(car_list, keys, seconds), [port], NAME, name))
+    asyncio.run(act(Search(car_list, keys, seconds), [port], NAME, name))
     print(translated("car-named", port=port, name=name))
 
 
@@ -244,9 +252,11 @@ def _ordering(kind: str) -> Callable[..., None]:
         seconds: Seconds = 4.0,
         as_json: JsonInPipes = False,
     ) -> None:
-        from motorcade.cli.fleet import order, run
+        import asyncio
 
-        run(order(kind, Search(car_list, keys, seconds), as_json))
+        from motorcade.cli.fleet import order
+
+        asyncio.run(order(kind, Search(car_list, keys, seconds), as_json))
 
     return order_all
 
