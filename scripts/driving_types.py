@@ -2,6 +2,8 @@
 
 import json
 
+from scripts.typescript import constant, interface
+
 from motorcade.drive import deadman, stamps
 from motorcade.words.formats import SWITCHES
 
@@ -25,24 +27,19 @@ def driving_types() -> str:
             *_union("State", deadman.STATES),
             *_union("Event", deadman.EVENTS),
             "/** The next state for a state and an event; an event that isn't there changes nothing. */",
-            f"export const NEXT: Record<State, Partial<Record<Event, State>>> = {json.dumps(table, indent=2)};\n",
+            constant("NEXT", table, "Record<State, Partial<Record<Event, State>>>"),
             "/** After how long a state gets the event `over`. */",
-            f"export const LASTS_MS: Partial<Record<State, number>> = {json.dumps(lasts)};\n",
+            constant("LASTS_MS", lasts, "Partial<Record<State, number>>"),
             "/** How often a command is sent. */",
-            f"export const PERIOD_MS = {deadman.PERIOD_MS};\n",
+            constant("PERIOD_MS", deadman.PERIOD_MS),
             "/** How long a command counts. */",
-            f"export const FRESH_MS = {deadman.FRESH_MS};\n",
+            constant("FRESH_MS", deadman.FRESH_MS),
             "/** A stamp counts steps of so many milliseconds, and comes round after so many of them. */",
             f"export const STAMP_STEP_MS = {stamps.STEP_MS};",
             f"export const STAMP_STEPS = {stamps.STEPS};\n",
             "/** What a driver switches beside the wheels, with its key; one that is held goes off when released. */",
-            "export interface Switch {",
-            "  name: string;",
-            "  held: boolean;",
-            "  key: string;",
-            "}",
-            f"export const SWITCHES: readonly Switch[] = {json.dumps(switches, indent=2)};",
-            "",
+            interface("Switch", ("name: string", "held: boolean", "key: string")),
+            constant("SWITCHES", switches, "readonly Switch[]"),
         ]
     )
 

@@ -1,7 +1,8 @@
 """Write the kinds of goals for the page's editor of missions: the text of web/src/generated/goals.ts."""
 
-import json
 from typing import Any
+
+from scripts.typescript import constant
 
 from motorcade.config.check import Schema
 from motorcade.missions.schema import GOALS, GROUPS, TIMES
@@ -19,9 +20,7 @@ def goal_kinds() -> str:
         for kind, known in GOALS.items()
     }
     parts = {"GOAL_KINDS": kinds, "GROUPS": GROUPS, "TIMES": TIMES}
-    return "\n".join(
-        [_HEAD, *(f"export const {name} = {json.dumps(value, indent=2)} as const;\n" for name, value in parts.items())]
-    )
+    return "\n".join([_HEAD, *(constant(name, value) for name, value in parts.items())])
 
 
 def _field(name: str, schema: Schema, is_optional: bool) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import Any, get_args
 
 from msgspec import NODEFAULT
 from msgspec import inspect as types
+from scripts.typescript import interface
 
 from motorcade.classroom import messages as class_messages
 from motorcade.classroom.app import REQUESTS as CLASS_REQUESTS
@@ -102,22 +103,21 @@ class _Writer:
             return name
         if name.startswith("_"):
             # The message of a request of a class: the parameters of a method.
-            fields = "; ".join(self._field(kind.cls, each).removesuffix(";") for each in kind.fields)
+            fields = "; ".join(self._field(kind.cls, each) for each in kind.fields)
             return f"{{ {fields} }}" if fields else self.type_of(types.type_info(messages.Nothing))
         if name not in self.interfaces:
             self.interfaces[name] = ""
             if not kind.fields and not getattr(kind, "tag_field", None):
                 self.interfaces[name] = f"/** {_summary(kind.cls)} */\nexport type {name} = Record<string, never>;\n"
                 return name
-            lines = [f"/** {_summary(kind.cls)} */", f"export interface {name} {{"]
+            listed = [self._field(kind.cls, each) for each in kind.fields]
             if isinstance(kind, types.StructType) and kind.tag_field:
-                lines.append(f'  {kind.tag_field}: "{kind.tag}";')
-            lines += [f"  {self._field(kind.cls, each)}" for each in kind.fields]
-            self.interfaces[name] = "\n".join([*lines, "}\n"])
+                listed.insert(0, f'{kind.tag_field}: "{kind.tag}"')
+            self.interfaces[name] = f"/** {_summary(kind.cls)} */\n{interface(name, listed)}"
         return name
 
     def _field(self, cls: type, field: types.Field) -> str:
-        return f"{field.encode_name}{'?' if _is_optional(cls, field) else ''}: {self.type_of(field.type)};"
+        return f"{field.encode_name}{'?' if _is_optional(cls, field) else ''}: {self.type_of(field.type)}"
 
 
 def _is_optional(cls: type, field: types.Field) -> bool:
@@ -159,11 +159,11 @@ def _service_types() -> tuple[_Writer, str]:
 
 
 def _table(writer: _Writer, title: str, what: str, requests: Mapping[str, tuple[Any, Any]]) -> str:
-    rows = [f"/** {what} */", f"export interface {title} {{"]
+    rows = []
     for name, pair in requests.items():
         message, answer = (writer.type_of(types.type_info(each)) for each in pair)
-        rows.append(f'  "{name}": {{ message: {message}; answer: {answer} }};')
-    return "\n".join([*rows, "}\n"])
+        rows.append(f'"{name}": {{ message: {message}; answer: {answer} }}')
+    return f"/** {what} */\n{interface(title, rows)}"
 
 
 def remote_types() -> str:

@@ -1,9 +1,10 @@
 """Write what comes from the declarations of steps: the page's steps.ts, sections of docs/programs.md and api.md."""
 
 import inspect
-import json
 from dataclasses import Field
 from typing import Any
+
+from scripts.typescript import constant
 
 from motorcade.locales import catalogue
 from motorcade.program import steps
@@ -33,8 +34,7 @@ def step_types() -> str:
         "PYTHON_CALLS": [_call(name, kind) for kind in KINDS.values() for name in kind.names],
         "PYTHON_SETTINGS": [name for name, schema in COMMON.items() if schema["type"] == "boolean"],
     }
-    lines = [f"export const {name} = {json.dumps(value, indent=2)} as const;\n" for name, value in parts.items()]
-    return "\n".join([_HEAD, *lines])
+    return "\n".join([_HEAD, *(constant(name, value) for name, value in parts.items())])
 
 
 def _step_kinds() -> list[dict[str, Any]]:

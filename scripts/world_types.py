@@ -5,6 +5,8 @@ import struct
 from itertools import accumulate
 from typing import Any
 
+from scripts.typescript import constant
+
 from motorcade.car.brain import NO_LED
 from motorcade.config.check import Schema
 from motorcade.devices.declaration import Column
@@ -102,8 +104,7 @@ def _header() -> dict[str, int]:
 
 
 def _constant(name: str, value: object, about: str) -> str:
-    kind = "" if isinstance(value, int) else " as const"
-    return f"/** {about} */\nexport const {name} = {json.dumps(value)}{kind};\n"
+    return f"/** {about} */\n{constant(name, value)}"
 
 
 def _holds_tables(schema: Schema) -> bool:

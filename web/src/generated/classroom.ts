@@ -3,46 +3,22 @@
 import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionGoal, MissionZone, Nothing, Project, Refused, Sentence, StoredProject } from "./messages";
 
 /** Another pupil, to whom a copy of a project can be given. */
-export interface Classmate {
-  id: string;
-  name: string;
-  avatar: string;
-}
+export interface Classmate { id: string; name: string; avatar: string }
 
 /** What everybody may know before joining. */
-export interface ClassAbout {
-  me: Self | null;
-  is_open: boolean;
-  avatars: string[];
-  title: string;
-}
+export interface ClassAbout { me: Self | null; is_open: boolean; avatars: string[]; title: string }
 
 /** The pupil whose page asks; ``number`` is the personal one, of four digits, for coming back. */
-export interface Self {
-  id: string;
-  name: string;
-  avatar: string;
-  number: string;
-}
+export interface Self { id: string; name: string; avatar: string; number: string }
 
 /** The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC. */
-export interface StoredDraft {
-  name: string;
-  project: Project | null;
-  saved_at: string;
-}
+export interface StoredDraft { name: string; project: Project | null; saved_at: string }
 
 /** What a window holds, and its version: 0 while nothing was stored. */
-export interface PairProject {
-  project: Project;
-  version: number;
-}
+export interface PairProject { project: Project; version: number }
 
 /** Whether a password has been set, and whether this browser is signed in. */
-export interface TeacherAbout {
-  has_password: boolean;
-  signed_in: boolean;
-}
+export interface TeacherAbout { has_password: boolean; signed_in: boolean }
 
 /** How pupils find the class. */
 export interface ClassAddresses {
@@ -54,30 +30,16 @@ export interface ClassAddresses {
 }
 
 /** To how many pupils it was given; ``missed`` has the ids of those whose library takes nothing more. */
-export interface HandedOut {
-  pupils: number;
-  missed: string[];
-}
+export interface HandedOut { pupils: number; missed: string[] }
 
 /** A pupil's projects. */
-export interface PupilLibrary {
-  pupil: string;
-  projects: LibraryEntry[];
-  draft_at: string | null;
-}
+export interface PupilLibrary { pupil: string; projects: LibraryEntry[]; draft_at: string | null }
 
 /** The missions, path by path and in order, and by pupil the stars that were earned, of each mission's id. */
-export interface ClassProgress {
-  missions: MissionStars[];
-  stars: Record<string, Record<string, number[]>>;
-}
+export interface ClassProgress { missions: MissionStars[]; stars: Record<string, Record<string, number[]>> }
 
 /** A mission, and the stars that it has. */
-export interface MissionStars {
-  id: string;
-  name: Sentence;
-  stars: number[];
-}
+export interface MissionStars { id: string; name: Sentence; stars: number[] }
 
 /** All that concerns a pupil; sent whole when something has changed. */
 export interface PupilView {
@@ -94,10 +56,7 @@ export interface PupilView {
 }
 
 /** What one pupil at a time may use: the cable, whose name is "", or a real car; ``holder`` None: nobody does. */
-export interface Shared {
-  name: string;
-  holder: string | null;
-}
+export interface Shared { name: string; holder: string | null }
 
 /** The shared mat. */
 export interface MatView {
@@ -109,12 +68,7 @@ export interface MatView {
 }
 
 /** Something that came to a pupil: a project or a mission, and whose it was ("" for the teacher's). */
-export interface News {
-  number: number;
-  kind: "mission" | "project";
-  name: string;
-  sender: string;
-}
+export interface News { number: number; kind: "mission" | "project"; name: string; sender: string }
 
 /** A pair, for one of its pupils. */
 export interface PairView {
@@ -130,20 +84,10 @@ export interface PairView {
 }
 
 /** How the worlds of a pair's pages are played: what one of them did last. */
-export interface Conducted {
-  number: number;
-  by: string;
-  playing: boolean;
-  speed: number;
-  seed: number;
-  t_ms: number;
-}
+export interface Conducted { number: number; by: string; playing: boolean; speed: number; seed: number; t_ms: number }
 
 /** The pupil is no longer in the class; the connection ends. ``left``: on another page of this device. */
-export interface Goodbye {
-  is: "goodbye";
-  why: "ended" | "left" | "removed";
-}
+export interface Goodbye { is: "goodbye"; why: "ended" | "left" | "removed" }
 
 /** The whole class, for the teacher; sent whole when something has changed. */
 export interface ClassView {
@@ -177,11 +121,7 @@ export interface PupilRow {
 }
 
 /** The worlds on the wall; sent whole when one is new or changed. Pictures refer to their places in this list. */
-export interface Wall {
-  is: "wall";
-  number: number;
-  worlds: WallWorld[];
-}
+export interface Wall { is: "wall"; number: number; worlds: WallWorld[] }
 
 /** A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat. */
 export interface WallWorld {
@@ -195,11 +135,7 @@ export interface WallWorld {
 }
 
 /** The page has drawn a picture of the wall (``drawn``), and its screen shows the places ``seen`` of a list. */
-export interface DrawnWall {
-  drawn?: boolean;
-  number?: number;
-  seen?: number[] | null;
-}
+export interface DrawnWall { drawn?: boolean; number?: number; seen?: number[] | null }
 
 export type ClassAnswer = PupilView | Goodbye | Refused;
 

@@ -24,35 +24,11 @@ export type Event = "speed" | "still" | "nothing" | "lost" | "again" | "order" |
 
 /** The next state for a state and an event; an event that isn't there changes nothing. */
 export const NEXT: Record<State, Partial<Record<Event, State>>> = {
-  "idle": {
-    "speed": "arming",
-    "still": "arming"
-  },
-  "arming": {
-    "nothing": "resting",
-    "lost": "locked",
-    "again": "arming",
-    "order": "idle",
-    "over": "driving"
-  },
-  "driving": {
-    "nothing": "resting",
-    "lost": "locked",
-    "again": "arming",
-    "order": "idle"
-  },
-  "resting": {
-    "speed": "arming",
-    "still": "arming",
-    "lost": "idle",
-    "again": "idle",
-    "order": "idle",
-    "over": "idle"
-  },
-  "locked": {
-    "still": "arming",
-    "nothing": "resting"
-  }
+  "idle": {"speed": "arming", "still": "arming"},
+  "arming": {"nothing": "resting", "lost": "locked", "again": "arming", "order": "idle", "over": "driving"},
+  "driving": {"nothing": "resting", "lost": "locked", "again": "arming", "order": "idle"},
+  "resting": {"speed": "arming", "still": "arming", "lost": "idle", "again": "idle", "order": "idle", "over": "idle"},
+  "locked": {"still": "arming", "nothing": "resting"},
 };
 
 /** After how long a state gets the event `over`. */
@@ -69,20 +45,9 @@ export const STAMP_STEP_MS = 4;
 export const STAMP_STEPS = 2047;
 
 /** What a driver switches beside the wheels, with its key; one that is held goes off when released. */
-export interface Switch {
-  name: string;
-  held: boolean;
-  key: string;
-}
+export interface Switch { name: string; held: boolean; key: string }
+
 export const SWITCHES: readonly Switch[] = [
-  {
-    "name": "head_light",
-    "held": false,
-    "key": "l"
-  },
-  {
-    "name": "horn",
-    "held": true,
-    "key": "h"
-  }
+  {"name": "head_light", "held": false, "key": "l"},
+  {"name": "horn", "held": true, "key": "h"},
 ];

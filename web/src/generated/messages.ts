@@ -65,9 +65,7 @@ export interface Infrared {
 }
 
 /** The serial line; always 8 data bits, no parity, 1 stop bit. */
-export interface Serial {
-  baud: number;
-}
+export interface Serial { baud: number }
 
 /** The car's size and what its sensors reach; angles are half of the cone, in degrees. */
 export interface Body {
@@ -80,10 +78,7 @@ export interface Body {
 }
 
 /** The two floor sensors: how far in front of the axle they are, and how far from each other. */
-export interface FloorSensors {
-  ahead_mm: number;
-  apart_mm: number;
-}
+export interface FloorSensors { ahead_mm: number; apart_mm: number }
 
 /** The steering servo's period and pulse widths, and how far it turns the front wheels at 0 and 180 degrees. */
 export interface Servo {
@@ -95,9 +90,7 @@ export interface Servo {
 }
 
 /** The drive motor's largest PWM duty. */
-export interface DriveMotor {
-  pwm_max: number;
-}
+export interface DriveMotor { pwm_max: number }
 
 /** Limits of a car that is steered over a network; see docs/profiles.md. */
 export interface DriveLimits {
@@ -114,18 +107,10 @@ export interface DriveLimits {
 }
 
 /** The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``. */
-export interface Seconds {
-  least: number;
-  step: number;
-  most: number;
-}
+export interface Seconds { least: number; step: number; most: number }
 
 /** The blocks in both editors, and the profile. */
-export interface Blocks {
-  leader: WorkspaceState;
-  followers?: WorkspaceState | null;
-  profile?: string;
-}
+export interface Blocks { leader: WorkspaceState; followers?: WorkspaceState | null; profile?: string }
 
 /** What the page shows of a program; ``image`` is None where the program can't be compiled. */
 export interface Compiled {
@@ -154,12 +139,7 @@ export interface Diagnostic {
 }
 
 /** A part of a text, from its first character to the one behind its last; lines and columns count from 1. */
-export interface TextPlace {
-  line: number;
-  column: number;
-  end_line: number;
-  end_column: number;
-}
+export interface TextPlace { line: number; column: number; end_line: number; end_column: number }
 
 /** A value or an edit that would fix what is wrong, and what a button says that does it. */
 export interface Fix {
@@ -171,16 +151,10 @@ export interface Fix {
 }
 
 /** The costliest block of each editor; None where an editor makes no words. */
-export interface Costs {
-  leader: Costliest | null;
-  followers: Costliest | null;
-}
+export interface Costs { leader: Costliest | null; followers: Costliest | null }
 
 /** The block that makes the most words. */
-export interface Costliest {
-  block: string | null;
-  count: number;
-}
+export interface Costliest { block: string | null; count: number }
 
 /** A word, and the block that it was compiled from. */
 export interface Word {
@@ -210,20 +184,10 @@ export interface BlocksAndText {
 }
 
 /** The Python text of the blocks. */
-export interface PythonText {
-  text: string;
-  places: BlockPlace[];
-  diagnostics: Diagnostic[];
-}
+export interface PythonText { text: string; places: BlockPlace[]; diagnostics: Diagnostic[] }
 
 /** Where a block stands in the Python text. */
-export interface BlockPlace {
-  line: number;
-  column: number;
-  end_line: number;
-  end_column: number;
-  block: string;
-}
+export interface BlockPlace { line: number; column: number; end_line: number; end_column: number; block: string }
 
 /** The blocks of a Python text; ``leader`` is None where the text can't be read. */
 export interface PythonBlocks {
@@ -245,31 +209,16 @@ export interface RemedyOrder {
 }
 
 /** What a remedy changes; what stays as it is is None or empty. All of it is so where there is no room for a car. */
-export interface RemedyChanges {
-  mat: MatDocument | null;
-  range_mm: number | null;
-  fields: FieldChange[];
-}
+export interface RemedyChanges { mat: MatDocument | null; range_mm: number | null; fields: FieldChange[] }
 
 /** A new value for a field of one of the followers' blocks; ``block`` is None for the first one. */
-export interface FieldChange {
-  block: string | null;
-  field: string;
-  value: string;
-}
+export interface FieldChange { block: string | null; field: string; value: string }
 
 /** The text of a project's file. */
-export interface Text {
-  text: string;
-}
+export interface Text { text: string }
 
 /** An example program, and what it shows. */
-export interface Example {
-  id: string;
-  title: Sentence;
-  about: Sentence;
-  difficulty: 1 | 2 | 3;
-}
+export interface Example { id: string; title: Sentence; about: Sentence; difficulty: 1 | 2 | 3 }
 
 /** A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned. */
 export interface MissionEntry {
@@ -293,10 +242,7 @@ export interface MissionZone {
 }
 
 /** A mission: the id of one that comes with Motorcade, or the document of the user's own. */
-export interface MissionChoice {
-  id?: string;
-  document?: Record<string, unknown> | null;
-}
+export interface MissionChoice { id?: string; document?: Record<string, unknown> | null }
 
 /** All that the page needs to play a mission. */
 export interface Mission {
@@ -323,11 +269,7 @@ export interface Mission {
 }
 
 /** A goal, as the page tells it. */
-export interface MissionGoal {
-  kind: string;
-  star: number;
-  text: Sentence;
-}
+export interface MissionGoal { kind: string; star: number; text: Sentence }
 
 /** A mission for a teacher; what a mission without notes says nothing of is None. */
 export interface MissionNotes {
@@ -351,25 +293,13 @@ export interface MissionNotes {
 }
 
 /** A usual mistake, and the hint that helps. */
-export interface NotedMistake {
-  text: Sentence;
-  hint: Sentence | null;
-}
+export interface NotedMistake { text: Sentence; hint: Sentence | null }
 
 /** The blocks that a mission is to be checked with. */
-export interface MissionAttempt {
-  mission: MissionChoice;
-  leader: WorkspaceState;
-  followers?: WorkspaceState | null;
-}
+export interface MissionAttempt { mission: MissionChoice; leader: WorkspaceState; followers?: WorkspaceState | null }
 
 /** What a program earned, and all that the user has earned; ``steps``: why its kinds of blocks are not allowed. */
-export interface MissionResult {
-  stars: number[];
-  earned: number[];
-  goals: CheckedGoal[];
-  steps: Sentence | null;
-}
+export interface MissionResult { stars: number[]; earned: number[]; goals: CheckedGoal[]; steps: Sentence | null }
 
 /** The result of a goal on all seeds: met, or why it was lost on the first seed on which it was. */
 export interface CheckedGoal {
@@ -383,24 +313,13 @@ export interface CheckedGoal {
 }
 
 /** A project of the library: when it was last saved (ISO 8601, UTC), and how many versions there are. */
-export interface LibraryEntry {
-  name: string;
-  saved_at: string;
-  versions: number;
-}
+export interface LibraryEntry { name: string; saved_at: string; versions: number }
 
 /** The number of the version that holds what was saved, and whether it stays when the page is closed. */
-export interface SavedVersion {
-  version: number;
-  stays: boolean;
-}
+export interface SavedVersion { version: number; stays: boolean }
 
 /** A port to upload through; ``kind`` is serial or virtual. */
-export interface Port {
-  port: string;
-  description: string;
-  kind: "serial" | "virtual";
-}
+export interface Port { port: string; description: string; kind: "serial" | "virtual" }
 
 /** A project, its name in the library, and the version that it is. */
 export interface StoredProject {
@@ -416,16 +335,10 @@ export interface StoredProject {
 }
 
 /** A version of a project, and when it was saved (ISO 8601, UTC). */
-export interface Version {
-  version: number;
-  saved_at: string;
-}
+export interface Version { version: number; saved_at: string }
 
 /** Where projects are stored: whether they stay when the page is closed, and what is wrong with them. */
-export interface StorageState {
-  stays: boolean;
-  problems: ErrorAnswer[];
-}
+export interface StorageState { stays: boolean; problems: ErrorAnswer[] }
 
 /** Why a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
 export interface ErrorAnswer {
@@ -436,30 +349,16 @@ export interface ErrorAnswer {
 }
 
 /** The text of the file, and the versions that aren't in it. */
-export interface Exported {
-  text: string;
-  left_out: LeftOut[];
-}
+export interface Exported { text: string; left_out: LeftOut[] }
 
 /** A version of a project that couldn't be read. */
-export interface LeftOut {
-  name: string;
-  version: number;
-}
+export interface LeftOut { name: string; version: number }
 
 /** What an import did. */
-export interface Imported {
-  projects: ImportedProject[];
-  stars: number;
-  left_out: string[];
-}
+export interface Imported { projects: ImportedProject[]; stars: number; left_out: string[] }
 
 /** A project of the file: the name under which it is stored, and how many versions were added. */
-export interface ImportedProject {
-  name: string;
-  stored_as: string;
-  versions: number;
-}
+export interface ImportedProject { name: string; stored_as: string; versions: number }
 
 /** Send an image to the car at a port, or (``readback``) read the image that it holds. */
 export interface UploadOrder {
@@ -490,34 +389,19 @@ export interface SetWorld {
 }
 
 /** Go on, ``speed`` simulated seconds in a real one. */
-export interface Play {
-  do: "play";
-  speed?: number;
-}
+export interface Play { do: "play"; speed?: number }
 
 /** Pause the world. */
-export interface Pause {
-  do: "pause";
-}
+export interface Pause { do: "pause" }
 
 /** Go on by so many ticks. */
-export interface Step {
-  do: "step";
-  ticks?: number;
-}
+export interface Step { do: "step"; ticks?: number }
 
 /** Begin again; with ``until_ms`` the run is simulated until then at once. */
-export interface Reset {
-  do: "reset";
-  seed?: number;
-  until_ms?: number;
-}
+export interface Reset { do: "reset"; seed?: number; until_ms?: number }
 
 /** Stop as soon as one of these happens; they replace those before, and end with the world. */
-export interface StopWhen {
-  do: "stop-when";
-  conditions: StopCondition[];
-}
+export interface StopWhen { do: "stop-when"; conditions: StopCondition[] }
 
 /** Something that may happen to a car. */
 export interface StopCondition {
@@ -532,50 +416,25 @@ export interface StopCondition {
 }
 
 /** Speak a word that all cars hear. */
-export interface Speak {
-  do: "say";
-  word: "go" | "stop";
-}
+export interface Speak { do: "say"; word: "go" | "stop" }
 
 /** Change what is around the cars. */
-export interface SetEnvironment {
-  do: "set_environment";
-  mat: MatDocument;
-  range_mm?: number | null;
-}
+export interface SetEnvironment { do: "set_environment"; mat: MatDocument; range_mm?: number | null }
 
 /** Put a car elsewhere. */
-export interface Move {
-  do: "move";
-  car: number;
-  x_m: number;
-  y_m: number;
-  heading_deg?: number;
-}
+export interface Move { do: "move"; car: number; x_m: number; y_m: number; heading_deg?: number }
 
 /** Send the details of a car, or of none. */
-export interface Watch {
-  do: "watch";
-  car?: number | null;
-}
+export interface Watch { do: "watch"; car?: number | null }
 
 /** Show a moment of the past, or the present. */
-export interface Seek {
-  do: "seek";
-  t_ms?: number | null;
-}
+export interface Seek { do: "seek"; t_ms?: number | null }
 
 /** Give a car that somebody drove back to its program. */
-export interface Resume {
-  do: "resume";
-  car: number;
-}
+export interface Resume { do: "resume"; car: number }
 
 /** The newest picture that the page has drawn. */
-export interface Shown {
-  do: "shown";
-  frame: number;
-}
+export interface Shown { do: "shown"; frame: number }
 
 /** The first answer of a connection, and after each SetWorld; without a world it has three fields only. */
 export interface Hello {
@@ -620,13 +479,7 @@ export interface CarDetails {
 }
 
 /** A frame: its control word, its tag and check (0: bare), the car that sent it, and when it was received. */
-export interface ReceivedFrame {
-  word: string;
-  tag: number;
-  check: number;
-  car: number;
-  t_ms: number;
-}
+export interface ReceivedFrame { word: string; tag: number; check: number; car: number; t_ms: number }
 
 /** Why a car does what it does, and what would change it. */
 export interface Why {
@@ -638,11 +491,7 @@ export interface Why {
 }
 
 /** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
-export interface Goals {
-  is: "goals";
-  is_over: boolean;
-  goals: GoalNow[];
-}
+export interface Goals { is: "goals"; is_over: boolean; goals: GoalNow[] }
 
 /** How it stands with a goal of the mission, and why, with numbers. */
 export interface GoalNow {
@@ -663,57 +512,28 @@ export interface Stopped {
 }
 
 /** The error of a message that was refused. */
-export interface Refused {
-  is: "error";
-  code: string;
-  details: Record<string, unknown>;
-  sentence: Sentence;
-}
+export interface Refused { is: "error"; code: string; details: Record<string, unknown>; sentence: Sentence }
 
 /** The car holds the image; ``answer`` is what it answered. */
-export interface Verified {
-  outcome: "verified";
-  answer: string;
-}
+export interface Verified { outcome: "verified"; answer: string }
 
 /** All bytes were sent; whether they arrived was not checked. */
-export interface NotVerified {
-  outcome: "not-verified";
-}
+export interface NotVerified { outcome: "not-verified" }
 
 /** The car's image. */
-export interface ImageRead {
-  outcome: "image";
-  image: string;
-}
+export interface ImageRead { outcome: "image"; image: string }
 
 /** The transfer failed. */
-export interface Failed {
-  outcome: "failed";
-  error: ErrorAnswer;
-}
+export interface Failed { outcome: "failed"; error: ErrorAnswer }
 
 /** How many bytes of how many were sent. */
-export interface Progress {
-  sent: number;
-  of: number;
-  retry?: RetryNotice | null;
-}
+export interface Progress { sent: number; of: number; retry?: RetryNotice | null }
 
 /** Another try, the ``number``-th of ``of``, and why. */
-export interface RetryNotice {
-  number: number;
-  of: number;
-  sentence: Sentence;
-}
+export interface RetryNotice { number: number; of: number; sentence: Sentence }
 
 /** All cars that are found; ``others``: classes and studios; ``problem``: why the network isn't searched. */
-export interface CarsShown {
-  is: "cars";
-  cars: CarRow[];
-  others: string[];
-  problem: Sentence | null;
-}
+export interface CarsShown { is: "cars"; cars: CarRow[]; others: string[]; problem: Sentence | null }
 
 /** What is known of a car, as `motorcade.fleet.contact.CarStatus` has it. */
 export interface CarRow {
@@ -738,50 +558,22 @@ export interface CarRow {
 }
 
 /** Run a mission on other seeds than its own, with this image; what was tried before ends. */
-export interface Try {
-  do: "try";
-  mission: MissionChoice;
-  image: string;
-  runs?: number;
-}
+export interface Try { do: "try"; mission: MissionChoice; image: string; runs?: number }
 
 /** Say what went wrong in a run that was tried. */
-export interface Explain {
-  do: "explain";
-  seed: number;
-}
+export interface Explain { do: "explain"; seed: number }
 
 /** Find where two runs part; what was compared before ends. */
-export interface Compare {
-  do: "compare";
-  one: SetWorld;
-  other: SetWorld;
-  until_ms?: number;
-}
+export interface Compare { do: "compare"; one: SetWorld; other: SetWorld; until_ms?: number }
 
 /** Send a picture of each of the two runs at a time. */
-export interface Show {
-  do: "show";
-  t_ms: number;
-}
+export interface Show { do: "show"; t_ms: number }
 
 /** In how many runs the goals of the first star were met. */
-export interface Luck {
-  is: "luck";
-  works: number;
-  tried: number;
-  of: number;
-  failed: number[];
-}
+export interface Luck { is: "luck"; works: number; tried: number; of: number; failed: number[] }
 
 /** What went wrong in a run: at ``t_ms`` one can see it, and ``cars`` are the cars that ``why`` is about. */
-export interface Failure {
-  is: "failure";
-  seed: number;
-  t_ms: number;
-  why: Sentence;
-  cars: number[];
-}
+export interface Failure { is: "failure"; seed: number; t_ms: number; why: Sentence; cars: number[] }
 
 /** Where two runs part. */
 export interface Difference {
@@ -799,16 +591,10 @@ export interface Difference {
 }
 
 /** A word that a car began, as eight hexadecimal digits. */
-export interface BegunWord {
-  t_ms: number;
-  word: string;
-}
+export interface BegunWord { t_ms: number; word: string }
 
 /** How far two runs are simulated. */
-export interface Compared {
-  is: "compared";
-  t_ms: number;
-}
+export interface Compared { is: "compared"; t_ms: number }
 
 export type WorldMessage = SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown;
 

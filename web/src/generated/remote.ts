@@ -3,16 +3,10 @@
 import type { Sentence } from "./messages";
 
 /** Connect to a car, to watch or to drive. */
-export interface Join {
-  do: "join";
-  car: string;
-}
+export interface Join { do: "join"; car: string }
 
 /** End the connection to a car. */
-export interface Leave {
-  do: "leave";
-  car: string;
-}
+export interface Leave { do: "leave"; car: string }
 
 /** The stick's position, for all of these cars. */
 export interface Drive {
@@ -26,69 +20,34 @@ export interface Drive {
 }
 
 /** Ask to drive. */
-export interface Request {
-  do: "request";
-  car: string;
-}
+export interface Request { do: "request"; car: string }
 
 /** Stop driving, or stop waiting to drive. */
-export interface Release {
-  do: "release";
-  car: string;
-}
+export interface Release { do: "release"; car: string }
 
 /** Emergency stop of all of these cars. */
-export interface Stop {
-  do: "stop";
-  cars: string[];
-}
+export interface Stop { do: "stop"; cars: string[] }
 
 /** Lift the emergency stop. */
-export interface Clear {
-  do: "clear";
-  car: string;
-}
+export interface Clear { do: "clear"; car: string }
 
 /** Give the car back to its own program. */
-export interface Resume {
-  do: "resume";
-  car: string;
-}
+export interface Resume { do: "resume"; car: string }
 
 /** The answer to the clock in `Telemetry`, so that the page's stamps are believed again. */
-export interface Sync {
-  do: "sync";
-  clock: number;
-  number: number;
-  stamp: number;
-}
+export interface Sync { do: "sync"; clock: number; number: number; stamp: number }
 
 /** Run the cars' world where it is paused. */
-export interface Start {
-  do: "start";
-}
+export interface Start { do: "start" }
 
 /** The cars, and the page's name at them; the first answer, and the answer to Start. */
-export interface Hello {
-  is: "hello";
-  cars: ListedCar[];
-  you: string;
-}
+export interface Hello { is: "hello"; cars: ListedCar[]; you: string }
 
 /** A car in a page's list. */
-export interface ListedCar {
-  car: string;
-  leads: boolean | null;
-  sees: boolean;
-  name: string | null;
-}
+export interface ListedCar { car: string; leads: boolean | null; sees: boolean; name: string | null }
 
 /** The telemetry of each car that the page has joined. */
-export interface Telemetry {
-  is: "telemetry";
-  cars: Record<string, CarTelemetry>;
-  clock: number | null;
-}
+export interface Telemetry { is: "telemetry"; cars: Record<string, CarTelemetry>; clock: number | null }
 
 /** What a page shows of a car's `motorcade.drive.wire.Telemetry`, and what concerns this page. */
 export interface CarTelemetry {
@@ -107,19 +66,10 @@ export interface CarTelemetry {
 }
 
 /** The number of the newest Drive that the server received; ``stale``: it was sent too long ago and did nothing. */
-export interface Received {
-  is: "received";
-  number: number;
-  stale: boolean;
-}
+export interface Received { is: "received"; number: number; stale: boolean }
 
 /** The error of a message that was refused. */
-export interface Refused {
-  is: "error";
-  code: string;
-  details: Record<string, unknown>;
-  sentence: Sentence;
-}
+export interface Refused { is: "error"; code: string; details: Record<string, unknown>; sentence: Sentence }
 
 export type RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Sync | Start;
 

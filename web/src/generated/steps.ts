@@ -13,38 +13,15 @@ export const STEP_KINDS = [
         "input": "choice",
         "name": "DIRECTION",
         "word": "motor_direction",
-        "options": [
-          "forward",
-          "left",
-          "right",
-          "random"
-        ],
-        "least": 0
+        "options": ["forward", "left", "right", "random"],
+        "least": 0,
       },
-      {
-        "input": "level",
-        "name": "SPEED",
-        "word": "motor_speed",
-        "menu": "speed",
-        "levels": [
-          0,
-          1,
-          2,
-          3
-        ],
-        "first": 2
-      },
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "motor_duration"
-      }
+      {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [0, 1, 2, 3], "first": 2},
+      {"input": "seconds", "name": "SECONDS", "word": "motor_duration"},
     ],
     "group": "motor",
     "hue": 219,
-    "sets": {
-      "motor_enable": 1
-    }
+    "sets": {"motor_enable": 1},
   },
   {
     "kind": "wait",
@@ -53,20 +30,10 @@ export const STEP_KINDS = [
     "in_start": true,
     "accompanies": false,
     "holds": false,
-    "fields": [
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "motor_duration"
-      }
-    ],
+    "fields": [{"input": "seconds", "name": "SECONDS", "word": "motor_duration"}],
     "group": "motor",
     "hue": 219,
-    "sets": {
-      "motor_enable": 1,
-      "motor_direction": 0,
-      "motor_speed": 0
-    }
+    "sets": {"motor_enable": 1, "motor_direction": 0, "motor_speed": 0},
   },
   {
     "kind": "led",
@@ -76,28 +43,12 @@ export const STEP_KINDS = [
     "accompanies": false,
     "holds": false,
     "fields": [
-      {
-        "input": "level",
-        "name": "WHICH",
-        "word": "led_which",
-        "menu": "light",
-        "levels": [
-          0,
-          1,
-          2,
-          3
-        ],
-        "first": 0
-      },
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "led_duration"
-      }
+      {"input": "level", "name": "WHICH", "word": "led_which", "menu": "light", "levels": [0, 1, 2, 3], "first": 0},
+      {"input": "seconds", "name": "SECONDS", "word": "led_duration"},
     ],
     "group": "led",
     "hue": 41,
-    "sets": {}
+    "sets": {},
   },
   {
     "kind": "avoid",
@@ -112,25 +63,14 @@ export const STEP_KINDS = [
         "name": "RADIUS",
         "word": "avoid_radius",
         "menu": "radius",
-        "levels": [
-          0,
-          1,
-          2,
-          3
-        ],
-        "first": 0
+        "levels": [0, 1, 2, 3],
+        "first": 0,
       },
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "avoid_duration"
-      }
+      {"input": "seconds", "name": "SECONDS", "word": "avoid_duration"},
     ],
     "group": "avoid",
     "hue": 166,
-    "sets": {
-      "avoid_enable": 1
-    }
+    "sets": {"avoid_enable": 1},
   },
   {
     "kind": "voice",
@@ -139,17 +79,10 @@ export const STEP_KINDS = [
     "in_start": true,
     "accompanies": true,
     "holds": false,
-    "fields": [
-      {
-        "input": "seconds",
-        "name": "SECONDS"
-      }
-    ],
+    "fields": [{"input": "seconds", "name": "SECONDS"}],
     "group": "voice",
     "hue": 263,
-    "sets": {
-      "voice": 1
-    }
+    "sets": {"voice": 1},
   },
   {
     "kind": "pir",
@@ -158,17 +91,10 @@ export const STEP_KINDS = [
     "in_start": false,
     "accompanies": true,
     "holds": false,
-    "fields": [
-      {
-        "input": "seconds",
-        "name": "SECONDS"
-      }
-    ],
+    "fields": [{"input": "seconds", "name": "SECONDS"}],
     "group": "pir",
     "hue": 22,
-    "sets": {
-      "pir": 1
-    }
+    "sets": {"pir": 1},
   },
   {
     "kind": "follow_line",
@@ -178,31 +104,12 @@ export const STEP_KINDS = [
     "accompanies": false,
     "holds": false,
     "fields": [
-      {
-        "input": "level",
-        "name": "SPEED",
-        "word": "motor_speed",
-        "menu": "speed",
-        "levels": [
-          1,
-          2,
-          3
-        ],
-        "first": 2
-      },
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "motor_duration"
-      }
+      {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [1, 2, 3], "first": 2},
+      {"input": "seconds", "name": "SECONDS", "word": "motor_duration"},
     ],
     "group": "motor",
     "hue": 95,
-    "sets": {
-      "motor_enable": 1,
-      "motor_direction": 0,
-      "floor": 1
-    }
+    "sets": {"motor_enable": 1, "motor_direction": 0, "floor": 1},
   },
   {
     "kind": "turn_to_line",
@@ -212,40 +119,13 @@ export const STEP_KINDS = [
     "accompanies": false,
     "holds": false,
     "fields": [
-      {
-        "input": "choice",
-        "name": "DIRECTION",
-        "word": "motor_direction",
-        "options": [
-          "left",
-          "right"
-        ],
-        "least": 1
-      },
-      {
-        "input": "level",
-        "name": "SPEED",
-        "word": "motor_speed",
-        "menu": "speed",
-        "levels": [
-          1,
-          2,
-          3
-        ],
-        "first": 2
-      },
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "motor_duration"
-      }
+      {"input": "choice", "name": "DIRECTION", "word": "motor_direction", "options": ["left", "right"], "least": 1},
+      {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [1, 2, 3], "first": 2},
+      {"input": "seconds", "name": "SECONDS", "word": "motor_duration"},
     ],
     "group": "motor",
     "hue": 95,
-    "sets": {
-      "motor_enable": 1,
-      "floor": 1
-    }
+    "sets": {"motor_enable": 1, "floor": 1},
   },
   {
     "kind": "stop_on_dark",
@@ -255,31 +135,12 @@ export const STEP_KINDS = [
     "accompanies": false,
     "holds": false,
     "fields": [
-      {
-        "input": "level",
-        "name": "SPEED",
-        "word": "motor_speed",
-        "menu": "speed",
-        "levels": [
-          1,
-          2,
-          3
-        ],
-        "first": 2
-      },
-      {
-        "input": "seconds",
-        "name": "SECONDS",
-        "word": "motor_duration"
-      }
+      {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [1, 2, 3], "first": 2},
+      {"input": "seconds", "name": "SECONDS", "word": "motor_duration"},
     ],
     "group": "motor",
     "hue": 95,
-    "sets": {
-      "motor_enable": 1,
-      "motor_direction": 3,
-      "floor": 1
-    }
+    "sets": {"motor_enable": 1, "motor_direction": 3, "floor": 1},
   },
   {
     "kind": "floor",
@@ -288,17 +149,10 @@ export const STEP_KINDS = [
     "in_start": false,
     "accompanies": true,
     "holds": false,
-    "fields": [
-      {
-        "input": "seconds",
-        "name": "SECONDS"
-      }
-    ],
+    "fields": [{"input": "seconds", "name": "SECONDS"}],
     "group": "floor",
     "hue": 95,
-    "sets": {
-      "floor": 1
-    }
+    "sets": {"floor": 1},
   },
   {
     "kind": "repeat",
@@ -307,14 +161,7 @@ export const STEP_KINDS = [
     "in_start": true,
     "accompanies": false,
     "holds": true,
-    "fields": [
-      {
-        "input": "number",
-        "name": "TIMES",
-        "minimum": 1,
-        "first": 2
-      }
-    ]
+    "fields": [{"input": "number", "name": "TIMES", "minimum": 1, "first": 2}],
   },
   {
     "kind": "together",
@@ -323,196 +170,57 @@ export const STEP_KINDS = [
     "in_start": true,
     "accompanies": false,
     "holds": true,
-    "fields": []
-  }
+    "fields": [],
+  },
 ] as const;
 
-export const CATEGORIES = [
-  "drive",
-  "light",
-  "sense",
-  "order"
-] as const;
+export const CATEGORIES = ["drive", "light", "sense", "order"] as const;
 
-export const HAT_IN_START = [
-  "FORWARD"
-] as const;
+export const HAT_IN_START = ["FORWARD"] as const;
 
 export const FORMATS = {
   "header": [
-    {
-      "name": "leader_states",
-      "high": 31,
-      "low": 24
-    },
-    {
-      "name": "follower_words",
-      "high": 23,
-      "low": 16
-    },
-    {
-      "name": "dwell",
-      "high": 15,
-      "low": 8
-    },
-    {
-      "name": "reserved",
-      "high": 7,
-      "low": 0
-    }
+    {"name": "leader_states", "high": 31, "low": 24},
+    {"name": "follower_words", "high": 23, "low": 16},
+    {"name": "dwell", "high": 15, "low": 8},
+    {"name": "reserved", "high": 7, "low": 0},
   ],
   "control": [
-    {
-      "name": "accept_ir",
-      "high": 31,
-      "low": 31
-    },
-    {
-      "name": "forward",
-      "high": 30,
-      "low": 30
-    },
-    {
-      "name": "motor_enable",
-      "high": 29,
-      "low": 29
-    },
-    {
-      "name": "motor_direction",
-      "high": 28,
-      "low": 27
-    },
-    {
-      "name": "motor_speed",
-      "high": 26,
-      "low": 25
-    },
-    {
-      "name": "motor_duration",
-      "high": 24,
-      "low": 23
-    },
-    {
-      "name": "led_which",
-      "high": 22,
-      "low": 21
-    },
-    {
-      "name": "led_duration",
-      "high": 20,
-      "low": 19
-    },
-    {
-      "name": "avoid_enable",
-      "high": 18,
-      "low": 18
-    },
-    {
-      "name": "avoid_radius",
-      "high": 17,
-      "low": 16
-    },
-    {
-      "name": "avoid_duration",
-      "high": 15,
-      "low": 14
-    },
-    {
-      "name": "voice",
-      "high": 13,
-      "low": 13
-    },
-    {
-      "name": "pir",
-      "high": 12,
-      "low": 12
-    },
-    {
-      "name": "floor",
-      "high": 11,
-      "low": 11
-    },
-    {
-      "name": "reserved",
-      "high": 10,
-      "low": 1
-    },
-    {
-      "name": "parity",
-      "high": 0,
-      "low": 0
-    }
-  ]
+    {"name": "accept_ir", "high": 31, "low": 31},
+    {"name": "forward", "high": 30, "low": 30},
+    {"name": "motor_enable", "high": 29, "low": 29},
+    {"name": "motor_direction", "high": 28, "low": 27},
+    {"name": "motor_speed", "high": 26, "low": 25},
+    {"name": "motor_duration", "high": 24, "low": 23},
+    {"name": "led_which", "high": 22, "low": 21},
+    {"name": "led_duration", "high": 20, "low": 19},
+    {"name": "avoid_enable", "high": 18, "low": 18},
+    {"name": "avoid_radius", "high": 17, "low": 16},
+    {"name": "avoid_duration", "high": 15, "low": 14},
+    {"name": "voice", "high": 13, "low": 13},
+    {"name": "pir", "high": 12, "low": 12},
+    {"name": "floor", "high": 11, "low": 11},
+    {"name": "reserved", "high": 10, "low": 1},
+    {"name": "parity", "high": 0, "low": 0},
+  ],
 } as const;
 
 export const WORD_FIELDS = {
-  "motor_enable": {
-    "group": "motor",
-    "meaning": "flag"
-  },
-  "motor_direction": {
-    "group": "motor",
-    "meaning": "choice",
-    "options": [
-      "forward",
-      "left",
-      "right",
-      "random"
-    ]
-  },
-  "motor_speed": {
-    "group": "motor",
-    "meaning": "level",
-    "menu": "speed"
-  },
-  "motor_duration": {
-    "group": "motor",
-    "meaning": "duration"
-  },
-  "led_which": {
-    "group": "led",
-    "meaning": "level",
-    "menu": "light"
-  },
-  "led_duration": {
-    "group": "led",
-    "meaning": "duration"
-  },
-  "avoid_enable": {
-    "group": "avoid",
-    "meaning": "flag"
-  },
-  "avoid_radius": {
-    "group": "avoid",
-    "meaning": "level",
-    "menu": "radius"
-  },
-  "avoid_duration": {
-    "group": "avoid",
-    "meaning": "duration"
-  },
-  "voice": {
-    "group": "voice",
-    "meaning": "flag"
-  },
-  "pir": {
-    "group": "pir",
-    "meaning": "flag"
-  },
-  "floor": {
-    "group": "floor",
-    "meaning": "flag"
-  }
+  "motor_enable": {"group": "motor", "meaning": "flag"},
+  "motor_direction": {"group": "motor", "meaning": "choice", "options": ["forward", "left", "right", "random"]},
+  "motor_speed": {"group": "motor", "meaning": "level", "menu": "speed"},
+  "motor_duration": {"group": "motor", "meaning": "duration"},
+  "led_which": {"group": "led", "meaning": "level", "menu": "light"},
+  "led_duration": {"group": "led", "meaning": "duration"},
+  "avoid_enable": {"group": "avoid", "meaning": "flag"},
+  "avoid_radius": {"group": "avoid", "meaning": "level", "menu": "radius"},
+  "avoid_duration": {"group": "avoid", "meaning": "duration"},
+  "voice": {"group": "voice", "meaning": "flag"},
+  "pir": {"group": "pir", "meaning": "flag"},
+  "floor": {"group": "floor", "meaning": "flag"},
 } as const;
 
-export const HUES = {
-  "motor": 95,
-  "led": 41,
-  "avoid": 166,
-  "voice": 263,
-  "pir": 22,
-  "floor": 95
-} as const;
+export const HUES = {"motor": 95, "led": 41, "avoid": 166, "voice": 263, "pir": 22, "floor": 95} as const;
 
 export const PYTHON_CALLS = [
   {
@@ -522,20 +230,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 0,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 0, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "forward(1, speed=3)"
+    "example": "forward(1, speed=3)",
   },
   {
     "name": "left",
@@ -544,20 +242,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 0,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 0, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "left(1, speed=3)"
+    "example": "left(1, speed=3)",
   },
   {
     "name": "right",
@@ -566,20 +254,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 0,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 0, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "right(1, speed=3)"
+    "example": "right(1, speed=3)",
   },
   {
     "name": "wander",
@@ -588,20 +266,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 0,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 0, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "wander(1, speed=3)"
+    "example": "wander(1, speed=3)",
   },
   {
     "name": "wait",
@@ -609,14 +277,8 @@ export const PYTHON_CALLS = [
     "signature": "wait(seconds)",
     "holds": false,
     "accompanies": false,
-    "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      }
-    ],
-    "example": "wait(1)"
+    "parameters": [{"name": "seconds", "least": 0, "most": 86400}],
+    "example": "wait(1)",
   },
   {
     "name": "led",
@@ -625,19 +287,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "which",
-        "least": 0,
-        "most": 3,
-        "menu": "light"
-      },
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      }
+      {"name": "which", "least": 0, "most": 3, "menu": "light"},
+      {"name": "seconds", "least": 0, "most": 86400},
     ],
-    "example": "led(0, 1)"
+    "example": "led(0, 1)",
   },
   {
     "name": "avoid",
@@ -646,19 +299,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "radius",
-        "least": 0,
-        "most": 3,
-        "menu": "radius"
-      },
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      }
+      {"name": "radius", "least": 0, "most": 3, "menu": "radius"},
+      {"name": "seconds", "least": 0, "most": 86400},
     ],
-    "example": "avoid(0, 1)"
+    "example": "avoid(0, 1)",
   },
   {
     "name": "voice",
@@ -666,15 +310,8 @@ export const PYTHON_CALLS = [
     "signature": "voice(seconds=None)",
     "holds": false,
     "accompanies": true,
-    "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400,
-        "default": null
-      }
-    ],
-    "example": "voice()"
+    "parameters": [{"name": "seconds", "least": 0, "most": 86400, "default": null}],
+    "example": "voice()",
   },
   {
     "name": "pir",
@@ -682,15 +319,8 @@ export const PYTHON_CALLS = [
     "signature": "pir(seconds=None)",
     "holds": false,
     "accompanies": true,
-    "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400,
-        "default": null
-      }
-    ],
-    "example": "pir()"
+    "parameters": [{"name": "seconds", "least": 0, "most": 86400, "default": null}],
+    "example": "pir()",
   },
   {
     "name": "follow_line",
@@ -699,20 +329,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 1,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 1, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "follow_line(1, speed=3)"
+    "example": "follow_line(1, speed=3)",
   },
   {
     "name": "turn_left_to_line",
@@ -721,20 +341,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 1,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 1, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "turn_left_to_line(1, speed=3)"
+    "example": "turn_left_to_line(1, speed=3)",
   },
   {
     "name": "turn_right_to_line",
@@ -743,20 +353,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 1,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 1, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "turn_right_to_line(1, speed=3)"
+    "example": "turn_right_to_line(1, speed=3)",
   },
   {
     "name": "stop_on_dark",
@@ -765,20 +365,10 @@ export const PYTHON_CALLS = [
     "holds": false,
     "accompanies": false,
     "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400
-      },
-      {
-        "name": "speed",
-        "least": 1,
-        "most": 3,
-        "default": 2,
-        "menu": "speed"
-      }
+      {"name": "seconds", "least": 0, "most": 86400},
+      {"name": "speed", "least": 1, "most": 3, "default": 2, "menu": "speed"},
     ],
-    "example": "stop_on_dark(1, speed=3)"
+    "example": "stop_on_dark(1, speed=3)",
   },
   {
     "name": "floor",
@@ -786,15 +376,8 @@ export const PYTHON_CALLS = [
     "signature": "floor(seconds=None)",
     "holds": false,
     "accompanies": true,
-    "parameters": [
-      {
-        "name": "seconds",
-        "least": 0,
-        "most": 86400,
-        "default": null
-      }
-    ],
-    "example": "floor()"
+    "parameters": [{"name": "seconds", "least": 0, "most": 86400, "default": null}],
+    "example": "floor()",
   },
   {
     "name": "repeat",
@@ -802,14 +385,8 @@ export const PYTHON_CALLS = [
     "signature": "repeat(times, step, step, \u2026)",
     "holds": true,
     "accompanies": false,
-    "parameters": [
-      {
-        "name": "times",
-        "least": 1,
-        "most": 1000000000
-      }
-    ],
-    "example": "repeat(2, forward(1), led(0, 1))"
+    "parameters": [{"name": "times", "least": 1, "most": 1000000000}],
+    "example": "repeat(2, forward(1), led(0, 1))",
   },
   {
     "name": "together",
@@ -818,11 +395,8 @@ export const PYTHON_CALLS = [
     "holds": true,
     "accompanies": false,
     "parameters": [],
-    "example": "together(forward(1), led(0, 1))"
-  }
+    "example": "together(forward(1), led(0, 1))",
+  },
 ] as const;
 
-export const PYTHON_SETTINGS = [
-  "accept_ir",
-  "forward"
-] as const;
+export const PYTHON_SETTINGS = ["accept_ir", "forward"] as const;

@@ -93,7 +93,15 @@ export interface Crowd {
 }
 
 /** How things on a mat are given, the lowest first. */
-export const SHAPES = {"line": "line", "patch": "corners", "spot": "round", "wall": "ends", "disc": "round", "polygon": "corners", "person": "walk"} as const;
+export const SHAPES = {
+  "line": "line",
+  "patch": "corners",
+  "spot": "round",
+  "wall": "ends",
+  "disc": "round",
+  "polygon": "corners",
+  "person": "walk",
+} as const;
 
 /** Marks on the floor, in nobody's way. */
 export const FLAT = ["line", "patch", "spot"] as const;
@@ -160,7 +168,16 @@ export const LATELY_S = 5;
 export const MOST_EVENTS = 4000;
 
 /** Where the fields of a picture's header are. */
-export const HEADER = {"kind": 0, "flags": 1, "reserved": 2, "number": 4, "t_ms": 8, "cars": 12, "events": 16, "lost": 20} as const;
+export const HEADER = {
+  "kind": 0,
+  "flags": 1,
+  "reserved": 2,
+  "number": 4,
+  "t_ms": 8,
+  "cars": 12,
+  "events": 16,
+  "lost": 20,
+} as const;
 
 /** Where the columns of a picture begin. */
 export const HEADER_BYTES = 24;
