@@ -1,10 +1,9 @@
 """Take a program from blocks to tracks, as `make demo` shows.
 
-Compile a project to an image, send it over a real serial port to a simulated leader, which answers, and let one leader
+Compile a project to an image, send it over a real connection to a simulated leader, which answers, and let one leader
 and five followers drive for 30 simulated seconds by the image that the leader then holds.
 """
 
-import os
 import tempfile
 from contextlib import closing
 from pathlib import Path
@@ -13,7 +12,7 @@ from rich.console import Console
 
 from motorcade import compile_program, load_profile, read_program, simulate
 from motorcade.boards.computer import ImageStore, simulated_car
-from motorcade.boards.lines import PseudoTerminal, TcpPort
+from motorcade.boards.lines import TcpPort
 from motorcade.cli.console import words_table
 from motorcade.cli.options import print_diagnostics
 from motorcade.cli.run_tables import cars_table
@@ -34,8 +33,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         store = ImageStore(Path(folder) / "leader.image")
-        line = TcpPort("127.0.0.1", 0) if os.name == "nt" else PseudoTerminal()
-        with closing(line), simulated_car(line, store, profile):
+        with closing(TcpPort("127.0.0.1", 0)) as line, simulated_car(line, store, profile):
             answer = upload(line.address, compiled.image, profile.serial.baud)
         console.print(f"Uploaded {len(compiled.image)} bytes to {line.address}. Verified, the car answered: {answer}")
         image = store.load()

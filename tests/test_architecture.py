@@ -38,7 +38,7 @@ ARROWS = {
     "engine": ("car", "config", "mats", "words"),
     "errors": (),
     "extras": (),
-    "experiments": ("car", "config", "engine", "mats", "runs", "words"),
+    "experiments": ("car", "config", "engine", "mats", "words"),
     "fleet": ("config", "drive", "sockets", "timing", "upload", "words"),
     "firmware": ("boards", "config", "upload"),
     "lab": ("__version__", "config", "engine", "experiments", "mats", "missions", "program", "runs", "words"),

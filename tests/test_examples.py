@@ -9,7 +9,7 @@ import pytest
 from motorcade.program.model import read_program
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+SCRIPTS = sorted({*EXAMPLES.glob("*.py")} - {EXAMPLES / "first_run.py"})
 PROJECTS = sorted(EXAMPLES.glob("*.motorcade.json"))
 
 

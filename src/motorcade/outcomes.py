@@ -26,7 +26,7 @@ EXIT_CODES: Rows = (
     (PORT_NOT_FOUND, ("camera-gives-no-answer", "too-many-viewers", "no-such-host", "no-car-there", "speaks-no-tls")),
     (PORT_NOT_FOUND, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
     (PORT_NOT_FOUND, ("no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found")),
-    (PORT_BUSY, ("cannot-listen", "no-pseudo-terminals", "port-busy", "car-busy")),
+    (PORT_BUSY, ("cannot-listen", "port-busy", "car-busy")),
     (NO_ANSWER, ("no-micropython-answers", "no-answer", "takes-no-bytes", "nothing-to-read", "car-away")),
     (VERIFICATION, ("installed-file-differs", "not-trusted", "mismatch", "no-image")),
     (PORT_FORBIDDEN, ("gpio-forbidden", "port-forbidden")),

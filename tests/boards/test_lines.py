@@ -1,7 +1,6 @@
-"""A simulated car at a pseudo-terminal and at a TCP port; and a serial port that may go away."""
+"""A simulated car at a TCP port; and a serial port that may go away."""
 
 import socket
-import sys
 import time
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
@@ -10,7 +9,7 @@ import pytest
 import serial
 
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, simulated_car
-from motorcade.boards.lines import PseudoTerminal, SerialLine, TcpPort
+from motorcade.boards.lines import SerialLine, TcpPort
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
@@ -26,8 +25,6 @@ NEW = bytes.fromhex("01000000 40280000")
 OK_NEW = b"OK words=2 crc32=04c29092\n"
 READBACK_REQUEST = b"\0\0\0\xff"
 NO_PROGRAM = b"\0\0\0\0"
-PTY = pytest.param("pty", marks=pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals"))
-every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
 
 
 @pytest.fixture(autouse=True)
@@ -44,8 +41,8 @@ def store(tmp_path):
 class Rig:
     """A simulated car whose loop and clock a test moves, and a client at the other end of its line."""
 
-    def __init__(self, kind, store):
-        self.line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
+    def __init__(self, store):
+        self.line = TcpPort("127.0.0.1", 0)
         self.now_s = 0.0
         self.events = []
         equipment = Equipment(
@@ -88,9 +85,9 @@ class Rig:
 
 
 @contextmanager
-def running_car(kind, store):
+def running_car(store):
     """Run a simulated car in a thread and give the address of its line."""
-    line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
+    line = TcpPort("127.0.0.1", 0)
     with closing(line), simulated_car(line, store, CLASSROOM):
         yield line.address
 
@@ -98,9 +95,8 @@ def running_car(kind, store):
 # A car whose clock the test moves
 
 
-@every_line
-def test_a_new_image_is_stored_answered_and_run_at_once(kind, store):
-    with closing(Rig(kind, store)) as rig:
+def test_a_new_image_is_stored_answered_and_run_at_once(store):
+    with closing(Rig(store)) as rig:
         assert rig.readback(4) == NO_PROGRAM
         assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
         assert store.load() == NEW
@@ -108,10 +104,9 @@ def test_a_new_image_is_stored_answered_and_run_at_once(kind, store):
     assert [kind for kind, *_ in rig.events if kind != "frame"] == ["image", "state"]
 
 
-@every_line
-def test_a_restart_keeps_the_image_and_runs_it(kind, store):
+def test_a_restart_keeps_the_image_and_runs_it(store):
     store.save(OLD)
-    with closing(Rig(kind, store)) as restarted:
+    with closing(Rig(store)) as restarted:
         assert restarted.readback(len(OLD)) == OLD
         restarted.now_s = 3.5
         restarted.tick()
@@ -119,12 +114,11 @@ def test_a_restart_keeps_the_image_and_runs_it(kind, store):
     assert states == [(0, 0x64800000, 0), (1000, 0x6D000000, 1), (3000, 0x64800000, 0)]
 
 
-@every_line
 @pytest.mark.parametrize("cut", [1, 4, 7])
-def test_an_upload_that_breaks_off_keeps_the_old_image_and_the_car_answers_again(kind, store, cut):
+def test_an_upload_that_breaks_off_keeps_the_old_image_and_the_car_answers_again(store, cut):
     store.save(OLD)
     refusal = f"ERR cut off after {cut} bytes\n".encode()
-    with closing(Rig(kind, store)) as rig:
+    with closing(Rig(store)) as rig:
         rig.tick()
         rig.client.write(NEW[:cut])
         rig.line.wait(DEADLINE_S)
@@ -137,14 +131,13 @@ def test_an_upload_that_breaks_off_keeps_the_old_image_and_the_car_answers_again
     assert store.load() == NEW
 
 
-@every_line
-def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(kind, store, monkeypatch):
+def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(store, monkeypatch):
     def full(path, target):
         raise OSError("disk full")
 
     store.save(OLD)
     refusal = b"ERR the image could not be stored\n"
-    with closing(Rig(kind, store)) as rig:
+    with closing(Rig(store)) as rig:
         with monkeypatch.context() as broken:
             broken.setattr(Path, "replace", full)
             assert rig.answer(NEW, len(refusal)) == refusal
@@ -153,22 +146,11 @@ def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(kind, s
         assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
 
 
-# The lines: a pseudo-terminal, and TCP with one client at a time
+# TCP, with one client at a time
 
 
-@pytest.mark.parametrize("kind", [PTY])
-def test_a_pseudo_terminal_carries_every_byte_as_it_is(kind):
-    with closing(PseudoTerminal()) as line, Path(line.address).open("r+b", buffering=0) as client:
-        client.write(bytes(range(256)))
-        line.wait(DEADLINE_S)
-        assert line.read() == bytes(range(256))
-        line.write(bytes(range(256)))
-        assert client.read(500) == bytes(range(256))
-
-
-@every_line
-def test_an_upload_right_after_one_that_broke_off_succeeds(kind, store):
-    with running_car(kind, store) as address:
+def test_an_upload_right_after_one_that_broke_off_succeeds(store):
+    with running_car(store) as address:
         with serial.serial_for_url(address) as client:
             client.write(NEW[:6])
             client.flush()
@@ -177,7 +159,7 @@ def test_an_upload_right_after_one_that_broke_off_succeeds(kind, store):
 
 
 def test_a_second_client_gets_the_answer_busy_and_the_first_goes_on(store):
-    with running_car("tcp", store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
+    with running_car(store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
         first.write(READBACK_REQUEST)
         assert first.read(4) == NO_PROGRAM
         with pytest.raises(MotorcadeError, match="busy with another uploader"):
@@ -252,7 +234,7 @@ def test_an_upload_waits_for_what_one_that_left_has_sent():
 
 
 def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):
-    with closing(Rig("tcp", store)) as rig:
+    with closing(Rig(store)) as rig:
         assert rig.readback(4) == NO_PROGRAM
         rig.client.close()
         rig.client = serial.serial_for_url(rig.line.address, timeout=0)

@@ -128,8 +128,7 @@ def test_a_car_takes_uploads_at_a_serial_port_and_words_of_a_keyboard(tmp_path):
     ("code", "options", "says"),
     [
         (2, (), "--pins is missing"),
-        (2, ("--board", "simulated", "--port", "P", "--tcp", "127.0.0.1:0"), "exclude each other"),
-        (2, ("--board", "simulated", "--pty", "--tcp", "127.0.0.1:0"), "--tcp and --pty exclude each other"),
+        (2, ("--board", "simulated", "--port", "P", "--tcp", "127.0.0.1:0"), "--port and --tcp exclude each other"),
         *((2, ("--board", "simulated", "--tcp", address), ADDRESS_SENTENCES[address]) for address in ADDRESS_SENTENCES),
         (2, ("--board", "simulated", "--tcp", "0.0.0.0:0"), "can reach this car's uploads"),
         (2, ("--board", "simulated", "--voice", "/dev/ttyS9"), "--voice-map is missing"),

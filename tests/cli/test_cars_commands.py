@@ -92,7 +92,7 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     assert "--to and --port exclude" in refusal(2, "upload", program, "--to", "all", "--port", "COM3")
     assert "for several cars" in refusal(2, "upload", program, "--resume")
     assert "no name for a car" in refusal(2, "cars", "name", "COM3", "a b")
-    assert "for simulated cars" in refusal(2, "car", "run", "--board", "simulated", "--count", "2", "--pty")
+    assert "for simulated cars" in refusal(2, "car", "run", "--board", "simulated", "--count", "2", "--port", "P")
     (tmp_path / "cars.toml").write_text("ada = 1", encoding="utf-8")
     assert "ada has to be text" in refusal(2, "cars")
 

@@ -1,4 +1,4 @@
-"""The command sweep: the same table from one process, several, after a kill and from a cluster; pictures; refusals."""
+"""The command sweep: the same table from one process, several, after a kill and from a cluster; refusals."""
 
 import contextlib
 import json
@@ -180,43 +180,6 @@ def test_a_cluster_that_is_not_there_is_named(spec, tmp_path, monkeypatch):
     arguments = ("sweep", spec, "-o", tmp_path / "out.parquet", "--scheduler")
     assert "no Dask scheduler answers at tcp://127.0.0.1:1" in refusal(2, *arguments, "tcp://127.0.0.1:1")
     assert "no Dask scheduler answers at nonsense" in refusal(2, *arguments, "nonsense")
-
-
-# Pictures
-
-
-@pytest.mark.parametrize(
-    "axes",
-    [
-        ("--x", "cars", "--y", "spread_m"),
-        ("--x", "program", "--y", "frames"),
-        ("--x", "cars", "--y", "physics.capture_ratio", "--colour", "lost_share"),
-    ],
-    ids=" ".join,
-)
-def test_a_picture_of_any_two_axes(spec, tmp_path, axes):
-    picture = tmp_path / "it.png"
-    result = data("sweep", spec, "-o", tmp_path / "out.parquet", "--jobs", "1", "--picture", picture, *axes)
-    assert result["picture"] == str(picture)
-    assert picture.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("name", "axes", "says"),
-    [
-        ("it.png", "--x spread_m --y cars", "--x is 'spread_m'; allowed: program, mat, seed, cars"),
-        ("it.png", "--x cars --y physics.bit_error_rate", "name the measure with --colour"),
-        ("it.png", "--x cars --y cars --colour frames", "--y is 'cars'; allowed: program"),
-        ("it.png", "--x cars --y seed --colour mat", "--colour is 'mat'; allowed: frames"),
-        ("it.nonsense", "--x cars --y frames", "its name must end in"),
-        ("missing/it.png", "--x cars --y frames", "there is no folder"),
-        ("it.png", "--x cars", "needs --picture, --x and --y"),
-    ],
-)
-def test_a_picture_that_is_not_possible_is_refused_before_anything_runs(spec, tmp_path, name, axes, says):
-    arguments = ("-o", tmp_path / "out.parquet", "--picture", tmp_path / name, *axes.split())
-    assert says in refusal(2, "sweep", spec, *arguments)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [PARADE.name, "spec.toml"]
 
 
 # Refusals

@@ -6,19 +6,16 @@ import math
 from random import Random
 from types import SimpleNamespace
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import settings
-from matplotlib.axes import Axes
 
 from motorcade import Program, forward, led
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.experiments import plan as planning
-from motorcade.experiments.picture import draw_sweep
 from motorcade.experiments.plan import Plan
 from motorcade.experiments.run import Store, run_sweep
 from motorcade.experiments.spec import parse_sweep
@@ -268,19 +265,6 @@ def test_a_run_that_fails_is_named_with_its_point(monkeypatch):
 def test_a_worker_with_other_code_is_refused():
     with pytest.raises(MotorcadeError, match="another Motorcade than this computer"):
         run_task(dataclasses.replace(plan_of().task(0), code="of yesterday"))
-
-
-def test_a_picture_has_each_run_in_the_bin_around_its_drawn_value(tmp_path, monkeypatch):
-    name, lines, plot = "physics.wheel_noise", [], Axes.plot
-    sweep = spec(f"[sample]\ncount = 300\n{name} = {{from = 0.1, to = 0.5}}")
-    values = [sweep.points.at(index)[name] for index in range(300)]
-    rows = {name: values, "spread_m": values, "program": ["a"] * 300, "mat": ["empty"] * 300}
-    pq.write_table(pa.table(rows), tmp_path / "out.parquet")
-    monkeypatch.setattr(Axes, "plot", lambda self, x, y, **style: lines.append((x, y)) or plot(self, x, y, **style))
-    draw_sweep(sweep, tmp_path / "out.parquet", tmp_path / "it.png", name, "spread_m")
-    ((middles, means),) = lines
-    assert len(middles) == 24
-    assert np.abs(means - middles).max() <= (middles[1] - middles[0]) / 2
 
 
 # Finished tasks

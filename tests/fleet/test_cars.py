@@ -11,7 +11,6 @@ from datetime import UTC, datetime
 import pytest
 
 from motorcade import Program, compile_program, forward, led
-from motorcade.boards.lines import PseudoTerminal
 from motorcade.car.loop import Car
 from motorcade.drive.certificates import CarKeys, list_keys, make_keys
 from motorcade.drive.keys import client_context, peer_number, server_context
@@ -31,6 +30,7 @@ from motorcade.words.request import (
     check_request,
     read_request,
 )
+from support.pseudo_terminal import PseudoTerminal
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
 from support.waiting import until
 

@@ -7,8 +7,9 @@ from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, closing, contextmanager
 
 from motorcade.boards.computer import ComputerBoard, Equipment, run_many
-from motorcade.boards.lines import PseudoTerminal, TcpPort
+from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import levels_of
+from support.pseudo_terminal import PseudoTerminal
 from support.strategies import CLASSROOM
 
 # A state of 1 s and one of 2 s; another program of one state.

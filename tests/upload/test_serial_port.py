@@ -10,7 +10,7 @@ import pytest
 import serial
 
 from motorcade.boards.computer import ImageStore, simulated_car
-from motorcade.boards.lines import PseudoTerminal, TcpPort
+from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import (
@@ -31,6 +31,7 @@ from motorcade.words.upload import READBACK_REQUEST
 from support.check_requests import read_check
 from support.driven_car import deaf_port
 from support.played_car import IMAGE, PlayedCar
+from support.pseudo_terminal import PseudoTerminal
 from support.socket_lines import without_pauses
 
 CLASSROOM = built_in_profile("classroom")

@@ -1,14 +1,11 @@
-"""The car's end of a serial line on a computer: a serial port, a pseudo-terminal, a TCP port, or none.
+"""The car's end of a serial line on a computer: a serial port, a TCP port, or none.
 
 pyserial reaches the TCP port as ``socket://HOST:PORT``. Uploads come by these lines.
 """
 
 import contextlib
-import os
-import select
 import selectors
 import socket
-import sys
 import time
 from collections.abc import Callable
 from functools import partial
@@ -26,7 +23,6 @@ if TYPE_CHECKING:
 
     import serial
 
-_CHUNK_BYTES = 4096
 _RETRY_S = 1.0
 
 
@@ -104,42 +100,6 @@ class SerialLine(Line):
                 self._port.close()
         self._port = None
         self._last_try_s = self._clock_s()
-
-
-class PseudoTerminal(Line):
-    """A pseudo-terminal: a simulated serial port of this computer; POSIX only. ``address`` is its device's path."""
-
-    def __init__(self) -> None:
-        if sys.platform == "win32":
-            raise LineError("no-pseudo-terminals")
-        import pty
-        import tty
-
-        # The car keeps the client's end open too: without it the line would hang up with each client that leaves.
-        self._car_end, self._client_end = pty.openpty()
-        tty.setraw(self._client_end)
-        os.set_blocking(self._car_end, False)
-        self.address = os.ttyname(self._client_end)
-
-    def wait(self, seconds: float) -> None:
-        select.select([self._car_end], [], [], seconds)
-
-    def read(self) -> bytes:
-        try:
-            return os.read(self._car_end, _CHUNK_BYTES)
-        except BlockingIOError:
-            return b""
-
-    def write(self, data: bytes) -> None:
-        while data:
-            try:
-                data = data[os.write(self._car_end, data) :]
-            except BlockingIOError:
-                return
-
-    def close(self) -> None:
-        os.close(self._car_end)
-        os.close(self._client_end)
 
 
 class TcpPort(NetworkLine, Line):

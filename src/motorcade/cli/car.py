@@ -58,7 +58,7 @@ class CarOptions(NamedTuple):
 
     Attributes:
         role, number: of the car.
-        serial: the port that uploads come by; ``tcp``, HOST:PORT, and ``pty``, a new pseudo-terminal, stand for it.
+        serial: the port that uploads come by; ``tcp``, HOST:PORT, stands for it.
         store: the file that keeps the image, None for the user's own.
         voice, voice_map: KEYBOARD, or a module's port and what it sends; empty for none.
         insecure_lan: whether ``tcp`` may be an address that other computers reach, without keys.
@@ -72,7 +72,6 @@ class CarOptions(NamedTuple):
     store: Path | None = None
     voice: str = ""
     voice_map: Path | None = None
-    pty: bool = False
     insecure_lan: bool = False
     keys: Path | None = None
     revoked: Path | None = None
@@ -100,7 +99,6 @@ def _run(
     battery: OptionalFile = None,
     count: Annotated[int | None, typer.Option(min=1, max=2000)] = None,
     car_list: Annotated[Path | None, typer.Option("--list", dir_okay=False)] = None,
-    use_pty: Annotated[bool, typer.Option("--pty")] = False,
     store: Path | None = None,
     voice: str = "",
     voice_map: OptionalFile = None,
@@ -113,12 +111,12 @@ def _run(
 
     if board == "raspberry-pi" and pins is None:
         raise MotorcadeError("pins-missing")
-    exclude_each_other(port=port, tcp=tcp, pty=use_pty)
+    exclude_each_other(port=port, tcp=tcp)
     exclude_each_other(keys=keys, insecure_lan=insecure_lan)
     chosen = profile_named(profile)
-    options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty, insecure_lan, keys, revoked)
+    options = CarOptions(role, number, port, tcp, store, voice, voice_map, insecure_lan, keys, revoked)
     if count is not None:
-        if board != "simulated" or port or use_pty:
+        if board != "simulated" or port:
             raise MotorcadeError("count-of-simulated-cars")
         _run_many(options, count, car_list, chosen, as_json)
         return
@@ -299,16 +297,15 @@ def open_parts(
 
 
 def _open_line(resources: ExitStack, options: CarOptions, profile: "Profile") -> "tuple[Line, str]":
-    from motorcade.boards.lines import Line, PseudoTerminal, TcpPort
+    from motorcade.boards.lines import Line, TcpPort
 
     if options.serial:
         return _open_serial(resources, options.serial, profile.serial.baud), options.serial
-    if not (options.tcp or options.pty):
+    if not options.tcp:
         return Line(), ""
-    line = TcpPort(*host_and_port(options.tcp), **_keys(options)) if options.tcp else PseudoTerminal()
+    line = TcpPort(*host_and_port(options.tcp), **_keys(options))
     resources.callback(line.close)
-    if options.tcp:
-        _check_reach(line.address, options)
+    _check_reach(line.address, options)
     return line, line.address
 
 

@@ -134,17 +134,11 @@ def _sweep(
     output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False)],
     jobs: Jobs = 0,
     scheduler: str = "",
-    picture: Path | None = None,
-    x: str = "",
-    y: str = "",
-    colour: str = "",
     capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
     as_json: JsonInPipes = False,
 ) -> None:
-    if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
-        raise MotorcadeError("picture-needs-options")
     with ended_by_sentences(output):
-        from motorcade.cli.console import drawing_texts, progress_bar
+        from motorcade.cli.console import progress_bar
         from motorcade.experiments.run import chosen_workers, run_sweep
 
         if capsule:
@@ -152,29 +146,17 @@ def _sweep(
 
             check_writable(capsule, (".zip",))
         plan = _plan(spec, capsule is not None)
-        if picture:
-            from motorcade.experiments.picture import check_picture
-
-            check_picture(plan.sweep, picture, x, y, colour)
         ran = run_sweep(plan, output, chosen_workers(scheduler, jobs), progress_bar)
-        if picture:
-            from motorcade.experiments.picture import draw_sweep
-
-            with drawing_texts():
-                draw_sweep(plan.sweep, output, picture, x, y, colour)
         if capsule:
             from motorcade.lab.capsule import write_capsule
 
             write_capsule(capsule, spec.read_bytes(), plan, output)
     if as_json:
         result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
-        files = {"picture": picture, "capsule": capsule}
-        print_json(result | {name: str(file) for name, file in files.items() if file})
+        print_json(result | ({"capsule": str(capsule)} if capsule else {}))
         return
     key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
     lines = [translated(key, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
-    if picture:
-        lines.append(translated("sweep-is-drawn", picture=picture))
     if capsule:
         lines.append(translated("capsule-is-written", capsule=capsule))
         if not plan.sweep.citation.get("authors"):
