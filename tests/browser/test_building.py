@@ -8,19 +8,13 @@ from playwright.sync_api import expect
 
 from support.command_line import data
 from support.studio_page import StudioPage
-from support.studio_programs import ACCEPTING, EXAMPLE, LIT, PASSED_ON, SHELTERED, TOO_LONG
+from support.studio_programs import ACCEPTING, EMPTY, EXAMPLE, LIT, PASSED_ON, SHELTERED, TOO_LONG
 from support.waiting import wait_until
 
 TABLET = (1024, 768)
-NO_INFRARED = {
-    "en": "A leader can't be set to accept infrared.",
-    "zh": "无法设置主机接受红外信息",
-}
+NO_INFRARED = {"en": "A leader can't be set to accept infrared.", "zh": "无法设置主机接受红外信息"}
 COLOUR = "element => getComputedStyle(element).backgroundColor"
-TOO_MANY = {
-    "en": "The serial modules in use are more than 255",
-    "zh": "所用的串行模块数目已经大于255",
-}
+TOO_MANY = {"en": "The serial modules in use are more than 255", "zh": "所用的串行模块数目已经大于255"}
 
 
 @pytest.fixture
@@ -31,8 +25,8 @@ def example_words(tmp_path: Path) -> list[str]:
     return [f"{word:08x}" for word in data("compile", path, "--json")["words"]]
 
 
-def test_the_documents_example_is_built_with_the_mouse(open_page, example_words) -> None:
-    studio = open_page()
+def test_the_documents_example_is_built_with_the_mouse(show, example_words) -> None:
+    studio = show(EMPTY)
     studio.drag_out("leader", "drive", "drive", below=studio.hat("leader"))
     first = studio.block("leader", "forward")
     studio.type_into(studio.field(first, "1"), "3")
@@ -136,8 +130,8 @@ def type_seconds(studio: StudioPage, seconds: str) -> None:
     studio.page.keyboard.press("Enter")
 
 
-def test_a_block_that_is_not_attached_looks_so_and_a_sentence_says_so(open_page) -> None:
-    studio = open_page()
+def test_a_block_that_is_not_attached_looks_so_and_a_sentence_says_so(show) -> None:
+    studio = show(EMPTY)
     studio.drag_out("leader", "drive", "drive", below=studio.hat("leader"))
     loose = studio.page.locator("g.motorcade-loose")
     expect(loose).to_have_count(0)

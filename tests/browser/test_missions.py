@@ -57,6 +57,9 @@ def test_a_teacher_reads_and_prints_the_notes_of_a_mission(open_page):
     expect(notes).to_contain_text(first.notes.aim.sentence("zh"))
     notes.get_by_role("button", name=studio.say("missions.notes.play")).press("Enter")
     expect(page.get_by_role("list", name=studio.say("missions.goals"))).to_be_visible()
+    # The task gives its room to the blocks.
+    page.get_by_role("button", name=studio.say("missions.toBlocks")).press("Enter")
+    expect(page.get_by_role("button", name=studio.say("missions.showTask"))).to_be_visible()
 
 
 def print_run(studio):
@@ -110,6 +113,9 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     bits.and_(page.get_by_role("button", name="第 22 位")).nth(1).press(" ")
     run_to_the_end(studio, "两个位能数 0 到 3")
     expect(page.locator("li[data-progress=met]")).to_have_count(3)
+    page.get_by_role("button", name=studio.say("missions.next")).press("Enter")
+    expect(page.locator("[data-mission=flip-the-lamp] [data-earned]")).to_have_count(3)
+    page.keyboard.press("Escape")
     print_run(studio)
     page.reload()
     studio.wait_until_ready()

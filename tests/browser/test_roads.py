@@ -14,7 +14,7 @@ from support.studio_programs import PAIR
 from support.waiting import wait_until
 
 NEAR_M = 0.04
-DRIVEN_S = 10
+DRIVEN_S = 5
 CONVOY = {
     "format": "motorcade-program/1",
     "profile": "classroom",

@@ -6,6 +6,7 @@ RIGHT = {"drive": {"direction": "right", "speed": 2, "seconds": 2}}
 
 # What the documents give as an example: forward for three seconds, then left for one.
 EXAMPLE = {"format": "motorcade-program/1", "profile": "classroom", "leader": [FORWARD, LEFT], "followers": None}
+EMPTY = {**EXAMPLE, "leader": []}
 PAIR = {
     "format": "motorcade-mat/1",
     "name": "Pair",
