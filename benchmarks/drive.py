@@ -144,9 +144,9 @@ async def _pull(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) ->
 
 async def _stall(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
     """Stall the network, which delivers the old commands later."""
-    proxy.set_both(held=True)
+    proxy.hold(True)
     await _go_on(writer, move)
-    proxy.set_both(held=False)
+    proxy.hold(False)
 
 
 async def _reset_connection(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:

@@ -195,10 +195,10 @@ def test_telemetry_grows_old_and_then_the_car_is_away_on_a_silent_network(cuttab
     telling = between.proxies[1]
     with pages("ada") as page:
         page.car("ada", lambda car: car["state"] == "ready")
-        telling.set_both(held=True)
+        telling.hold(True)
         assert page.car("ada", lambda car: car["silent_ms"] > 500)["state"] in ("ready", "away")
         page.car("ada", lambda car: car["state"] == "away")
-        telling.set_both(held=False)
+        telling.hold(False)
         page.car("ada", lambda car: car["state"] == "ready")
 
 

@@ -186,20 +186,6 @@ def test_every_page_may_stop_the_car_and_it_stays_stopped(visit):
         assert rig.wheels.applied[-1] == (90, 1, 255)
 
 
-def test_a_stick_takes_over_from_the_program_and_resume_gives_it_back(visit):
-    rig = visit()
-    with rig.page() as page:
-        page.send("join", car="1")
-        page.send("resume", car="1")
-        page.car(lambda car: car["state"] == "program")
-        assert rig.wheels.runs_program
-        page.drive(0.3, number=1)
-        page.car(lambda car: car["state"] == "moving")
-        assert not rig.wheels.runs_program
-        page.send("resume", car="1")
-        page.car(lambda car: car["state"] == "program")
-
-
 def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(visit):
     rig = visit()
     full = DriveError("full", sessions=9)

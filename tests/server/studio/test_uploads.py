@@ -106,10 +106,6 @@ def test_an_image_is_uploaded_to_the_virtual_car_and_read_back(client, tmp_path)
     assert (tmp_path / "virtual-car.image").read_bytes() == LONG
 
 
-def test_without_verification_the_outcome_is_not_verified(client) -> None:
-    assert ask(client, port="virtual", image=IMAGE, verify=False)[-1] == {"outcome": "not-verified"}
-
-
 def test_a_damaged_file_of_the_virtual_car_is_named(client, tmp_path) -> None:
     (tmp_path / "virtual-car.image").write_bytes(b"broken")
     code, sentence = failure(ask(client, port="virtual", image=IMAGE))
