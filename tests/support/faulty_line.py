@@ -1,4 +1,4 @@
-"""A serial line that loses, doubles, flips and delays bytes or dies, in virtual time, with a car at its other end."""
+"""A serial line that loses, doubles and flips bytes or dies, in virtual time, with a car at its other end."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from support.strategies import CLASSROOM
 
 @dataclass
 class Faults:
-    """What goes wrong in one direction: chances for each byte and for each piece, and for certain.
+    """What goes wrong in one direction: chances for each byte, and for certain.
 
     ``dead_from``, ``dead_until`` and ``flipped_at`` count bytes from 1; the bits in ``stuck`` arrive as zeros.
     """
@@ -22,8 +22,6 @@ class Faults:
     dropped: float = 0
     doubled: float = 0
     flipped: float = 0
-    late: float = 0
-    late_ms: int = 0
     dead_from: int | None = None
     dead_until: int | None = None
     flipped_at: tuple[int, ...] = ()
@@ -56,15 +54,8 @@ class Way:
             came.append(byte)
             if draw > 1 - faults.doubled:
                 came.append(byte)
-        at_ms = now_ms + (random.randrange(faults.late_ms) if random.random() < faults.late else 0)
-        if self._pieces:
-            at_ms = max(at_ms, self._pieces[-1][0])
         if came:
-            # The late part of a piece is behind any of its bytes.
-            cut = random.randrange(len(came)) if at_ms > now_ms and not self._pieces else 0
-            if cut:
-                self._pieces.append((now_ms, bytes(came[:cut])))
-            self._pieces.append((at_ms, bytes(came[cut:])))
+            self._pieces.append((now_ms, bytes(came)))
 
     def take(self, now_ms):
         """What has arrived by ``now_ms``."""

@@ -13,15 +13,7 @@ from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
-from motorcade.outcomes import (
-    NO_ANSWER,
-    PORT_BUSY,
-    PORT_FORBIDDEN,
-    PORT_NOT_FOUND,
-    REFUSED,
-    VERIFICATION,
-    WENT_AWAY,
-)
+from motorcade.outcomes import NO_ANSWER, PORT_BUSY, PORT_FORBIDDEN, PORT_NOT_FOUND, REFUSED, VERIFICATION, WENT_AWAY
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
@@ -297,11 +289,7 @@ def test_a_port_that_somebody_else_has_open_is_busy(car):
     [
         (PORT_NOT_FOUND, "There is no port", ["could not open port 'P': FileNotFoundError(2, 'No.', None, 2)"]),
         (PORT_BUSY, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
-        (
-            PORT_FORBIDDEN,
-            "On Linux join the group",
-            [13, "could not open port P: [Errno 13] Permission denied: 'P'"],
-        ),
+        (PORT_FORBIDDEN, "On Linux join the group", [13, "could not open port P: [Errno 13] Permission denied: 'P'"]),
         (PORT_BUSY, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
     ],
     ids=["missing, Windows", "in use, Windows", "denied, Linux", "in use, Linux"],

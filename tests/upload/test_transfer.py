@@ -21,15 +21,7 @@ from motorcade.upload.transfer import (
 )
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.request import CHECK_BYTES, check_words, held_checksum, ready_line
-from motorcade.words.upload import (
-    IMAGE,
-    MISMATCH,
-    NOT_VERIFIED,
-    REFUSED,
-    SILENT,
-    VERIFIED,
-    ok_line,
-)
+from motorcade.words.upload import IMAGE, MISMATCH, NOT_VERIFIED, REFUSED, SILENT, VERIFIED, ok_line
 from support.check_requests import read_check
 from support.faulty_line import Faults, Party, RealCar, SimpleCar, Way, talk_through
 
@@ -147,11 +139,7 @@ def test_an_image_that_the_car_can_not_hold_is_sent_once_and_the_car_keeps_its_o
     told = Told()
     talk, car = UploadTransfer(LARGEST, BAUD, retrying=told), RealCar(FIRST, there, back, most_words=126)
     talk_through([talk], car, there, [back])
-    assert (talk.outcome, talk.holds, car.holds) == (
-        (REFUSED, "image-too-large most=126 words=511"),
-        OLD,
-        FIRST,
-    )
+    assert (talk.outcome, talk.holds, car.holds) == ((REFUSED, "image-too-large most=126 words=511"), OLD, FIRST)
     assert told == []
     assert "this car holds at most 126" in str(upload_error("port", talk.outcome, talk.holds))
 
