@@ -202,13 +202,7 @@ class TestArguments:
 
     @pytest.mark.parametrize(
         "changed",
-        [
-            np.zeros((3, 6), np.int32),
-            np.zeros(18, np.uint32),
-            np.zeros((3, 12), np.uint32)[:, ::2],
-            6,
-            0.5,
-        ],
+        [np.zeros((3, 6), np.int32), np.zeros(18, np.uint32), np.zeros((3, 12), np.uint32)[:, ::2], 6, 0.5],
         ids=["dtype", "rank", "strides", "integer", "float"],
     )
     def test_others_are_refused_by_name(self, changed: object) -> None:

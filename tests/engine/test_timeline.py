@@ -20,7 +20,7 @@ from support.strategies import BRISK, CLASSROOM, rows, single_steps, sums, toget
 from support.timelines import DARK, STILL, Moment, agrees, length_ms, moments, unrolled, watch
 
 PROFILES = st.sampled_from([BRISK, BRISK, CLASSROOM])
-LONGEST_MS = 15_000
+LONGEST_MS = 8_000
 # Cars that send a tagged word three times within the shortest dwell.
 UNHURRIED = replace(BRISK, durations_ms=(0, 800, 1600, 2400))
 UNHURRIED_S = st.sampled_from([0.8, 1.6, 2.4])
@@ -98,6 +98,7 @@ def followers(draw: st.DrawFn, deaf: bool = False, tagged: bool = False, forward
     return Follower(Program([], Followers(row, forward=forward, tagged=tagged)), usual)
 
 
+@SLOW
 @given(leader_cases())
 def test_a_leader_does_in_each_millisecond_what_its_blocks_say(case: tuple[Program, Profile]) -> None:
     program, profile = case

@@ -15,7 +15,7 @@ from motorcade.words.formats import FORMATS, FRAME, fingerprint
 HERE = Path(__file__).parent
 WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]
 SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
-RANDOM_WORDS = 1_000_000
+RANDOM_WORDS = 100_000
 # Python's own decode of each, one by one.
 COMPARED_ONE_BY_ONE = 5_000
 every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
@@ -138,7 +138,7 @@ def fault_by_python(word_format, word, strict):
 
 
 @every_format
-def test_a_million_words_mean_the_same_in_c(word_format, probe):
+def test_many_words_mean_the_same_in_c(word_format, probe):
     words = mixed_words(word_format, RANDOM_WORDS)
     found = run(probe, word_format, "decode", big_endian(words))
     assert len(found) == len(words)
