@@ -103,8 +103,7 @@ def test_random_driving_draws_a_direction_every_half_second() -> None:
 @pytest.mark.parametrize("tick_ms", [7, 20, 333, 4321])
 def test_late_ticks_cost_the_leader_no_time(tick_ms: int) -> None:
     program = Program(
-        [forward(3), repeat(2, left(1), together(forward(2), led(1, 1))), wander(2), wait(0)],
-        [led(0, 1), led(1, 1)],
+        [forward(3), repeat(2, left(1), together(forward(2), led(1, 1))), wander(2), wait(0)], [led(0, 1), led(1, 1)]
     )
     compiled = compile_program(program)
     shown, prompt = drive(compiled.image, 1, 20_000)

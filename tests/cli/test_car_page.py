@@ -72,11 +72,7 @@ def test_a_camera_that_is_not_there_is_a_sentence_in_both_languages(monkeypatch:
     for package in ("picamera2", "cv2"):
         monkeypatch.setitem(sys.modules, package, None)
     assert open_camera("none") is None
-    for name, package in (
-        ("auto", "OpenCV"),
-        ("opencv", "OpenCV"),
-        ("picamera2", "picamera2"),
-    ):
+    for name, package in (("auto", "OpenCV"), ("opencv", "OpenCV"), ("picamera2", "picamera2")):
         with pytest.raises(MotorcadeError) as missing:
             open_camera(name)
         assert missing.value.exit_code == PORT_NOT_FOUND

@@ -94,8 +94,7 @@ def test_plot_draws_the_tracks(folder, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [("replay",), ("plot", "-o", "{folder}/cut.gif"), ("plot", "-o", "{folder}/cut.png")],
+    "arguments", [("replay",), ("plot", "-o", "{folder}/cut.gif"), ("plot", "-o", "{folder}/cut.png")]
 )
 def test_a_cut_off_file_is_read_as_far_as_possible_and_reported(arguments, folder):
     command, *options = (argument.format(folder=folder) for argument in arguments)

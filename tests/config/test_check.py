@@ -5,19 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.config.check import (
-    KEYWORDS,
-    check,
-    choice,
-    flag,
-    line,
-    list_of,
-    load,
-    number,
-    published,
-    table,
-    whole,
-)
+from motorcade.config.check import KEYWORDS, check, choice, flag, line, list_of, load, number, published, table, whole
 from motorcade.config.files import parse
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages

@@ -286,11 +286,7 @@ BREAKS = (
         "            pass\n",
     ),
     Break(
-        "pupils-ask-as-teacher",
-        "class",
-        "classroom/app.py",
-        "        if holder != TEACHER:\n",
-        "        if False:\n",
+        "pupils-ask-as-teacher", "class", "classroom/app.py", "        if holder != TEACHER:\n", "        if False:\n"
     ),
     Break(
         "versions-in-place",

@@ -152,10 +152,7 @@ PROMISES = (
     ),
     Promise(
         ("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first"),
-        (
-            "Cars that are away get the last order first when they are back",
-            "离开的小车回来时最先收到最后一次命令",
-        ),
+        ("Cars that are away get the last order first when they are back", "离开的小车回来时最先收到最后一次命令"),
         (
             "the first bytes of each connection; all others stand within 0.3 s, also while they are loaded, until *go*",
             "每个连接最先发送的字节；其他小车在 0.3 秒内停下，正在上传时也是，直到 *go*",

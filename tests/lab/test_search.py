@@ -144,10 +144,7 @@ def test_a_damaged_archive_is_named_with_its_line(found, tmp_path):
         searched(tmp_path, "random")
 
 
-@pytest.mark.parametrize(
-    ("options", "why"),
-    [({"method": "racing"}, "--method"), ({"seed": 1}, "--seed")],
-)
+@pytest.mark.parametrize(("options", "why"), [({"method": "racing"}, "--method"), ({"seed": 1}, "--seed")])
 def test_an_archive_of_another_search_is_refused(found, tmp_path, options, why):
     (tmp_path / "archive.jsonl").write_bytes((found["map-elites"][0] / "archive.jsonl").read_bytes())
     with refused("archive-of-another-search") as problem:

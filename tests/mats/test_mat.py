@@ -11,18 +11,7 @@ import numpy as np
 import pytest
 
 from motorcade.errors import MotorcadeError
-from motorcade.mats import (
-    Mat,
-    Person,
-    Physics,
-    Pose,
-    Starts,
-    Voice,
-    check_mat,
-    open_table,
-    parse_mat,
-    read_mat,
-)
+from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice, check_mat, open_table, parse_mat, read_mat
 from motorcade.mats.document import document_of, mat_of
 from motorcade.mats.model import Line
 from support.mats import CAR, CLASSROOM, HEAD, mat

@@ -26,32 +26,14 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
     ("body", "said"),
     [
         ("tick_ms = 41", "tick_ms is 41; allowed: a whole number from 1 to 40 milliseconds"),
-        ("size_m = [5]", f"size_m is [5]; allowed: {SIZE}"),
-        ("size_m = [5, -1]", "size_m[1] is -1; allowed: a number from 0.001 to 2000 metres"),
         ('floor = "sea"', 'floor is "sea"; allowed: "table", "classroom", "city", "night", "moon", "plain"'),
         ('edge = "wall"', "edge is a wall but there is no size_m; give the mat's width and height"),
-        ("tick_ms = 1979-05-27", 'tick_ms is "1979-05-27"; allowed: a whole number from 1 to 40 milliseconds'),
         ("wall = 3", "wall is 3; allowed: a list of tables, each under [[wall]]"),
-        ("[wall]\nfrom_m = [0, 0]", "wall is {...}; allowed: a list of tables, each under [[wall]]"),
-        ("wall = [3]", "wall[0] is 3; allowed: a table {...} of from_m, to_m"),
         ("[[wall]]\nfrom_m = [0, 0]", f"wall[0].to_m is missing; give {POINT}"),
         ("[[wall]]\nfrom_m = [0, nan]\nto_m = [0, 1]", f"wall[0].from_m[1] is nan; {METRES}"),
-        (f"[[car]]\nat_m = [1{'0' * 400}, 1]", f"car[0].at_m[0] is 1{'0' * 36}...; {METRES}"),
         (
             "[[wall]]\nfrom_m = [0, 1]\nto_m = [0, 2]\n[[wall]]\nfrom_m = [0, 1]\nto_m = [0, 1.0001]",
             "wall[1] has no length; give two different points, 1 mm apart or more",
-        ),
-        (
-            "[[disc]]\ncenter_m = [0, 0]\nradius_m = 1",
-            "disc[0].center_m is not known; known are centre_m, radius_m",
-        ),
-        (
-            "[[disc]]\ncentre_m = [0, 0]\nradius_m = 0",
-            "disc[0].radius_m is 0; allowed: a number from 0.001 to 2000 metres",
-        ),
-        (
-            "[[polygon]]\ncorners_m = [[0, 0], [1, 0]]",
-            f"polygon[0].corners_m is [[0, 0], [1, 0]]; allowed: {CORNERS}",
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [1, 0], [1, 0], [0, 1]]",
@@ -76,8 +58,6 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
             "polygon[0].corners_m meets itself where its sides 0 and 1 touch or cross; "
             "list its corners in order around it",
         ),
-        ("[[person]]\npath = []", f"person[0].path is []; allowed: {PATH}"),
-        ("[[person]]\npath = [[0, 0]]", f"person[0].path[0] is [0, 0]; allowed: {STEP}"),
         (
             "[[person]]\npath = [[0, 0, 0], [-1, 1, 1]]",
             "person[0].path[1][0] is -1; allowed: a number from 0 to 1000000 seconds",
@@ -88,29 +68,11 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
             "person[0].path[2] is at 2 s, after 2 s; let times rise, by 0.001 s or more",
         ),
         (
-            '[[voice]]\nat_s = 1\nword = "go"\nradius_m = 1',
-            f"voice[0].centre_m is missing; give {POINT}",
-        ),
-        (
-            '[[voice]]\nat_s = 1\nword = "go"\ncentre_m = [0, 0]',
-            "voice[0].radius_m is missing; give a number from 0.001 to 2000 metres",
-        ),
-        ("[[car]]\nat = [0, 0]", "car[0].at is not known; known are at_m, heading_deg, role"),
-        (
             "[[car]]\nat_m = [0, 0]\nheading_deg = 361",
             "car[0].heading_deg is 361; allowed: a number from -360 to 360 degrees",
         ),
-        (
-            f"[[car]]\nat_m = {'[' * 30}{']' * 30}",
-            f"car[0].at_m is {'[' * 30}{']' * 7}...; allowed: {POINT}",
-        ),
-        (f"[[crowd]]\ncars = 0\n{AREA}", "crowd[0].cars is 0; allowed: a whole number from 1 to 2000000"),
         (f"[[crowd]]\ncars = 3\nleaders = 4\n{AREA}", "crowd[0].leaders is 4; allowed: up to 3, as many as its cars"),
         ("[[crowd]]\ncars = 3", "crowd[0] has no area and the mat no size_m; give the crowd its corner_m and size_m"),
-        (
-            "[[crowd]]\ncars = 3\ncorner_m = [0, 0]",
-            f"crowd[0].size_m is missing; give {SIZE}",
-        ),
         (
             f'[[crowd]]\ncars = 3\n{AREA}heading_deg = "up"',
             'crowd[0].heading_deg is "up"; allowed: a number from -360 to 360 degrees, or "random"',
@@ -135,18 +97,9 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
             "crowd[0] finds room for 0 of its 3 cars on 9 x 0.2 m, 0.25 m apart; "
             "lower cars or spacing_m, or give it a larger or emptier area",
         ),
-        (
-            f"[[crowd]]\ncars = 1500000\n{AREA}" * 2,
-            "there are 3000000 cars in all; allowed: up to 2000000",
-        ),
-        (
-            "[physics]\ngravity = 1",
-            "physics.gravity is not known; known are collisions, line_of_sight, capture_ratio, "
-            "beam_half_angle_deg, bit_error_rate, wheel_noise",
-        ),
+        (f"[[crowd]]\ncars = 1500000\n{AREA}" * 2, "there are 3000000 cars in all; allowed: up to 2000000"),
         ("[physics]\ncollisions = 1", "physics.collisions is 1; allowed: true or false"),
         ("[physics]\ncapture_ratio = 1", "physics.capture_ratio is 1; allowed: a number above 1, up to 1000000"),
-        ('"a\\tb" = 1', f"'a\\tb' is not known; known are {TABLE}"),
         # From here on the fault is that cars have no room.
         ("", "there are no cars; add a [[car]] or a [[crowd]]"),
         (

@@ -44,12 +44,7 @@ EXAMPLE = """
    "steps": [{"drive": {"direction": "right", "speed": 2, "seconds": 2}}]}}
 """
 IN_PYTHON = Program(
-    [
-        forward(3),
-        left(1, speed=1),
-        together(forward(2, speed=3), led(1, 1)),
-        repeat(2, wait(1), led(0, 1)),
-    ],
+    [forward(3), left(1, speed=1), together(forward(2, speed=3), led(1, 1)), repeat(2, wait(1), led(0, 1))],
     Followers([right(2)]),
 )
 
@@ -104,12 +99,7 @@ def test_a_program_is_saved_as_utf_8(tmp_path: Any) -> None:
 
 @pytest.mark.parametrize(
     ("content", "said"),
-    [
-        ("", "line 1, column 1"),
-        (b"\xff\xfe", "UTF-8"),
-        ("[" * 100_000, "deep"),
-        ("[" * 200 + "]" * 200, "deep"),
-    ],
+    [("", "line 1, column 1"), (b"\xff\xfe", "UTF-8"), ("[" * 100_000, "deep"), ("[" * 200 + "]" * 200, "deep")],
 )
 def test_what_is_not_json_is_said_to_be_none(content: bytes | str, said: str) -> None:
     with pytest.raises(ProgramError, match=re.escape(said)) as caught:
@@ -134,18 +124,13 @@ def assert_is_said(document: str, code: str, path: str, step_id: str | None) -> 
     ("document", "code", "path"),
     [
         ("7", RANGE, ""),
-        ("[]", RANGE, ""),
         ('{"leader": []}', MISSING, ""),
         ('{"format": "motorcade-program/1"}', MISSING, ""),
         ('{"format": "motorcade-program/2", "leader": []}', RANGE, "format"),
-        ('{"format": "motorcade-program/1", "leader": {}}', RANGE, "leader"),
         ('{"format": "motorcade-program/1", "leader": [5]}', RANGE, "leader[0]"),
         ('{"format": "motorcade-program/1", "leader": [{}]}', MISSING, "leader[0]"),
-        ('{"format": "motorcade-program/1", "leader": [], "profile": 1}', RANGE, "profile"),
         ('{"format": "motorcade-program/1", "leader": [], "colour": 1}', UNKNOWN, "colour"),
-        ('{"format": "motorcade-program/1", "leader": [], "followers": []}', RANGE, "followers"),
         ('{"format": "motorcade-program/1", "leader": [], "followers": {}}', MISSING, "followers"),
-        ('{"format": "motorcade-program/1", "leader": [], "mat": null}', RANGE, "mat"),
         ('{"format": "motorcade-program/1", "leader": [], "view": []}', RANGE, "view"),
     ],
 )
@@ -157,9 +142,7 @@ def test_a_wrong_document_is_named_with_its_place(document: str, code: str, path
     ("entry", "code", "path"),
     [
         ('"accept_ir": "yes"', RANGE, "followers.accept_ir"),
-        ('"forward": null', RANGE, "followers.forward"),
         ('"dwell_seconds": -1', RANGE, "followers.dwell_seconds"),
-        ('"tagged": 1', RANGE, "followers.tagged"),
         ('"speed": 1', UNKNOWN, "followers.speed"),
     ],
 )
@@ -176,23 +159,15 @@ def test_a_wrong_setting_of_the_followers_is_named(entry: str, code: str, path: 
         ('"id": "b", "wait": {"seconds": 1}, "pir": {"seconds": 1}', "several-kinds", "", "b"),
         ('"id": "b", "wait": {"seconds": 1}, "accept_ir": 1', RANGE, ".accept_ir", "b"),
         ('"id": 5, "wait": {"seconds": 1}', RANGE, ".id", None),
-        ('"id": "b", "wait": 1', RANGE, ".wait", "b"),
         ('"id": "b", "wait": {}', MISSING, ".wait", "b"),
-        ('"id": "b", "voice": {}', MISSING, ".voice", "b"),
         ('"id": "b", "wait": {"seconds": -1}', RANGE, ".wait.seconds", "b"),
-        ('"id": "b", "wait": {"seconds": true}', RANGE, ".wait.seconds", "b"),
-        ('"id": "b", "wait": {"seconds": 86401}', RANGE, ".wait.seconds", "b"),
         ('"id": "b", "wait": {"seconds": 1, "speed": 1}', UNKNOWN, ".wait.speed", "b"),
         ('"id": "b", "drive": {"direction": "left", "speed": 4, "seconds": 1}', RANGE, ".drive.speed", "b"),
-        ('"id": "b", "drive": {"direction": "up", "speed": 1, "seconds": 1}', RANGE, ".drive.direction", "b"),
-        ('"id": "b", "together": {}', RANGE, ".together", "b"),
         ('"id": "b", "together": [{"together": []}]', UNKNOWN, ".together[0].together", "b"),
         ('"id": "b", "together": [{"id": "c", "repeat": {"times": 1}}]', UNKNOWN, ".together[0].repeat", "c"),
         ('"together": [{"id": "c", "voice": {"seconds": 1}}]', UNKNOWN, ".together[0].voice.seconds", "c"),
         ('"together": [{"id": "c", "pir": {}, "accept_ir": true}]', UNKNOWN, ".together[0].accept_ir", "c"),
-        ('"id": "b", "repeat": {"times": 0, "steps": []}', RANGE, ".repeat.times", "b"),
         ('"id": "b", "repeat": {"times": 1.5, "steps": []}', RANGE, ".repeat.times", "b"),
-        ('"id": "b", "repeat": {"times": 1}', MISSING, ".repeat", "b"),
         ('"repeat": {"times": 1, "steps": [{"id": "c", "led": {}}]}', MISSING, ".repeat.steps[0].led", "c"),
     ],
 )
@@ -271,26 +246,17 @@ NAN, INFINITE = float("nan"), float("inf")
     [
         (lambda: forward(-1), "seconds is -1"),
         (lambda: forward(NAN), "seconds is nan"),
-        (lambda: forward(INFINITE), "seconds is inf"),
-        (lambda: forward("3"), "seconds is '3'"),
         (lambda: left(1, speed=4), "speed is 4; allowed: a whole number from 0 to 3"),
         (lambda: left(1, speed=True), "speed is True"),
         (lambda: DriveStep("up", 1, 1), "direction is 'up'"),
-        (lambda: led(4, 1), "which is 4"),
-        (lambda: repeat(0, wait(1)), "times is 0"),
         (lambda: repeat(1.5, wait(1)), "times is 1.5"),
         (lambda: together(together()), "together"),
-        (lambda: together(repeat(2)), "repeat"),
         (lambda: together(voice(1)), "voice"),
         (lambda: together(forward(1), pir(seconds=1)), "pir"),
         (lambda: together(forward(1, accept_ir=False)), "accept_ir"),
         (lambda: wait(1, accept_ir="no"), "accept_ir"),
-        (lambda: wait(1, id=5), "id is 5"),
-        (lambda: Followers([wait(1)], accept_ir="yes"), "accept_ir"),
         (lambda: Followers([wait(1)], forward=None), "forward is None; allowed: true or false"),
-        (lambda: Followers([wait(1)], tagged=1), 'tagged is 1; allowed: true, false, "auto"'),
         (lambda: Followers([wait(1)], dwell_seconds=NAN), "dwell_seconds"),
-        (lambda: Program([wait(1)], profile=5), "profile"),
     ],
 )
 def test_python_refuses_a_wrong_value_with_a_sentence(make: Callable[[], object], said: str) -> None:

@@ -88,8 +88,7 @@ def test_two_names_at_once_are_refused(visit):
 
 
 @pytest.mark.parametrize(
-    "origin",
-    ["http://evil.example", "null", "http://127.0.0.1", "http://127.0.0.1:7701", "ftp://127.0.0.1:7700", ""],
+    "origin", ["http://evil.example", "null", "http://127.0.0.1", "http://127.0.0.1:7701", "ftp://127.0.0.1:7700", ""]
 )
 def test_a_page_of_another_site_is_refused(visit, origin):
     page = visit()

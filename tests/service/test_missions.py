@@ -150,13 +150,7 @@ ZONE = {"name": "home", "centre_m": [1, 1], "radius_m": 0.2}
 )
 def test_a_fault_of_a_draft_is_told_in_the_words_of_its_editor(ask, path, to, english, chinese):
     document = _changed(
-        {
-            **built_in_mission(NAME).document,
-            "zone": [ZONE],
-            "goal": [{"kind": "in-zone", "zone": "home"}],
-        },
-        *path,
-        to=to,
+        {**built_in_mission(NAME).document, "zone": [ZONE], "goal": [{"kind": "in-zone", "zone": "home"}]}, *path, to=to
     )
     with pytest.raises(MotorcadeError) as caught:
         ask("mission", {"document": document})

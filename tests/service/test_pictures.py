@@ -18,15 +18,7 @@ def test_the_page_has_a_text_for_each_reason_of_loss():
         assert list(catalogue(language)["page"]["mat"]["lost"]) == list(LOSS_REASONS[1:])
 
 
-COLUMNS = [
-    [0.0, -1.5],
-    [0.25, 2.0],
-    [0.0, 0.5],
-    [1, NO_INDEX],
-    [2, 4 + 1],
-    [4, 0],
-    [RUNS | SENDS, HEARD],
-]
+COLUMNS = [[0.0, -1.5], [0.25, 2.0], [0.0, 0.5], [1, NO_INDEX], [2, 4 + 1], [4, 0], [RUNS | SENDS, HEARD]]
 MOMENT = pack_moment(*COLUMNS)
 EVENTS = EVENT_ROW.pack(1499, 1, 5, 5, 0xA3000001, 7)
 GOLDEN = """

@@ -17,10 +17,7 @@ from support.pictures import Picture
 
 STATES = 2
 IMAGE = compile_program(
-    Program(
-        [forward(3, speed=2), left(1)],
-        Followers([led(1, 1), led(2, 1), led(1, 1), led(3, 1)]),
-    )
+    Program([forward(3, speed=2), left(1)], Followers([led(1, 1), led(2, 1), led(1, 1), led(3, 1)]))
 ).image
 EMPTY_MAT = {"format": "motorcade-mat/1", "name": "empty"}
 NEAR = [Pose(0, 0), Pose(0.5, 0)]

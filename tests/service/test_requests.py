@@ -9,17 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from motorcade import (
-    Followers,
-    Program,
-    compile_program,
-    forward,
-    led,
-    left,
-    read_program,
-    repeat,
-    wait,
-)
+from motorcade import Followers, Program, compile_program, forward, led, left, read_program, repeat, wait
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of

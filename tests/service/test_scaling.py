@@ -134,8 +134,7 @@ def test_many_steps_are_compared_in_time():
 
 
 @pytest.mark.parametrize(
-    ("place", "line"),
-    [(("a",), 3), (("w", 0, "x"), 7), (("w", 0, "z"), 9), (("w", 1), 10), (("not there",), 11)],
+    ("place", "line"), [(("a",), 3), (("w", 0, "x"), 7), (("w", 0, "z"), 9), (("w", 1), 10), (("not there",), 11)]
 )
 def test_the_line_of_a_value_is_the_one_on_which_it_is_complete(place, line):
     text = '# [ "\na = [1, # ]\n 2]\n[[w]]\nx = """\n] """ # """\n"""\ny = \'[\'\nz = {b = "[\\""}\n[[w]]\n'

@@ -149,10 +149,7 @@ def test_without_the_cause_the_car_hears(poses, decimetres, forward, leads, flip
 
 @settings(max_examples=settings().max_examples if settings().max_examples >= 1000 else 20)
 @given(
-    st.sampled_from(["wall", "disc", "polygon", "car"]),
-    st.integers(-20, 20),
-    st.integers(15, 40),
-    st.integers(0, 3),
+    st.sampled_from(["wall", "disc", "polygon", "car"]), st.integers(-20, 20), st.integers(15, 40), st.integers(0, 3)
 )
 def test_what_is_taken_away_is_not_in_the_way(kind, aside, away, others):
     """A leader drives along x; across its way stands one thing, and others stand beside it."""

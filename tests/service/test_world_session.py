@@ -6,18 +6,7 @@ from motorcade import Followers, Program, compile_program, forward, led, left
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio.driving import build_world
-from motorcade.service.world_messages import (
-    CarDetails,
-    Hello,
-    Move,
-    Pause,
-    Play,
-    SetWorld,
-    Shown,
-    State,
-    Step,
-    Watch,
-)
+from motorcade.service.world_messages import CarDetails, Hello, Move, Pause, Play, SetWorld, Shown, State, Step, Watch
 from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, PICTURE_S, STATE_S
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture

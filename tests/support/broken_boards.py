@@ -155,11 +155,7 @@ BROKEN: list[tuple[str, Any, str]] = [
     ("removes first", {"store_image": removes_first}, "a cut of power in store_image"),
     ("leaves the tail", {"store_image": leaves_the_tail}, "load_image() gave"),
     ("takes small ones", {"store_image": takes_small_ones}, "the EEPROM has 512 bytes"),
-    (
-        "stores text",
-        changed("load_image", lambda data: None if data is None else bytearray(data)),
-        "bytearray",
-    ),
+    ("stores text", changed("load_image", lambda data: None if data is None else bytearray(data)), "bytearray"),
     ("notes states", {"note": lambda self, kind, *more: {"state": 1, "frame": 2}[kind]}, "raised KeyError"),
 ]
 # The same in real time.

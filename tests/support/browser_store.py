@@ -31,12 +31,7 @@ class MockStore:
 
     def index(self) -> str:
         return json.dumps(
-            {
-                "revision": self.revision,
-                "keys": list(self.texts),
-                "values": self.values,
-                "problem": self.problem,
-            }
+            {"revision": self.revision, "keys": list(self.texts), "values": self.values, "problem": self.problem}
         )
 
     def texts_of(self, keys: str) -> str:

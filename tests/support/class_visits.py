@@ -29,20 +29,14 @@ class Visit:
         state: StorageState = {
             "cookies": [],
             "origins": [
-                {
-                    "origin": base.rstrip("/"),
-                    "localStorage": [{"name": k, "value": v} for k, v in kept.items()],
-                }
+                {"origin": base.rstrip("/"), "localStorage": [{"name": k, "value": v} for k, v in kept.items()]}
             ],
         }
         self.base = base
         self.faults: list[str] = []
         self.texts = catalogue(language)["page"]
         self.context = browser.new_context(
-            viewport={"width": size[0], "height": size[1]},
-            storage_state=state,
-            service_workers="block",
-            **options,
+            viewport={"width": size[0], "height": size[1]}, storage_state=state, service_workers="block", **options
         )
         self.context.set_default_timeout(60_000)
         self._forgiven: list[str] = []

@@ -14,14 +14,7 @@ from motorcade.config.profile import Profile
 from motorcade.engine import layout
 from motorcade.engine.backend import allocate_all
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.engine.geometry import (
-    FULL_TURN,
-    NORMALS,
-    cross,
-    is_shaded,
-    mix,
-    nearest_of_segment,
-)
+from motorcade.engine.geometry import FULL_TURN, NORMALS, cross, is_shaded, mix, nearest_of_segment
 from motorcade.engine.native import InterpretedKernels
 from motorcade.mats import Mat, Pose
 from motorcade.words.infrared import air_us, check_is_good, ones, tag_of

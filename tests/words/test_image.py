@@ -76,10 +76,7 @@ def test_the_longest_image_has_511_words():
 
 @pytest.mark.parametrize(
     ("image", "field", "value"),
-    [
-        (Image((0,) * 256, (), -1, 0), "leader_states", 256),
-        (Image((), (0,) * 256, 0, 0), "follower_words", 256),
-    ],
+    [(Image((0,) * 256, (), -1, 0), "leader_states", 256), (Image((), (0,) * 256, 0, 0), "follower_words", 256)],
 )
 def test_more_words_than_the_header_can_count_are_refused(image, field, value):
     with pytest.raises(WordError) as caught:

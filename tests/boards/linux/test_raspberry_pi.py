@@ -13,19 +13,7 @@ from motorcade.car.loop import Car
 from motorcade.config.pins import parse_pins
 from motorcade.errors import Phrase
 from motorcade.words.upload import ok_line
-from support.mock_pi import (
-    DUTIES,
-    ENABLED,
-    HEAD,
-    LEDS,
-    LEDS_AT,
-    LEFT_MOTOR,
-    SENSORS,
-    STEERED,
-    beam,
-    shown,
-    wheels,
-)
+from support.mock_pi import DUTIES, ENABLED, HEAD, LEDS, LEDS_AT, LEFT_MOTOR, SENSORS, STEERED, beam, shown, wheels
 from support.waiting import DEADLINE_S
 
 # Wheels and LEDs
