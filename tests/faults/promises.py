@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 BEGIN, END = "<!-- python -m tests.faults --promises -->", "<!-- end -->"
+# So many seeds of each scenario notice the breaks of broken_places.py, but for those that only many more find.
+SEEDS = {"uploads": 200, "driving": 200, "fleet": 200, "class": 100}
 # The documents that have the words.
 DOCUMENTS = ("security", "uploads", "drive", "cars")
 HEADS = {
@@ -218,21 +220,21 @@ def rounded(count: int) -> int:
     return count // factor * factor
 
 
-def table(language: str, tried: Mapping[str, int], counts: Mapping[str, int], seeds: int) -> str:
+def table(language: str, tried: Mapping[str, int], counts: Mapping[str, int]) -> str:
     """The table of the documentation.
 
     Args:
         language: "en" or "zh".
         tried: how often each promise was tried, by its name with its scenario.
         counts: how often each fault was made.
-        seeds: of each scenario.
     """
     at = ("en", "zh").index(language)
     made = [f"{rounded(counts[name]):,} {FAULTS[name][at]}" for name in FAULTS if counts.get(name)]
     if language == "en":
-        lead = f"In {seeds} runs of each scenario there are {', '.join(made)}:"
+        runs = f"In {SEEDS['uploads']} runs of each scenario, and {SEEDS['class']} of a class,"
+        lead = f"{runs} there are {', '.join(made)}:"
     else:
-        lead = f"每种情景运行 {seeds} 次，其中有 {'、'.join(made)}："
+        lead = f"每种情景运行 {SEEDS['uploads']} 次，班级运行 {SEEDS['class']} 次，其中有 {'、'.join(made)}："
     rows = [HEADS[language], ("---", "---", "---")]
     for promise in PROMISES:
         count = rounded(sum(tried.get(name, 0) for name in promise.names))

@@ -17,7 +17,7 @@ from anyio.lowlevel import _run_vars
 from tests.faults.class_room import run_class
 from tests.faults.driving import run_driving
 from tests.faults.fleet import run_fleet
-from tests.faults.promises import table
+from tests.faults.promises import SEEDS, table
 from tests.faults.system import logs_read
 from tests.faults.uploads import run_uploads
 from tests.faults.world import BrokenPromiseError, World
@@ -89,11 +89,11 @@ def first_broken(kind: str, first: int, seeds: int) -> str | None:
     return None
 
 
-def all_tried(seeds: int) -> tuple[Counter[str], Counter[str]]:
+def all_tried() -> tuple[Counter[str], Counter[str]]:
     """How often each promise was tried, by its name with its scenario, and each fault made. Raises what is broken."""
     tried, counts = Counter[str](), Counter[str]()
     for kind in SCENARIOS:
-        for seed in range(seeds):
+        for seed in range(SEEDS[kind]):
             result = run(kind, seed)
             if result.broken:
                 raise result.broken
@@ -106,7 +106,7 @@ def main(arguments: list[str]) -> int:
     """Run one seed or many, and print what happened."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults")
     parser.add_argument("--seed", type=int, default=None, help="one seed, to replay it")
-    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--seeds", type=int, default=0, help="as many as in `make test`, unless given")
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--until-broken", action="store_true", help="stop at the first; print its seed and promise")
     parser.add_argument("--lines", type=int, default=60)
@@ -114,8 +114,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--promises", metavar="LANGUAGE", help="print the table of docs/security.md: en, zh")
     given = parser.parse_args(arguments)
     if given.promises:
-        tried, counts = all_tried(given.seeds)
-        print(table(given.promises, tried, counts, given.seeds))
+        tried, counts = all_tried()
+        print(table(given.promises, tried, counts))
         return 0
     failed = 0
     if given.until_broken and hasattr(signal, "SIGVTALRM"):
@@ -130,7 +130,8 @@ def main(arguments: list[str]) -> int:
                 failed += 1
             continue
         begin_s, tried, counts = time.process_time(), Counter[str](), Counter[str]()
-        for seed in range(given.first, given.first + given.seeds):
+        seeds = given.seeds or SEEDS[kind]
+        for seed in range(given.first, given.first + seeds):
             if given.until_broken and hasattr(signal, "SIGVTALRM"):
                 signal.setitimer(signal.ITIMER_VIRTUAL, _MOST_S)
             result = run(kind, seed)
@@ -142,7 +143,7 @@ def main(arguments: list[str]) -> int:
             if result.broken:
                 failed += 1
                 print(f"{kind} --seed {seed} at {commit()}: {result.broken}")
-        print(f"{kind}: {given.seeds} seeds in {time.process_time() - begin_s:.1f} s of CPU time")
+        print(f"{kind}: {seeds} seeds in {time.process_time() - begin_s:.1f} s of CPU time")
         print("  tried:", dict(tried))
         print("  faults:", dict(counts))
     return 1 if failed else 0
