@@ -38,20 +38,6 @@ def profiles(browser):
     return Profiles(browser)
 
 
-@pytest.mark.soak
-def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
-    studio = open_page(project=EXAMPLE, webgl=True)
-    mat = studio.page.get_by_role("application", name="Stage with cars")
-    before = mat.screenshot()
-    studio.play()
-    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
-    for text in ("forward", "left", "forward"):
-        expect(studio.block("leader", text)).to_contain_class(RUNNING)
-    expect(studio.page.get_by_text("The leader turns left")).to_be_visible()
-    studio.page.get_by_role("button", name="Pause").click()
-    assert mat.screenshot() != before
-
-
 def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.look_up("swarm")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Route, expect
 
-from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
+from support.studio_programs import EXAMPLE, FOLLOWED, LISTENING
 
 # How a block looks while some car runs it.
 RUNNING = "motorcade-running"
@@ -43,34 +43,6 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     expect(studio.page.get_by_text("The leader stands still")).to_be_visible()
     studio.page.get_by_role("button", name="Say “go”").click()
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
-
-
-@pytest.mark.soak
-def test_a_voice_of_the_mat_stops_the_car_at_its_time(open_page) -> None:
-    studio = open_page(project=LISTENING)
-    studio.look_up("things")
-    studio.page.get_by_role("button", name="Add a voice").click()
-    voice = studio.page.get_by_role("group", name="Voice 1")
-    voice.get_by_role("textbox", name="at (s)").fill("4")
-    voice.get_by_role("textbox", name="at (s)").press("Enter")
-    studio.play()
-    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
-    expect(studio.page.get_by_text("The leader stands still")).to_be_visible()
-    expect(studio.clock).to_have_text(re.compile(r"0:(0[4-9]|[1-5]\d)"))
-
-
-@pytest.mark.soak
-def test_a_persons_path_gets_points_and_times(open_page) -> None:
-    studio = open_page(project=FURNISHED)
-    studio.look_up("things")
-    studio.page.get_by_role("option", name="Person").click()
-    studio.page.get_by_role("button", name="Add a point after 2").click()
-    time = studio.page.get_by_role("group", name="Point 3").get_by_role("textbox", name="at (s)")
-    expect(time).to_have_value("6")
-    time.fill("9")
-    time.press("Enter")
-    studio.page.get_by_role("button", name="Remove point 1").click()
-    studio.wait_until_stored('"path":[[0,3,2.5],[5,3.5,2.5]]')
 
 
 def test_a_run_is_stepped_shown_again_and_reset(open_page) -> None:
@@ -155,29 +127,6 @@ def test_the_stage_is_seen_from_behind_a_car_and_from_above_again(open_page) -> 
     expect(behind).to_be_visible()
     page.keyboard.press("c")
     expect(behind).to_be_hidden()
-
-
-@pytest.mark.soak
-def test_the_floor_is_undone_and_kept_with_the_project(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    mat = studio.page.get_by_role("application", name="Stage with cars")
-    studio.look_up("swarm")
-    floor = studio.page.get_by_role("button", name=studio.say("mat.floor"))
-    expect(floor).to_contain_text(studio.say("mat.floors.table"))
-    table = mat.screenshot()
-    floor.click()
-    studio.page.get_by_role("option", name=studio.say("mat.floors.moon")).click()
-    studio.wait_until_stored("moon")
-    assert mat.screenshot() != table
-    studio.page.close()
-    studio.reopen()
-    studio.look_up("swarm")
-    floor = studio.page.get_by_role("button", name=studio.say("mat.floor"))
-    expect(floor).to_contain_text(studio.say("mat.floors.moon"))
-    floor.click()
-    studio.page.get_by_role("option", name=studio.say("mat.floors.city")).click()
-    studio.undo()
-    expect(floor).to_contain_text(studio.say("mat.floors.moon"))
 
 
 def test_furniture_is_dragged_onto_the_mat_and_stored_in_the_project(open_page) -> None:

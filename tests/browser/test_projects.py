@@ -1,10 +1,9 @@
 """Projects in files, the library and links; work survives crashes of the browser and of the server."""
 
 import json
-from contextlib import suppress
 
 import pytest
-from playwright.sync_api import Error, Locator, expect
+from playwright.sync_api import Locator, expect
 
 from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
@@ -125,22 +124,6 @@ def test_a_link_holds_the_whole_project(open_page) -> None:
     assert "#" not in again.page.url
 
 
-@pytest.mark.soak
-def test_every_example_opens_and_drives(open_page) -> None:
-    studio = open_page()
-    studio.page.get_by_role("button", name="Examples", exact=True).click()
-    examples = studio.dialog("examples.title").get_by_role("listitem")
-    expect(examples).not_to_have_count(0)
-    for number in range(examples.count()):
-        if number:
-            studio.page.get_by_role("button", name="Examples", exact=True).click()
-        title = examples.nth(number).locator("b").inner_text()
-        examples.nth(number).get_by_role("button").click()
-        expect(studio.name).to_have_value(title)
-        expect(studio.words_table.get_by_role("rowheader").nth(1)).to_be_visible()
-        expect(studio.diagnostics.filter(has_text="can't")).to_have_count(0)
-
-
 def test_unsaved_work_is_not_replaced_without_asking(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     turn_right(studio)
@@ -150,36 +133,6 @@ def test_unsaved_work_is_not_replaced_without_asking(open_page) -> None:
     studio.project_menu("menu.new")
     studio.page.get_by_role("alertdialog").get_by_role("button", name="Open without saving").click()
     studio.expect_words(["00000000"])
-
-
-@pytest.mark.soak
-def test_work_survives_a_crash_of_the_browser(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    turn_right(studio)
-    studio.wait_until_stored('"right"')
-    # The page crashes, so the navigation can't succeed.
-    with studio.page.expect_event("crash"), suppress(Error):
-        studio.page.goto("chrome://crash")
-    studio.reopen()
-    studio.expect_words(TURNED_WORDS)
-    expect(studio.notices).to_contain_text("is back")
-    expect(studio.page.get_by_text("Not saved")).to_be_visible()
-
-
-@pytest.mark.soak
-def test_each_tab_has_its_own_work(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    studio.wait_until_stored(studio.name.input_value())
-    first = studio.page
-    studio.reopen()
-    studio.expect_words(["00000000"])
-    studio.name.fill("The second")
-    studio.wait_until_stored("The second")
-    studio.page.reload()
-    expect(studio.name).to_have_value("The second")
-    studio.page = first
-    first.reload()
-    studio.expect_words(EXAMPLE_WORDS)
 
 
 def test_blocks_and_words_are_exported(open_page) -> None:
@@ -206,14 +159,3 @@ def test_work_continues_after_the_server_crashed_and_came_back(open_own_page, ow
     studio.expect_words(TURNED_WORDS)
     # The cars continue too, with the newest words.
     expect(studio.block("leader", "right")).to_contain_class("motorcade-running")
-
-
-@pytest.mark.soak
-def test_a_reloaded_page_shows_the_same_running_cars(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    studio.play()
-    expect(studio.clock).not_to_have_text("0:00.0")
-    studio.page.reload()
-    studio.wait_until_ready()
-    expect(studio.page.get_by_role("button", name="Pause")).to_be_visible()
-    assert studio.clock.inner_text() != "0:00.0"

@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import suppress
 from functools import partial
 
 import pytest
@@ -12,7 +12,6 @@ from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from motorcade.locales import catalogue
 from support.barriers import serious_barriers
-from support.driven_car import PATIENT, DrivenCar
 from support.layout import Windows
 from support.soak import SOAK
 from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, StudioPage
@@ -268,42 +267,3 @@ def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) 
     goes_on = studio.page.get_by_role("button", name="Let its program drive")
     remote.drive_by(goes_on.click, lambda: None, studio.page.get_by_text("Driven by hand; the program waits: 1"))
     expect(held).to_be_hidden()
-
-
-@contextmanager
-def served_remote(cars: dict[str, DrivenCar], *options: str) -> Iterator[str]:
-    """The page of cars by address."""
-    named = [f"{name}=127.0.0.1:{car.port}/{car.telemetry_port}" for name, car in cars.items()]
-    command = [sys.executable, "-m", "motorcade", "drive", "remote", *named, *options, "--port", "0", "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
-        try:
-            assert process.stdout
-            yield json.loads(process.stdout.readline())["url"]
-        finally:
-            process.kill()
-
-
-@pytest.mark.soak
-def test_one_of_two_real_cars_disconnects_and_the_other_drives_on(open_at, car_url) -> None:
-    camera = car_url.removesuffix("/drive") + "/camera"
-    with ExitStack() as held, ExitStack() as going:
-        ada, bo = going.enter_context(DrivenCar(profile=PATIENT)), held.enter_context(DrivenCar(profile=PATIENT))
-        cars = {"ada": ada, "bo": bo}
-        url = held.enter_context(served_remote(cars, "--camera", f"ada={camera}"))
-        driver, watcher = open_at(url), open_at(url, "zh")
-        # The picture of another server, by way of this one.
-        expect(driver.page.get_by_role("img", name="What ada sees")).to_have_js_property("naturalWidth", 320)
-        for each in (driver, watcher):
-            each.page.get_by_label(each.say("addCar")).select_option("bo")
-        driver.hold("ArrowUp", driver.cars_that("moving", "ada", "bo"))
-        expect(watcher.cars_that("otherDrives", "ada", "bo")).to_be_visible()
-        going.close()
-        expect(driver.cars_that("away", "ada").and_(driver.cars_that("moving", "bo"))).to_be_visible()
-        expect(driver.page.get_by_text("The car is out of reach")).to_be_visible()
-        expect(watcher.page.get_by_text("无法再联系到小车")).to_be_visible()
-        assert bo.board.moves
-        watcher.page.keyboard.press("Space")
-        expect(driver.cars_that("stopped", "bo")).to_be_visible()
-        assert serious_barriers(watcher.page) == []
-        for each in (driver, watcher):
-            each.page.close()

@@ -6,12 +6,8 @@ against the server; `test_site.py`, `test_offline.py` and `test_same_bits.py` kn
 
 # What only a server has, and the tests that need it.
 SERVER_ALONE = {
-    "a server that ends and comes back": (
-        "test_work_continues_after_the_server_crashed_and_came_back",
-        "test_a_server_crash_during_an_upload_is_shown",
-    ),
+    "a server that ends and comes back": ("test_work_continues_after_the_server_crashed_and_came_back",),
     "a library on disk, into which the test writes": ("test_ones_own_missions_are_played_changed_and_deleted",),
-    "a world that plays while its page is loaded again": ("test_a_reloaded_page_shows_the_same_running_cars",),
     "a download of the server's": ("test_a_run_is_downloaded_as_a_table",),
     "requests over HTTP, which the test answers itself": (
         "test_what_the_service_cannot_do_is_not_offered",
