@@ -1,10 +1,8 @@
 """The commands for many cars: their JSON and exit codes, and an uploader that is killed."""
 
 import json
-import signal
 import subprocess
 import sys
-from binascii import crc32
 
 import pytest
 
@@ -12,9 +10,8 @@ from motorcade import Program, compile_program, forward, led
 from motorcade.fleet.places import list_text
 from motorcade.upload import serial_port
 from support.command_line import data, refusal, run
-from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
+from support.rooms import FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
 from support.terminal_process import terminal
-from support.waiting import wait_until
 
 LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 
@@ -95,26 +92,6 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     assert "for simulated cars" in refusal(2, "car", "run", "--board", "simulated", "--count", "2", "--port", "P")
     (tmp_path / "cars.toml").write_text("ada = 1", encoding="utf-8")
     assert "ada has to be text" in refusal(2, "cars")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
-def test_a_killed_uploader_leaves_each_car_with_an_old_or_a_new_program_whole(tmp_path):
-    """It is killed as soon as one car has the new program, while others wait for theirs."""
-    new = f"{crc32(LARGEST):08x}"
-    with simulated_cars(60) as cars:
-        room, program = listed(tmp_path, cars), image_file(tmp_path, LARGEST)
-        command = [sys.executable, "-m", "motorcade", "upload", program, "--to", "all", "--list", room]
-        uploader = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        wait_until(lambda: any(car.image == LARGEST for car in cars) or uploader.poll() is not None)
-        uploader.send_signal(signal.SIGKILL)
-        uploader.wait()
-        held = {row["crc32"] for row in data("cars", "--list", room)}
-        assert held <= {FIRST_CRC32, new}
-        assert {car.image for car in cars} <= {FIRST, LARGEST}
-        verdicts = data("upload", program, "--to", "all", "--resume", "--list", room)
-        assert {each["holds"] for each in verdicts} == {"new"}
-        assert {car.image for car in cars} == {LARGEST}
-        assert SECOND_CRC32 not in held
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")

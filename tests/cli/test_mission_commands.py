@@ -9,7 +9,6 @@ import pytest
 
 from motorcade.missions.document import LITERATURE, missions
 from support.command_line import PARADE, Terminal, run
-from support.dask_cluster import cluster
 
 # A leader that must drive out of its box, and a program for it.
 MISSION = """\
@@ -175,17 +174,6 @@ def test_search_saves_the_best_programs_and_a_picture_of_its_archive(mission, tm
     assert (checked["stars"], checked["grade"]) == (2, 1)
     again = run("search", mission, "--runs", 100, "--output", folder, "--seed", 1)
     assert (again.code, "--seed" in again.err) == (2, True)
-
-
-def test_a_cluster_writes_the_archive_that_this_computer_writes(mission, tmp_path):
-    here, there = tmp_path / "here", tmp_path / "there"
-    budget = ("--runs", 200, "--json", "--output")
-    assert run("search", mission, *budget, here, "--jobs", 1).code == 0
-    with cluster(tmp_path, 2) as (address, _):
-        ran = run("search", mission, *budget, there, "--scheduler", address)
-    assert (ran.code, ran.err) == (0, "")
-    archive = here / "archive.jsonl"
-    assert (there / "archive.jsonl").read_bytes() == archive.read_bytes()
 
 
 def test_search_without_the_extra_says_what_to_install(mission, monkeypatch, tmp_path):

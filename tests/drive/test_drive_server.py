@@ -15,7 +15,7 @@ from typing import BinaryIO
 import pytest
 
 from motorcade.drive.certificates import CarKeys, make_keys
-from motorcade.drive.keys import client_context, server_context
+from motorcade.drive.keys import server_context
 from motorcade.drive.listener import DRIVE_PLACES
 from motorcade.drive.wire import pack_frame
 from motorcade.words.formats import DRIVE
@@ -297,26 +297,6 @@ def keys(tmp_path_factory):
     make_keys(folder / "ours", [CarKeys("ada", ("127.0.0.1",))], ["grace"], now)
     make_keys(folder / "theirs", [CarKeys("ada", ("127.0.0.1",))], ["mallory"], now)
     return folder
-
-
-def test_only_a_client_with_a_certificate_of_the_same_authority_drives(keys) -> None:
-    with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car:
-        ours, theirs = (
-            client_context(keys / whose / f"driver-{name}.pem")
-            for whose, name in (("ours", "grace"), ("theirs", "mallory"))
-        )
-        theirs.check_hostname, theirs.verify_mode = False, 0
-        with ours.wrap_socket(connect(car), server_hostname="127.0.0.1") as line:
-            drive_on(car, line)
-            assert car.control.telemetry().driver.startswith("grace:")
-        with connect(car) as plain, contextlib.suppress(OSError):
-            plain.sendall(MOVE * 100)
-            plain.recv(1)
-        with contextlib.suppress(OSError), theirs.wrap_socket(connect(car)) as line:
-            line.sendall(MOVE)
-            line.recv(1)
-        told = wait_until(lambda: (told := car.control.telemetry()).turned_away >= 2 and told)
-        assert (told.driver, told.state) == (None, "failsafe")
 
 
 @mock_clock

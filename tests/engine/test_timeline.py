@@ -16,11 +16,12 @@ from motorcade.program.steps import Step
 from motorcade.words.formats import CONTROL
 from motorcade.words.infrared import TAGS, air_us, tagged_frame, to_frame
 from support.plain_world import PlainWorld
+from support.soak import SOAK
 from support.strategies import BRISK, CLASSROOM, rows, single_steps, sums, togethers
 from support.timelines import DARK, STILL, Moment, agrees, length_ms, moments, unrolled, watch
 
 PROFILES = st.sampled_from([BRISK, BRISK, CLASSROOM])
-LONGEST_MS = 8_000
+LONGEST_MS = 15_000 if SOAK else 8_000
 # Cars that send a tagged word three times within the shortest dwell.
 UNHURRIED = replace(BRISK, durations_ms=(0, 800, 1600, 2400))
 UNHURRIED_S = st.sampled_from([0.8, 1.6, 2.4])

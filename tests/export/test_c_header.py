@@ -11,11 +11,12 @@ from scripts.exports.c_header import c_header
 
 from motorcade.words.field import WordError
 from motorcade.words.formats import FORMATS, FRAME, fingerprint
+from support.soak import SOAK
 
 HERE = Path(__file__).parent
 WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]
 SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
-RANDOM_WORDS = 100_000
+RANDOM_WORDS = 1_000_000 if SOAK else 100_000
 # Python's own decode of each, one by one.
 COMPARED_ONE_BY_ONE = 5_000
 every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)

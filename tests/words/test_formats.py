@@ -1,12 +1,10 @@
 """Encoding and decoding of the four formats and of others, and what they refuse."""
 
-from itertools import pairwise
-
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.words.field import RESERVED, Field, Values, WordError, WordFormat
+from motorcade.words.field import Field, WordError, WordFormat
 from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, LIGHTS, format_named
 from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
@@ -100,20 +98,13 @@ def test_a_number_of_more_than_32_bits_is_refused(word_format, word):
     assert caught.value.code == "not-32-bits"
 
 
-EVERY_FIELD = [
-    pytest.param(word_format, field.name, id=f"{word_format.name}.{field.name}")
-    for word_format in FORMATS
-    for field in word_format.fields
-]
-
-
-@pytest.mark.parametrize(("word_format", "name"), EVERY_FIELD)
+@every_format
 @given(data=st.data())
-def test_a_value_that_does_not_fit_its_field_is_refused_by_name(word_format, name, data):
-    most = word_format.field(name).maximum
-    value = data.draw(st.integers(max_value=-1) | st.integers(min_value=most + 1))
-    values = {**data.draw(good_values(word_format)), name: value}
-    assert refusal(word_format.encode, **values)[:2] == (name, value)
+def test_a_value_that_does_not_fit_its_field_is_refused_by_name(word_format, data):
+    good = data.draw(good_values(word_format))
+    for field in word_format.fields:
+        value = data.draw(st.integers(max_value=-1) | st.integers(min_value=field.maximum + 1))
+        assert refusal(word_format.encode, **{**good, field.name: value})[:2] == (field.name, value)
 
 
 HOT = "0, or one of 1, 2, 4, 8, 16, 32, 64, 128 (exactly one bit)"
@@ -140,37 +131,6 @@ def test_a_number_that_goes_with_another_is_not_0_beside_it():
     own = WordFormat("own", [Field("most", 31, 1, "for a test", goes_with="legs"), Field("legs", 0, 0, "for a test")])
     assert refusal(own.encode, most=0, legs=1) == ("most", 0, "1 to 2147483647")
     assert refusal(own.decode, 1) == ("most", 0, "1 to 2147483647")
-
-
-@pytest.mark.parametrize("gait", range(4))
-@pytest.mark.parametrize("legs", range(8))
-def test_a_field_holds_what_it_declares_and_nothing_else(gait, legs):
-    own = WordFormat(
-        "own",
-        [
-            Field("gait", 31, 30, "for a test", values=Values(only=((1, "walks"), (2, "runs")), default=1)),
-            Field("legs", 29, 27, "for a test", values=Values(minimum=1, maximum=6)),
-            Field("rest", 26, 0, "for a test"),
-        ],
-    )
-    word, allowed = gait << 30 | legs << 27, {}
-    if gait not in (1, 2):
-        allowed["gait"] = gait, "1 (walks), or 2 (runs)"
-    if not 1 <= legs <= 6:
-        allowed["legs"] = legs, "1 to 6"
-    if not allowed:
-        assert own.encode(**own.decode(word)._asdict()) == word
-        return
-    for refused in (refusal(own.decode, word), refusal(own.encode, gait=gait, legs=legs)):
-        assert refused[1:] == allowed[refused[0]]
-
-
-def test_strict_refuses_bits_of_any_reserved_field():
-    reserved = [Field(name, high, high, "for a test", values=RESERVED) for name, high in (("first", 31), ("last", 0))]
-    own = WordFormat("own", [reserved[0], Field("rest", 30, 1, "for a test"), reserved[1]])
-    assert own.decode(0x7FFFFFFE, strict=True).rest == 0x3FFFFFFF
-    assert refusal(own.decode, 0x80000000, strict=True)[:2] == ("first", 1)
-    assert refusal(own.decode, 1, strict=True)[:2] == ("last", 1)
 
 
 def test_values_of_a_word_show_the_format_and_each_field():
@@ -283,25 +243,6 @@ def test_a_warning_of_a_frame_names_what_would_be_right(word, sentence):
 
 def declared(*places):
     return WordFormat("own", [Field(name, high, low, "for a test") for name, high, low in places])
-
-
-@st.composite
-def layouts(draw):
-    """Places of fields that make a word, most significant first."""
-    lows = sorted(draw(st.sets(st.integers(1, 31))), reverse=True)
-    return [(f"f{high}", high - 1, low) for high, low in pairwise([32, *lows, 0])]
-
-
-@given(places=layouts(), word=ANY_WORD)
-@example(places=[("whole", 31, 0)], word=0xFFFFFFFF)
-@example(places=[("most", 31, 1), ("last", 0, 0)], word=0x80000001)
-@example(places=[("first", 31, 31), ("rest", 30, 0)], word=0x80000001)
-def test_any_layout_of_32_bits_makes_a_format(places, word):
-    own = declared(*places)
-    values = own.decode(word)._asdict()
-    bits = f"{word:032b}"
-    assert values == {name: int(bits[31 - high : 32 - low], 2) for name, high, low in places}
-    assert own.encode(**values) == word
 
 
 @pytest.mark.parametrize(
