@@ -85,11 +85,11 @@ def test_it_goes_on_behind_what_is_there_and_takes_bounded_space(tmp_path):
 
 
 def test_a_flood_of_stops_is_counted_and_pushes_nobody_out(tmp_path):
-    """220 stops a second of one client, of new connections and other names too, for an hour."""
+    """220 stops a second of one client, of new connections and other names too, for ten minutes."""
     now = [AT]
     log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None, lambda: now[0])
     log.record("drives", "lin:1", "ada")
-    for second in range(3600):
+    for second in range(600):
         now[0] = AT + timedelta(seconds=second)
         for number in range(220):
             log.record("stops", f"name {number} · 192.168.1.7:{number}", "ada")
@@ -99,8 +99,8 @@ def test_a_flood_of_stops_is_counted_and_pushes_nobody_out(tmp_path):
     assert not (tmp_path / "log.jsonl.1").exists()
     assert (told[0]["who"], told[1]["who"]) == ("lin:1", "name 0 · 192.168.1.7:0")
     assert (told[2]["more"], told[2]["in_s"]) == (2199, 10)
-    assert len(told) < 800
-    assert sum(each.get("more", 1) for each in told) == 2 + 3600 * 220
+    assert len(told) < 140
+    assert sum(each.get("more", 1) for each in told) == 2 + 600 * 220
 
 
 def test_a_count_is_written_though_nothing_else_happens(tmp_path, monkeypatch):

@@ -93,7 +93,7 @@ def all_tried() -> tuple[Counter[str], Counter[str]]:
     """How often each promise was tried, by its name with its scenario, and each fault made. Raises what is broken."""
     tried, counts = Counter[str](), Counter[str]()
     for kind in SCENARIOS:
-        for seed in range(SEEDS[kind]):
+        for seed in SEEDS[kind]:
             result = run(kind, seed)
             if result.broken:
                 raise result.broken
@@ -130,8 +130,8 @@ def main(arguments: list[str]) -> int:
                 failed += 1
             continue
         begin_s, tried, counts = time.process_time(), Counter[str](), Counter[str]()
-        seeds = given.seeds or SEEDS[kind]
-        for seed in range(given.first, given.first + seeds):
+        seeds = SEEDS[kind] if not given.seeds else tuple(range(given.first, given.first + given.seeds))
+        for seed in seeds:
             if given.until_broken and hasattr(signal, "SIGVTALRM"):
                 signal.setitimer(signal.ITIMER_VIRTUAL, _MOST_S)
             result = run(kind, seed)
@@ -143,7 +143,7 @@ def main(arguments: list[str]) -> int:
             if result.broken:
                 failed += 1
                 print(f"{kind} --seed {seed} at {commit()}: {result.broken}")
-        print(f"{kind}: {seeds} seeds in {time.process_time() - begin_s:.1f} s of CPU time")
+        print(f"{kind}: {len(seeds)} seeds in {time.process_time() - begin_s:.1f} s of CPU time")
         print("  tried:", dict(tried))
         print("  faults:", dict(counts))
     return 1 if failed else 0

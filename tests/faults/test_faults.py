@@ -34,7 +34,7 @@ KEPT = (
 def tried(kind):
     """How often each promise was tried in the first seeds, and each fault made."""
     promises, faults = Counter(), Counter()
-    for seed in range(SEEDS[kind]):
+    for seed in SEEDS[kind]:
         result = run(kind, seed)
         assert result.broken is None, f"{result.broken}; python -m tests.faults --seed {seed} {kind}, at {commit()}"
         promises.update({f"{kind}:{name}": times for name, times in result.tried.items()})
@@ -47,7 +47,7 @@ def test_all_promises_hold_whatever_goes_wrong(kind):
     tried(kind)
     if ALL_SEEDS:
         with ProcessPoolExecutor(mp_context=get_context("spawn"), max_tasks_per_child=1) as processes:
-            parts = range(SEEDS[kind], ALL_SEEDS, PART)
+            parts = range(100, ALL_SEEDS, PART)
             for broken in processes.map(first_broken, repeat(kind), parts, repeat(PART)):
                 assert broken is None, f"{broken}, at {commit()}"
 
