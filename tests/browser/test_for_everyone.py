@@ -1,7 +1,7 @@
 """Accessibility: small screens, touch, themes, zoom, screen readers, reduced motion, and first visits."""
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import expect
 
 from support.barriers import serious_barriers
 from support.soak import SOAK
@@ -101,7 +101,7 @@ def test_on_a_phone_the_stage_stays_and_touch_builds(open_page) -> None:
         studio.page.get_by_role("button", name=studio.say(f"editors.{button}")).tap()
         assert studio.box(larger)["height"] > 1.2 * studio.box(smaller)["height"]
         expect(studio.mat_button("play")).to_be_in_viewport()
-    drag_by_finger(studio, "drive", below=studio.block("leader", "left"))
+    studio.drag_out_by_touch("leader", "drive", "drive", below=studio.block("leader", "left"))
     studio.expect_words(["03000000", "65800000", "6a800000", "64800000"])
     expect(studio.editor("leader")).to_be_hidden()
     expect(studio.mat_button("play")).to_be_visible()
@@ -115,22 +115,6 @@ def test_a_tab_stays_under_the_finger_that_has_scrolled_to_it(open_page) -> None
     expect(words).not_to_be_in_viewport()
     words.evaluate("(tab) => { tab.scrollIntoView(); tab.focus({ preventScroll: true }) }")
     expect(words).to_be_in_viewport(ratio=1)
-
-
-def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:
-    """Takes the drawer's first block out and hangs it below another."""
-    editor = studio.editor("leader")
-    editor.get_by_role("treeitem", name=studio.say(f"drawers.{drawer}")).tap()
-    place, taken = studio.box(below), studio.box(editor.get_by_role("option").first)
-    finger = studio.context.new_cdp_session(studio.page)
-    x, y = taken["x"] + 12, taken["y"] + taken["height"] / 2
-    to_x, to_y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
-    # First out of the drawer, which scrolls up and down, then to its place.
-    way = [(x + 20, y), (x + 60, y), (to_x + 40, to_y + 20), (to_x, to_y), (to_x, to_y)]
-    finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
-    for now_x, now_y in way:
-        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": now_x, "y": now_y}]})
-    finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
 
 def test_two_fingers_zoom_the_mat(open_page) -> None:

@@ -8,7 +8,6 @@ import sys
 import pytest
 from PIL import Image
 
-from motorcade.extras import install_command
 from support.command_line import data, refusal, run
 from support.recorded_run import record, world
 
@@ -130,22 +129,3 @@ def test_replay_ends_quietly_when_its_reader_leaves(folder):
 def test_a_refusal_is_one_sentence(arguments, sentence, folder):
     (folder / "other.mcap").write_bytes(b"GIF89a and so on, nothing to replay")
     assert sentence in refusal(2, *(argument.format(folder=folder) for argument in arguments))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "missing", "extra"),
-    [
-        (("replay", "{folder}/run.mcap"), "mcap", "runs"),
-        (("plot", "{folder}/run.mcap", "-o", "{folder}/a.gif"), "matplotlib", "runs"),
-        (("plot", "{folder}/run.mcap", "-o", "{folder}/a.png"), "matplotlib", "runs"),
-    ],
-)
-def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments, missing, extra, folder, monkeypatch):
-    ours = ("motorcade.runs.mcap_file", "motorcade.runs.plots")
-    for module in list(sys.modules):
-        if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.drawing"):
-            monkeypatch.delitem(sys.modules, module)
-    monkeypatch.setitem(sys.modules, missing, None)
-    sentence = refusal(2, *(argument.format(folder=folder) for argument in arguments))
-    assert f"needs {missing}" in sentence
-    assert sentence.endswith(str(install_command(extra)))

@@ -27,7 +27,6 @@ from motorcade.words.request import (
     STOP,
     answer_line,
     car_request,
-    check_request,
     read_request,
 )
 from support.pseudo_terminal import PseudoTerminal
@@ -183,27 +182,6 @@ def test_a_load_gives_each_car_a_verdict_and_takes_those_that_failed_again():
     with simulated_cars(2, save=lambda data: stored.setdefault(data, 0)) as good, simulated_cars(1, save=full) as bad:
         run(test())
         assert [car.image for car in [*good, *bad]] == [SECOND, SECOND, FIRST]
-
-
-def test_a_connection_that_breaks_in_an_upload_leaves_an_old_program_whole():
-    """At each byte of the check request and the image: then the next uploader gets its turn at once."""
-    stream = check_request(crc32(SECOND), 1) + SECOND
-
-    async def test():
-        for cut in range(0, len(stream), 5):
-            reader, writer = await asyncio.open_connection(*made[0].address.split(":"))
-            writer.write(stream[:cut])
-            if cut > 24:
-                await reader.readline()
-            writer.close()
-            await writer.wait_closed()
-            assert made[0].image == FIRST
-        async with Cars(places(made)) as cars:
-            await cars.known(30)
-            assert [each.holds for each in await cars.load(SECOND, ["car-0"])] == ["new"]
-
-    with simulated_cars(1) as made:
-        run(test())
 
 
 @pytest.mark.parametrize(

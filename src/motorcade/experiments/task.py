@@ -38,7 +38,6 @@ COUNTS = (
     "touching_ms",
 )
 FIGURES = ("lost_share", "informed_share", "leader_distance_m", "spread_m", "alignment", "moved_m")
-MEASURES = (*COUNTS, *FIGURES)
 _LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "lost_check", "deaf")
 
 
