@@ -209,3 +209,10 @@ def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(op
     expect(page.get_by_text(studio.say("project.unsaved"), exact=True)).to_be_visible()
     expect(studio.block("leader", "left")).to_be_visible()
     expect(studio.editor("leader").get_by_role("treeitem").first).to_be_visible()
+
+
+@pytest.mark.soak
+def test_the_map_fits_a_phone(open_page):
+    studio = open_page(size=PHONE)
+    open_map(studio)
+    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")

@@ -159,3 +159,19 @@ def test_work_continues_after_the_server_crashed_and_came_back(open_own_page, ow
     studio.expect_words(TURNED_WORDS)
     # The cars continue too, with the newest words.
     expect(studio.block("leader", "right")).to_contain_class("motorcade-running")
+
+
+@pytest.mark.soak
+def test_every_example_opens_and_drives(open_page) -> None:
+    studio = open_page()
+    studio.page.get_by_role("button", name="Examples", exact=True).click()
+    examples = studio.dialog("examples.title").get_by_role("listitem")
+    expect(examples).not_to_have_count(0)
+    for number in range(examples.count()):
+        if number:
+            studio.page.get_by_role("button", name="Examples", exact=True).click()
+        title = examples.nth(number).locator("b").inner_text()
+        examples.nth(number).get_by_role("button").click()
+        expect(studio.name).to_have_value(title)
+        expect(studio.words_table.get_by_role("rowheader").nth(1)).to_be_visible()
+        expect(studio.diagnostics.filter(has_text="can't")).to_have_count(0)

@@ -3,6 +3,7 @@
 import threading
 from collections import deque
 
+import pytest
 from playwright.sync_api import expect
 
 from motorcade.boards.computer import ImageStore, simulated_car
@@ -123,3 +124,14 @@ def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> No
     dialog.get_by_role("button", name="Read back").click()
     studio.page.evaluate(PULL)
     expect(dialog.get_by_role("alert")).to_contain_text("went away in the middle. Is its cable loose?")
+
+
+@pytest.mark.soak
+def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.open_dialog("upload")
+    dialog = studio.dialog("upload.title")
+    dialog.get_by_text("Simulated car", exact=True).click()
+    dialog.get_by_text("Check that the car received everything").click()
+    dialog.get_by_role("button", name="Upload").click()
+    expect(dialog.get_by_role("status")).to_contain_text("Sent, not verified.")
