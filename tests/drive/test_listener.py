@@ -7,6 +7,7 @@ import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 from motorcade.drive.listener import Listener, bind
 from support.driven_car import PATIENT, DrivenCar
@@ -54,6 +55,35 @@ class Standing(asyncio.Protocol):
 
     def drop(self) -> None:
         pass
+
+
+class Answering(Standing):
+    """Notes of the connection whether what is sent in two parts is held back until the first part is acknowledged."""
+
+    def __init__(self, is_prompt: asyncio.Future[int], closed: Callable[[], None]) -> None:
+        super().__init__(closed)
+        self._is_prompt = is_prompt
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        line = transport.get_extra_info("socket")
+        self._is_prompt.set_result(line.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+
+
+def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged() -> None:
+    async def accept() -> int:
+        is_prompt = asyncio.get_running_loop().create_future()
+        with bind("127.0.0.1", 0) as socket_of_listener:
+            listener = Listener(socket_of_listener, partial(Answering, is_prompt), lambda: None)
+            serving = asyncio.ensure_future(listener.serve())
+            with socket.create_connection(listener.address):
+                async with asyncio.timeout(DEADLINE_S):
+                    prompt = await is_prompt
+            listener.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+        return prompt
+
+    assert asyncio.run(accept())
 
 
 def test_open_connections_get_a_turn_between_two_newcomers() -> None:
