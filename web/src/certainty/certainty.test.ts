@@ -121,6 +121,26 @@ describe("trials", () => {
     end();
   });
 
+  it("rest while somebody edits, though each edit lets the cars begin again", () => {
+    vi.useFakeTimers();
+    const { end } = begin();
+    for (const image of ["BBBB", "CCCC"]) {
+      useStudio.setState({ leader: { blocks: image } });
+      useStudio.setState({ compiled: compiled(image) });
+      // What was told of the program before means nothing any more.
+      expect(useTrials.getState().luck).toBeNull();
+      playing(false);
+      playing(true);
+      vi.advanceTimersByTime(1000);
+    }
+    expect(sent.length).toBe(1);
+    vi.advanceTimersByTime(500);
+    listeners.onOpen();
+    expect(sent.map((each) => each.do === "try" && each.image)).toEqual(["AAAA", "CCCC"]);
+    end();
+    vi.useRealTimers();
+  });
+
   it("rest as soon as blocks change, and begin anew where the program is the same", () => {
     vi.useFakeTimers();
     const { end } = begin();

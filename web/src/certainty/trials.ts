@@ -100,17 +100,15 @@ export class TrialStream {
 
   /** The program has changed: what was tried means nothing any more. */
   private change(): void {
-    clearTimeout(this.timer);
+    this.endWait();
     const { compiled } = useStudio.getState();
     if (this.run && compiled?.image && this.run.image !== compiled.image) {
       useTrials.setState({ before: this.run });
       this.run = null;
     }
-    if (this.tried) {
-      this.close();
-      useTrials.setState(NOTHING);
-    }
-    if (useMat.getState().state?.playing) this.timer = setTimeout(() => this.play(), REST_MS);
+    if (this.tried) this.close();
+    useTrials.setState(NOTHING);
+    if (useMat.getState().state?.playing) this.wait(() => this.play());
   }
 
   /** Blocks have changed: their words come before what is still tried, which begins anew where the program is the same. */
@@ -118,18 +116,34 @@ export class TrialStream {
     const { luck } = useTrials.getState();
     if (!this.tried || (luck && luck.tried === luck.of)) return;
     this.close();
-    this.timer = setTimeout(() => this.begin(), REST_MS);
+    this.wait(() => this.begin());
+  }
+
+  /** Do something when the hands rest. */
+  private wait(job: () => void): void {
+    this.endWait();
+    this.timer = setTimeout(() => {
+      this.timer = undefined;
+      job();
+    }, REST_MS);
   }
 
   private play(): void {
     this.run = presentRun();
+    // An edit lets the cars begin again, while the hands don't rest yet.
+    if (this.timer !== undefined) return;
     const { capabilities, compiled } = useStudio.getState();
     // A class shares one computer: whoever wants it there asks for it. Without blocks there is nothing to try.
     if (!capabilities?.classroom && compiled && compiled.states + compiled.follower_words > 0) this.begin();
   }
 
-  private close(): void {
+  private endWait(): void {
     clearTimeout(this.timer);
+    this.timer = undefined;
+  }
+
+  private close(): void {
+    this.endWait();
     this.stream?.close();
     this.stream = this.tried = null;
   }
