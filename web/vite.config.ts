@@ -4,7 +4,7 @@ import { readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
-import type { Plugin } from "vite";
+import type { Plugin, Rolldown } from "vite";
 import { defineConfig } from "vitest/config";
 
 /** The studio, the remote, the pages of a class, and the studio as static files with its service worker. */
@@ -94,7 +94,26 @@ function pyodide(): Plugin {
 /** What is fetched only when the page's script runs, yet every stage needs it. */
 const STAGE = ["/mat/Stage.tsx", "/browserAll.mjs"];
 
-/** Lets the studio's pages fetch the stage beside their script. */
+/** Names the chunk of a module: a chunk for all that only the studio's pages need, and one for the stage. */
+function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => string | null {
+  let names: Map<string, string | null> | null = null;
+  const find = (graph: Rolldown.ChunkingContext) => {
+    const found = new Map<string, string | null>();
+    const add = (module: string, name: string | null, isWhole: boolean) => {
+      if (found.has(module)) return;
+      found.set(module, name);
+      const { importedIds = [], dynamicallyImportedIds = [] } = graph.getModuleInfo(module) ?? {};
+      for (const each of [...importedIds, ...(isWhole ? dynamicallyImportedIds : [])]) add(each, name, isWhole);
+    };
+    for (const page of ["remote", "classroom"]) add(join(import.meta.dirname, `src/${page}/main.tsx`), null, true);
+    add(join(import.meta.dirname, "src/app/App.tsx"), "studio", false);
+    add(join(import.meta.dirname, "src/mat/Stage.tsx"), "stage", false);
+    return found;
+  };
+  return (module, graph) => (names ??= find(graph)).get(module) ?? null;
+}
+
+/** Lets the studio's pages fetch the stage and its styles beside their script. */
 function stageFirst(): Plugin {
   return {
     name: "stage-first",
@@ -103,15 +122,18 @@ function stageFirst(): Plugin {
       order: "post",
       handler(html, { bundle = {}, chunk }) {
         const chunks = Object.values(bundle).filter((each) => each.type === "chunk");
-        const found = new Set<string>();
+        const [scripts, styles] = [new Set<string>(), new Set<string>()];
         const add = (name: string) => {
-          if (html.includes(name) || found.has(name)) return;
-          found.add(name);
-          chunks.find(({ fileName }) => fileName === name)?.imports.forEach(add);
+          const found = chunks.find(({ fileName }) => fileName === name);
+          found?.viteMetadata?.importedCss.forEach((each) => html.includes(each) || styles.add(each));
+          if (html.includes(name) || scripts.has(name)) return;
+          scripts.add(name);
+          found?.imports.forEach(add);
         };
         const stage = chunks.filter(({ facadeModuleId }) => STAGE.some((file) => facadeModuleId?.endsWith(file)));
         if (chunk?.name !== "drive" && chunk?.name !== "class") for (const { fileName } of stage) add(fileName);
-        return [...found].map((name) => ({ tag: "link", attrs: { rel: "modulepreload", crossorigin: true, href: `./${name}` }, injectTo: "head" }));
+        const link = (rel: string, name: string) => ({ tag: "link", attrs: { rel, crossorigin: true, href: `./${name}` }, injectTo: "head" as const });
+        return [...[...scripts].map((name) => link("modulepreload", name)), ...[...styles].map((name) => link("stylesheet", name))];
       },
     },
   };
@@ -145,7 +167,10 @@ export default defineConfig({
     chunkSizeWarningLimit: 900,
     rolldownOptions: {
       input: PAGES,
-      output: { entryFileNames: (chunk) => (chunk.name === "sw" ? "sw.js" : "assets/[name]-[hash].js") },
+      output: {
+        entryFileNames: (chunk) => (chunk.name === "sw" ? "sw.js" : "assets/[name]-[hash].js"),
+        codeSplitting: { groups: [{ debugName: "studio and stage", name: chunkNames(), includeDependenciesRecursively: false }] },
+      },
     },
   },
   // `vite dev` shows the pages that a server answers; the site needs files that only a build makes.

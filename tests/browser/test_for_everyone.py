@@ -156,7 +156,7 @@ def test_reduced_motion_leaves_only_the_cars_moving(open_page) -> None:
 def test_a_part_that_cannot_be_loaded_leaves_the_rest(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.forgive("ERR_FAILED", "dynamically imported module", "<ErrorBoundary>")
-    studio.page.route("**/Stage-*.js", lambda route: route.abort())
+    studio.page.route("**/stage-*.js", lambda route: route.abort())
     studio.page.reload()
     alert = studio.page.get_by_role("alert").filter(has_text=studio.say("app.failed"))
     expect(alert).to_be_visible()

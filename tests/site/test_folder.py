@@ -71,6 +71,21 @@ def test_a_first_visit_is_small(files):
     assert sum(map(len, sent.values())) < MOST_BYTES
 
 
+def test_the_page_asks_at_once_for_few_files_and_for_all_that_its_stage_needs(files):
+    """Each file more is a way to the server and back, and so is each that is known only when another has come."""
+    asked = set(re.findall(r'(?:src|href)="\./(assets/[^"]*\.(?:js|css))"', files["index.html"].decode()))
+    assert any("/stage-" in name for name in asked)
+    assert len(asked) <= 20
+    imported = {
+        f"assets/{name}"
+        for script in asked
+        if script.endswith(".js")
+        for name in re.findall(r'(?:from|import)[`"]\./([^`"]+)[`"]', files[script].decode())
+    }
+    assert imported
+    assert imported - asked == set()
+
+
 def test_the_same_installation_gives_the_same_bytes(files):
     assert site_files() == files
 

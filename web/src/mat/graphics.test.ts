@@ -1,13 +1,30 @@
 import { expect, it, vi } from "vitest";
 import { Drawings, hasFastWebGl } from "./graphics";
 
+interface Renderer {
+  /** What the browser says that draws, and what it says when it is asked for more. */
+  told?: string;
+  unmasked?: string;
+  lost?: boolean;
+}
+
+const RENDERER = 1;
+const UNMASKED = 2;
+
 /** Whether WebGL is found fast where each of its first drawings takes so many milliseconds, and how long the answer takes. */
-function probed(drawsMs: number[], lost = false): [boolean, number] {
+function probed(drawsMs: number[], { told = "", unmasked = "", lost = false }: Renderer = {}): [boolean, number] {
   let now = 0;
   const pending = [...drawsMs];
   const last = pending.at(-1)!;
   const gl = new Proxy(
-    { canvas: { width: 0, height: 0 }, getExtension: () => null, isContextLost: () => lost, readPixels: () => (now += pending.shift() ?? last) },
+    {
+      RENDERER,
+      canvas: { width: 0, height: 0 },
+      getParameter: (name: number) => (name === RENDERER ? told : unmasked),
+      getExtension: (name: string) => (name === "WEBGL_debug_renderer_info" ? { UNMASKED_RENDERER_WEBGL: UNMASKED } : null),
+      isContextLost: () => lost,
+      readPixels: () => (now += pending.shift() ?? last),
+    },
     { get: (own, name) => (name in own ? own[name as keyof typeof own] : () => 0) },
   );
   vi.spyOn(HTMLCanvasElement.prototype, "getContext").mockReturnValue(gl as never);
@@ -26,8 +43,14 @@ it("WebGL by the processor is found within 200 ms", () => {
 });
 
 it("a lost context draws nothing, however fast", () => {
-  const [fast] = probed([0], true);
+  const [fast] = probed([0], { lost: true });
   expect(fast).toBe(false);
+});
+
+it("a program on the processor that the browser names isn't tried", () => {
+  expect(probed([2], { told: "llvmpipe, or similar" })).toEqual([false, 0]);
+  expect(probed([2], { told: "WebKit WebGL", unmasked: "ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device (Subzero)))" })).toEqual([false, 0]);
+  expect(probed([2, 2], { told: "WebKit WebGL", unmasked: "ANGLE (Intel, Mesa Intel(R) UHD Graphics 620)" })).toEqual([true, 4]);
 });
 
 /** How many pictures are drawn in 10 s where the browser paints each for so long. */

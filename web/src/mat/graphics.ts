@@ -14,26 +14,42 @@ const FAST_MS = 12;
 /** One that waited for other work is tried again, until so much time is gone: the last one needs the rest of 200 ms. */
 const LATEST_MS = 100;
 
-/** Whether WebGL is more than a program on the processor. It is measured: few browsers say so, and some say otherwise. */
+/** Programs that draw on the processor, by their names. */
+const BY_PROCESSOR = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+/** What Chromium and Safari say in place of the name, which Chromium tells on request. */
+const MASKED = "WebKit WebGL";
+
+function nameOf(gl: WebGLRenderingContext): string {
+  const told = String(gl.getParameter(gl.RENDERER));
+  const info = told === MASKED && gl.getExtension("WEBGL_debug_renderer_info");
+  return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : told;
+}
+
+/** Whether WebGL is more than a program on the processor. */
 export function hasFastWebGl(now = () => performance.now()): boolean {
   const begun = now();
   // A browser that says that it has no graphics processor is right.
   const gl = document.createElement("canvas").getContext("webgl", { failIfMajorPerformanceCaveat: true });
   if (!gl) return false;
+  const fast = !BY_PROCESSOR.test(nameOf(gl)) && drawsFast(gl, now, begun + LATEST_MS);
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return fast;
+}
+
+/** Measure it: few browsers name the program, and some say otherwise. A program on the processor takes up to 200 ms. */
+function drawsFast(gl: WebGLRenderingContext, now: () => number, until: number): boolean {
   gl.canvas.width = gl.canvas.height = SIDE_PX;
   prepare(gl);
   // It waits for the program to be compiled.
   draw(gl, 1);
   let fast = false;
-  while (!fast && now() - begun < LATEST_MS) {
+  while (!fast && now() < until) {
     const before = now();
     draw(gl, SIDE_PX);
     fast = now() - before < FAST_MS;
   }
   // A lost context draws nothing, and at once.
-  fast &&= !gl.isContextLost();
-  gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return fast;
+  return fast && !gl.isContextLost();
 }
 
 function prepare(gl: WebGLRenderingContext): void {

@@ -1,7 +1,7 @@
 /** The drawn mat: layers, a camera, and a loop that draws only when something changed. */
 
 import "pixi.js/unsafe-eval";
-import { autoDetectRenderer, Container, type Renderer, Ticker } from "pixi.js";
+import { CanvasRenderer, Container, type Renderer, Ticker, WebGLRenderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
 import { watchSize } from "../ui/areas";
@@ -96,9 +96,9 @@ export class Scene {
   }
 
   static async create(host: HTMLElement, listeners: SceneListeners): Promise<Scene> {
-    const renderer = await autoDetectRenderer({
-      // Without a graphics processor a canvas is drawn ten times as fast as WebGL.
-      preference: hasFastWebGl() ? ["webgl", "canvas"] : ["canvas"],
+    // Without a graphics processor a canvas is drawn ten times as fast as WebGL.
+    const renderer = hasFastWebGl() ? new WebGLRenderer() : new CanvasRenderer();
+    await renderer.init({
       antialias: true,
       autoDensity: true,
       resolution: Math.min(2, devicePixelRatio),

@@ -154,7 +154,8 @@ export class FirstWorld implements Stream {
   }
 
   private show(now: Playing): void {
-    if (now.sent - now.drawn >= MOST_PICTURES_UNDER_WAY) return;
+    // Before the stage is there, nothing is drawn, and the newest picture is kept for it.
+    if (now.drawn > 0 && now.sent - now.drawn >= MOST_PICTURES_UNDER_WAY) return;
     now.sent += 1;
     this.listeners.onMessage(now.world.picture());
   }
