@@ -57,7 +57,12 @@ export class TrialStream {
 
   /** Follow the program and the world from now on; returns what ends this. */
   watch(): () => void {
+    // Whoever touches the blocks is about to change them.
+    const touch = ({ target }: Event) => target instanceof Element && target.closest(".injectionDiv") && this.rest();
+    const kinds = ["pointerdown", "keydown"];
+    for (const kind of kinds) addEventListener(kind, touch, true);
     return endAll(
+      () => kinds.forEach((kind) => removeEventListener(kind, touch, true)),
       useStudio.subscribe((now, before) => {
         if (now.compiled?.image !== before.compiled?.image || now.mission !== before.mission || now.profile !== before.profile) this.change();
         else if (now.leader !== before.leader || now.followers !== before.followers) this.rest();
@@ -111,7 +116,7 @@ export class TrialStream {
     if (useMat.getState().state?.playing) this.wait(() => this.play());
   }
 
-  /** Blocks have changed: their words come before what is still tried, which begins anew where the program is the same. */
+  /** Blocks change: their words come before what is still tried, which begins anew where the program stays the same. */
   private rest(): void {
     const { luck } = useTrials.getState();
     if (!this.tried || (luck && luck.tried === luck.of)) return;
