@@ -11,7 +11,7 @@ from pathlib import Path
 from statistics import median
 
 from certainty import difference_rows, luck_rows
-from edits import edit_rows
+from edits import edit_rows, luck_edit_rows
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
@@ -28,25 +28,32 @@ from scripts.studio_process import build_page, project_link
 from support.site_server import serving
 
 VISITS, TIMED_S, FOLLOWERS = 5, 5.0, 1_000
-LUCK_GOAL_S = 12
+LUCK_GOAL_S, LUCK_WORDS_GOAL_MS = 12, 50
 MB_GOAL, DRIVE_GOAL_S, SECOND_VISIT_GOAL_S, WORDS_GOAL_MS, PICTURES_GOAL, RATE_GOAL = 12, 1, 3, 100, 25, 0.95
-# The blocks can be dragged.
-EDITOR = """() => document.querySelector(".blocklyDraggable") !== null && performance.now()"""
-# A picture is drawn in which cars have driven for a tenth of a second.
-DRIVEN = """() => (document.querySelector("output[aria-label='Time']")?.textContent ?? "0:00.0") !== "0:00.0"
-    && performance.now()"""
-PYTHON = """() => window.pythonReady"""
+# When a condition became true, in ms since the visit began, as the page itself notes it with each picture. Cars drive
+# before the blocks are there: whoever waits for one after the other measures the later one twice. The page's mark says
+# that a picture is drawn in which cars have driven for a tenth of a second.
+NOTES = """window.noted = {}
+window.shown = 0
+const look = () => {
+    const mark = performance.getEntriesByName("motorcade: drawn")[0]
+    if (mark) noted.driven ??= mark.startTime
+    if (document.querySelector(".blocklyDraggable")) noted.editor ??= performance.now()
+    if (!noted.driven || !noted.editor) requestAnimationFrame(look)
+}
+requestAnimationFrame(look)
+"""
 # Counts what the page acknowledges: pictures that came from the worker and were taken; and notes when Python is ready.
-COUNT = """window.shown = 0
-const post = Worker.prototype.postMessage
+COUNT = """const post = Worker.prototype.postMessage
 Worker.prototype.postMessage = function (message, ...rest) {
     if (message.is === "start") {
-        const note = ({ data }) => data.is === "ready" && (window.pythonReady ??= performance.now())
+        const note = ({ data }) => data.is === "ready" && (noted.python ??= performance.now())
         this.addEventListener("message", note)
     }
     if (typeof message.data === "string" && message.data.includes('"shown"')) window.shown += 1
     return post.call(this, message, ...rest)
 }"""
+EDITOR, DRIVEN, PYTHON = (f"() => window.noted?.{each}" for each in ("editor", "driven", "python"))
 SETTINGS = "localStorage['motorcade.settings'] ??= JSON.stringify({ toured: %s, level: 'words' })"
 
 Rows = Iterator[tuple[str, str, str, str]]
@@ -61,7 +68,7 @@ def visitor(browser: Browser, is_new: bool = False) -> BrowserContext:
     """
     context = browser.new_context(viewport={"width": 1440, "height": 900}, bypass_csp=True)
     context.add_init_script(SETTINGS % ("false" if is_new else "true"))
-    context.add_init_script(COUNT)
+    context.add_init_script(NOTES + COUNT)
     return context
 
 
@@ -136,6 +143,7 @@ def certainty_rows(browser: Browser, url: str) -> Rows:
     seconds(page, INTERACTIVE)
     seconds(page, PYTHON)
     yield from luck_rows(page, LUCK_GOAL_S, lambda: int(page.evaluate("shown")))
+    yield from luck_edit_rows(page, LUCK_WORDS_GOAL_MS)
     page.close()
     page = context.new_page()
     page.goto(project_link(url, crowd(FOLLOWERS)))

@@ -16,7 +16,7 @@ from statistics import median
 from typing import Any
 
 from certainty import difference_rows, luck_rows
-from edits import edit_rows
+from edits import edit_rows, luck_edit_rows
 from playwright.sync_api import Browser, CDPSession, sync_playwright
 from rich.console import Console
 from rich.table import Table
@@ -31,7 +31,7 @@ VISITS, TIMED_S = 7, 5.0
 CROWDS = {13: 30, 100: 30, 1_000: 15}
 KB_GOAL, WORDS_GOAL_MS, PICTURE_GOAL_MS = 720, 60, 1000 / 30
 HEAP_GOAL_MB = 5
-LUCK_GOAL_S = 6
+LUCK_GOAL_S, LUCK_WORDS_GOAL_MS = 6, 50
 SIZES = {(1440, 900): 45, (1366, 768): 45, (1024, 768): 40, (390, 844): 40}
 INTERACTIVE = """() => document.querySelector("#mat-play")?.disabled === false
     && document.querySelector("main[data-compiled]") !== null && performance.now()"""
@@ -149,6 +149,7 @@ def _so_far(visit: Visit, tools: CDPSession) -> tuple[int, float]:
 def certainty_rows(browser: Browser, studio: StudioProcess) -> Rows:
     visit = Visit(browser, studio.url)
     yield from luck_rows(visit.page, LUCK_GOAL_S, lambda: visit.shown)
+    yield from luck_edit_rows(visit.page, LUCK_WORDS_GOAL_MS)
     visit.close()
     visit = Visit(browser, project_link(studio.url, crowd(1_000)))
     yield from difference_rows(visit.page)
