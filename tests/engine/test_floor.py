@@ -122,7 +122,7 @@ def test_a_place_is_dark_where_a_mark_is(dark_lines, spots, patches, places):
         return
     world = type("World", (), {"mat": mat})()
     for x, y in ((round(x * 1e6), round(y * 1e6)) for x, y in places):
-        assert (outside_um(x, y, 1.0, 0.0, floor)[0] <= 0) == is_dark(world, x, y)
+        assert (outside_um(x, y, 0.0, 0.0, 1.0, 0.0, floor)[0] <= 0) == is_dark(world, x, y)
 
 
 @given(POINTS)
@@ -130,7 +130,7 @@ def test_a_sensor_knows_of_marks_beyond_its_cell(at):
     floor = floor_of(Mat("spots", Starts.of([], []), spots=((-9.0, -9.0, 0.1), (*at, 0.1)))).items
     for angle in (k * math.tau / 8 for k in range(8)):
         x, y = at[0] + 0.15 * math.cos(angle), at[1] + 0.15 * math.sin(angle)
-        assert outside_um(x * 1e6, y * 1e6, 1.0, 0.0, floor)[0] == pytest.approx(50_000, abs=2)
+        assert outside_um(x * 1e6, y * 1e6, 0.0, 0.0, 1.0, 0.0, floor)[0] == pytest.approx(50_000, abs=2)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_a_sensor_knows_of_marks_beyond_its_cell(at):
 )
 def test_a_place_is_as_far_from_a_patch_as_its_nearest_edge(x, y, outside_mm):
     floor = floor_of(Mat("patch", Starts.of([], []), patches=(((0, 0), (1, 0), (1, 1), (0, 1)),))).items
-    assert outside_um(x * 1000.0, y * 1000.0, 1.0, 0.0, floor)[0] == pytest.approx(outside_mm * 1000)
+    assert outside_um(x * 1000.0, y * 1000.0, 0.0, 0.0, 1.0, 0.0, floor)[0] == pytest.approx(outside_mm * 1000)
 
 
 @given(lines(POINTS))

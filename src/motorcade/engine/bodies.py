@@ -37,6 +37,8 @@ LOOK_BEYOND_UM = 100_000.0
 REST_UM = 100_000.0
 # The bit of Cars.clear that says that a car was pushed when it last looked for others.
 PUSHED = 1 << 16
+# Places and ways are rounded to µm: bodies are at most this much nearer to each other than their ways say.
+ROUNDED_UM = 4.0
 # What a car's cone must not reach is kept this far from its tip, since places are rounded to whole µm.
 _BEHIND_UM = 1_000.0
 # In a narrower cone that is too little.
@@ -132,7 +134,7 @@ def others_ahead(i: int, world: int, look: float, cars: Cars, cells: Cells, rule
             seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
             if seen <= look:
                 obstacle = min(obstacle, seen)
-    return gap / (own + rules.fastest), obstacle
+    return (gap - ROUNDED_UM) / (own + rules.fastest), obstacle
 
 
 @in_kernel
@@ -163,7 +165,7 @@ def place_near(
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
     # To a car that stands nothing here changes.
-    ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
+    ticks, obstacle, away_x, away_y = (LOOK_BEYOND_UM - ROUNDED_UM) / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
     sees = ticks
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
@@ -193,13 +195,14 @@ def place_near(
         if own > 0.0:
             # On a straight way the speed of approach never grows; with wheel noise the way isn't straight.
             closing = own if rules.wheel_noise > 0.0 else (way_x * dx + way_y * dy) / max(distance, 1.0)
-            ticks = min(ticks, (surface - rules.radius) / max(closing, 1.0))
+            ticks = min(ticks, (surface - rules.radius - ROUNDED_UM) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
         if look > 0.0:
             # What is beside the cone of a car that drives straight on never comes into it.
             clear = _place_in_cone(i, item, _BEHIND_UM, cars, place, rules) - _BEHIND_UM
             if own > 0.0:
-                sees = min(sees, ((clear if rules.cone_sin > _NARROW else surface - rules.radius) - look) / own)
+                free = (clear if rules.cone_sin > _NARROW else surface - rules.radius) - look - ROUNDED_UM
+                sees = min(sees, free / own)
             if surface < look + rules.radius:
                 obstacle = min(obstacle, _place_in_cone(i, item, 0.0, cars, place, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
@@ -214,7 +217,7 @@ def place_near(
     if pressed:
         push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
     push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
-    return ticks, gap / rules.fastest, sees, obstacle, push_x, push_y
+    return ticks, (gap - ROUNDED_UM) / rules.fastest, sees, obstacle, push_x, push_y
 
 
 @in_kernel

@@ -71,8 +71,8 @@ def is_due(clear: int, tick: int) -> bool:
 
 @in_kernel
 def whole_ticks(ticks: float) -> int:
-    """How many whole ticks fit into ``ticks``: at least one, at most MOST_TICKS."""
-    return int(min(max(ticks, 1.0), float(MOST_TICKS)))
+    """In how many ticks something can be new that is not new within ``ticks``: at least one, at most MOST_TICKS."""
+    return int(min(max(ticks + 1.0, 1.0), float(MOST_TICKS)))
 
 
 @in_kernel
@@ -115,13 +115,14 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         ahead_ticks, seen = bodies.others_ahead(i, world, look, cars, arrays.cells, rules)
         ticks = min(ticks, ahead_ticks)
     if others:
-        free = gap / (2.0 * rules.fastest)
+        free = (gap - bodies.ROUNDED_UM) / (2.0 * rules.fastest)
         if pushed == 0:
             _, _, own = bodies.way_of(i, cars, rules)
-            free = restless_gap / (own + rules.fastest)
+            free = (restless_gap - bodies.ROUNDED_UM) / (own + rules.fastest)
             if own > 0.0 and gap < restless_gap:
                 # When one of those that rest sets out, this car is still near enough to be woken, or it looks soon.
-                free = min(free, gap / own, bodies.REST_UM / (own + rules.fastest))
+                soon = bodies.REST_UM / (own + rules.fastest) - 1.0
+                free = min(free, (gap - bodies.ROUNDED_UM) / own, soon)
         cars.clear[i] = with_others(cars.clear[i], half(tick + whole_ticks(free), pushed))
     if place_too:
         until = half(tick + whole_ticks(place_anyhow if pushed else place_ticks), pushed)

@@ -1,14 +1,13 @@
 """Dark marks on the floor, and what the floor sensors of a car see of them.
 
-A mark is a stretch of a line with round ends, a spot (a stretch without length) or a polygon. All marks of a mat are in
-one array of float64, because a kernel gets slower with every array:
+A mark is a run of stretches with round ends, one after the other, a spot (a stretch without length) or a polygon. All
+marks of a mat are in one array of float64, because a kernel gets slower with every array:
 
     frame       origin x and y (µm), cells a µm, columns, rows
     cells       of each cell, and one behind the last: where in the array its list begins
-    lists       of each cell, the marks that are within MARGIN_UM of it: of a stretch half its width, x0, y0, its
-                length (µm), and its direction in x and y; of a polygon -1 and where in the array it is. Stretches
-                stand in each list anew, since what is near in memory is read faster
-    polygons    the number of corners, and x and y of each
+    lists       of each cell, where in the array the marks begin that may matter there
+    marks       of a run half its width, of a polygon -1; the middle (x, y) and radius of a circle around it; the length
+                of its longest stretch; the number of its corners, and x and y of each (µm)
 
 The array is empty where there are no marks.
 """
@@ -16,9 +15,11 @@ The array is empty where there are no marks.
 import math
 from array import array
 from collections.abc import Iterator, Sequence
-from itertools import accumulate, chain, islice, pairwise
+from itertools import accumulate, chain, pairwise, starmap
+from typing import NamedTuple
 
 from motorcade.engine.backend import in_kernel
+from motorcade.engine.bodies import ROUNDED_UM
 from motorcade.engine.clearance import MOST_TICKS, whole_ticks
 from motorcade.engine.geometry import FAR_UM, cosine, sine
 from motorcade.engine.state import DRIVEN, Buffer, Cars, Floor, Rules
@@ -27,18 +28,30 @@ from motorcade.mats import Mat
 from motorcade.mats.model import way_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
-# A sensor in a cell knows of all marks that are nearer than this.
+_HALF, _X, _Y, _AROUND, _LONGEST, _COUNT, _CORNERS = range(7)
+# Sensors in a cell know of all marks that are nearer than this.
 MARGIN_UM = 60_000.0
 # With smaller cells, the lists of a road network outgrow a processor's caches.
 _CELL_UM = 400_000.0
+_MOST_STRETCHES = 8
 # Places are whole µm: a place right on an edge is dark, however its distance is rounded.
 _TIE_UM = 0.5
-# Places and ways are rounded to µm.
-_ROUNDED_UM = 3.0
+# What stands for 0 where something is divided by it.
+_LEAST = 1e-9
 _MOST_CELLS = 1 << 20
-# Half a second of work.
-_MOST_MARKS = 100_000
+# A second of work.
+_MOST_CORNERS = 200_000
 _MOST_LISTED = 2_000_000
+
+
+Corner = tuple[float, float]
+
+
+class Mark(NamedTuple):
+    """A mark in whole µm: half the width of a run of stretches, or -1 for a polygon, and its corners."""
+
+    half: float
+    corners: Sequence[Corner]
 
 
 @in_kernel
@@ -52,10 +65,9 @@ def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, floa
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
     aside_x, aside_y = -rules.floor_aside * ahead_y, rules.floor_aside * ahead_x
-    left, left_ahead = outside_um(x + aside_x, y + aside_y, ahead_x, ahead_y, floor)
-    right, right_ahead = outside_um(x - aside_x, y - aside_y, ahead_x, ahead_y, floor)
+    left, right, free = outside_um(x, y, aside_x, aside_y, ahead_x, ahead_y, floor)
     dark = (1 if left <= 0.0 else 0) + (2 if right <= 0.0 else 0)
-    return dark, min(abs(left), abs(right)), min(left_ahead, right_ahead)
+    return dark, min(abs(left), abs(right)), free
 
 
 @in_kernel
@@ -63,50 +75,88 @@ def ticks_unchanged(wheels: int, any_um: float, ahead_um: float, rules: Rules) -
     """For how many ticks the floor sensors of a car with ``wheels`` see the same, unless something pushes the car."""
     way, turn = rules.speeds[wheels & 3], abs(float(rules.turns[wheels]))
     if wheels == DRIVEN or rules.wheel_noise > 0.0:
-        return whole_ticks((any_um - _ROUNDED_UM) / rules.floor_step)
+        return whole_ticks((any_um - ROUNDED_UM) / rules.floor_step)
     if turn > 0.0:
-        return whole_ticks((any_um - _ROUNDED_UM) / (turn * rules.floor_turn))
-    return whole_ticks((ahead_um - _ROUNDED_UM) / way) if way > 0.0 else MOST_TICKS
+        return whole_ticks((any_um - ROUNDED_UM) / (turn * rules.floor_turn))
+    return whole_ticks((ahead_um - ROUNDED_UM) / way) if way > 0.0 else MOST_TICKS
 
 
 @in_kernel
-def outside_um(x: float, y: float, ahead_x: float, ahead_y: float, floor: Floor) -> tuple[float, float]:
-    """How far a place is from the nearest mark, and how far it can at least move ahead before it crosses an edge.
+def outside_um(
+    x: float, y: float, aside_x: float, aside_y: float, ahead_x: float, ahead_y: float, floor: Floor
+) -> tuple[float, float, float]:
+    """How far two sensors are from the nearest mark, and can at least move ahead before one crosses an edge.
 
-    Both are at most MARGIN_UM. The first is 0 or less where the place is on a mark: minus the distance to the mark's
-    edge, or less where marks overlap. The distance from a stretch is a convex function of the way ahead, so no edge is
-    crossed before its tangent is 0.
+    The left one is ``aside`` of (x, y), the right one as far on the other side; both are looked up together, since most
+    of the time goes to marks that are too far from either. The results are at most MARGIN_UM. The distance of a sensor
+    is 0 or less where it is on a mark: minus the distance to the mark's edge, or less where marks overlap. The distance
+    from a stretch is a convex function of the way ahead, so no edge is crossed before its tangent is 0.
     """
-    x, y = math.floor(x + 0.5), math.floor(y + 0.5)
     column = math.floor((x - floor[ORIGIN_X]) * floor[PER_UM])
     row = math.floor((y - floor[ORIGIN_Y]) * floor[PER_UM])
     if column < 0.0 or row < 0.0 or column >= floor[COLUMNS] or row >= floor[ROWS]:
-        return MARGIN_UM, MARGIN_UM
+        return MARGIN_UM, MARGIN_UM, MARGIN_UM
+    left_x, left_y = float(math.floor(x + aside_x + 0.5)), float(math.floor(y + aside_y + 0.5))
+    right_x, right_y = float(math.floor(x - aside_x + 0.5)), float(math.floor(y - aside_y + 0.5))
+    left, left_ahead, right, right_ahead = MARGIN_UM, MARGIN_UM, MARGIN_UM, MARGIN_UM
+    aside = math.sqrt(aside_x * aside_x + aside_y * aside_y) + ROUNDED_UM
+    reach = MARGIN_UM + aside
     cell = CELLS + int(row) * int(floor[COLUMNS]) + int(column)
-    nearest, ahead = MARGIN_UM, MARGIN_UM
-    mark, end = int(floor[cell]), int(floor[cell + 1])
-    while mark < end:
-        half = floor[mark]
+    for listed in range(int(floor[cell]), int(floor[cell + 1])):
+        mark = int(floor[listed])
+        to_x, to_y, far = x - floor[mark + _X], y - floor[mark + _Y], floor[mark + _AROUND] + reach
+        if to_x * to_x + to_y * to_y >= far * far:
+            continue
+        half, first, end = floor[mark], mark + _CORNERS, mark + _CORNERS + 2 * int(floor[mark + _COUNT])
         if half < 0.0:
-            outside = _outside_polygon(x, y, int(floor[mark + 1]), floor)
-            closing = 1.0
-            mark += 2
+            outside = _outside_polygon(left_x, left_y, first, end, floor)
+            left, left_ahead = min(left, outside), min(left_ahead, abs(outside))
+            outside = _outside_polygon(right_x, right_y, first, end, floor)
+            right, right_ahead = min(right, outside), min(right_ahead, abs(outside))
         else:
-            to_x, to_y, length = x - floor[mark + 1], y - floor[mark + 2], floor[mark + 3]
-            along_x, along_y = floor[mark + 4], floor[mark + 5]
-            part = min(max(to_x * along_x + to_y * along_y, 0.0), length)
-            away_x, away_y = to_x - part * along_x, to_y - part * along_y
-            mark += 6
-            squared, reach = away_x * away_x + away_y * away_y, half + max(nearest, ahead)
-            if squared >= reach * reach:
-                continue
-            distance = math.sqrt(squared)
-            outside = distance - half
-            closing = 1.0 if outside <= 0.0 else -(away_x * ahead_x + away_y * ahead_y) / distance
-        nearest = min(nearest, outside)
-        if closing * ahead > abs(outside):
-            ahead = abs(outside) / closing
-    return nearest, ahead
+            x1, y1, most = floor[first], floor[first + 1], half + floor[mark + _LONGEST] / 2.0
+            to_x, to_y = x - x1, y - y1
+            squared = to_x * to_x + to_y * to_y
+            for corner in range(first + 2, end, 2):
+                x0, y0, x1, y1, before = x1, y1, floor[corner], floor[corner + 1], squared
+                to_x, to_y, far = x - x1, y - y1, most + reach
+                squared = to_x * to_x + to_y * to_y
+                # No place of a stretch is farther than half its length from both its ends.
+                if min(before, squared) < far * far:
+                    left, left_ahead = _nearer(left_x, left_y, x0, y0, x1, y1, half, ahead_x, ahead_y, left, left_ahead)
+                    right, right_ahead = _nearer(
+                        right_x, right_y, x0, y0, x1, y1, half, ahead_x, ahead_y, right, right_ahead
+                    )
+                    reach = max(left, left_ahead, right, right_ahead) + aside
+    return left, right, min(left_ahead, right_ahead)
+
+
+@in_kernel
+def _nearer(
+    x: float,
+    y: float,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
+    half: float,
+    ahead_x: float,
+    ahead_y: float,
+    nearest: float,
+    ahead: float,
+) -> tuple[float, float]:
+    """Return what a sensor at (x, y) knows, ``nearest`` and ``ahead``, once it has seen a stretch.
+
+    It has no branches, since a processor can't foresee where the nearest place of a stretch is.
+    """
+    along_x, along_y, to_x, to_y = x1 - x0, y1 - y0, x - x0, y - y0
+    part = (to_x * along_x + to_y * along_y) / max(along_x * along_x + along_y * along_y, 1.0)
+    part = min(max(part, 0.0), 1.0)
+    away_x, away_y = to_x - part * along_x, to_y - part * along_y
+    distance = math.sqrt(away_x * away_x + away_y * away_y)
+    outside = distance - half
+    closing = distance if outside <= 0.0 else -(away_x * ahead_x + away_y * ahead_y)
+    return min(nearest, outside), min(ahead, abs(outside) * distance / max(closing, _LEAST))
 
 
 @in_kernel
@@ -124,11 +174,9 @@ def _away(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tup
 
 
 @in_kernel
-def _outside_polygon(x: float, y: float, mark: int, floor: Floor) -> float:
-    corners = int(floor[mark])
-    last = mark + 2 * corners - 1
-    x0, y0, inside, nearest = floor[last], floor[last + 1], False, FAR_UM * FAR_UM
-    for corner in range(mark + 1, mark + 2 * corners, 2):
+def _outside_polygon(x: float, y: float, first: int, end: int, floor: Floor) -> float:
+    x0, y0, inside, nearest = floor[end - 2], floor[end - 1], False, FAR_UM * FAR_UM
+    for corner in range(first, end, 2):
         x1, y1 = floor[corner], floor[corner + 1]
         away_x, away_y = _away(x, y, x0, y0, x1, y1)
         nearest = min(nearest, away_x * away_x + away_y * away_y)
@@ -138,87 +186,103 @@ def _outside_polygon(x: float, y: float, mark: int, floor: Floor) -> float:
     return -math.sqrt(nearest) if inside else math.sqrt(nearest)
 
 
-def floor_of(mat: Mat) -> Buffer:
-    """Return the array of the mat's marks. Raises MotorcadeError mat-too-detailed."""
-    marks = list(islice(marks_of(mat), _MOST_MARKS + 1))
-    if len(marks) > _MOST_MARKS:
-        raise MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
+def floor_of(mat: Mat, aside_um: float = 0.0) -> Buffer:
+    """Return the array of the mat's marks, for sensors that are ``aside_um`` from the middle between them.
+
+    Raises:
+        MotorcadeError: mat-too-detailed.
+    """
+    refused = MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
+    marks, corners = list[Mark](), 0
+    for mark in marks_of(mat):
+        marks.append(mark)
+        corners += len(mark.corners)
+        if corners > _MOST_CORNERS:
+            raise refused
     if not marks:
         return Buffer("float64", (0,), array("d"))
-    boxes = [_box(mark) for mark in marks]
-    left, bottom = min(box[0] for box in boxes) - MARGIN_UM, min(box[1] for box in boxes) - MARGIN_UM
-    right, top = max(box[2] for box in boxes) + MARGIN_UM, max(box[3] for box in boxes) + MARGIN_UM
+    margin = MARGIN_UM + aside_um + ROUNDED_UM
+    boxes = [_box(mark.corners, max(mark.half, 0.0)) for mark in marks]
+    left, bottom = min(box[0] for box in boxes) - margin, min(box[1] for box in boxes) - margin
+    right, top = max(box[2] for box in boxes) + margin, max(box[3] for box in boxes) + margin
     side = max(_CELL_UM, math.sqrt((right - left) * (top - bottom) / _MOST_CELLS))
     columns, rows = math.ceil((right - left) / side), math.ceil((top - bottom) / side)
     lists: list[list[int]] = [[] for _ in range(columns * rows)]
     listed = 0
-    for number, (mark, box) in enumerate(zip(marks, boxes, strict=True)):
-        for row in _cells_between(box[1] - bottom, box[3] - bottom, side, rows):
-            low, high = _span(mark, box, bottom + row * side, bottom + (row + 1) * side)
-            its_columns = _cells_between(low - left, high - left, side, columns)
-            listed += len(its_columns)
-            if listed > _MOST_LISTED:
-                raise MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
-            for column in its_columns:
-                lists[row * columns + column].append(number)
+    for number, mark in enumerate(marks):
+        reach = max(mark.half, 0.0) + margin
+        # A polygon as a whole, a run stretch by stretch.
+        for piece in [mark.corners] if mark.half < 0 else pairwise(mark.corners):
+            box = _box(piece, reach)
+            for row in _cells_between(box[1] - bottom, box[3] - bottom, side, rows):
+                low, high = box[0], box[2]
+                if mark.half >= 0.0:
+                    low, high = _span(piece[0], piece[1], reach, bottom + row * side, bottom + (row + 1) * side)
+                its_columns = _cells_between(low - left, high - left, side, columns)
+                listed += len(its_columns)
+                if listed > _MOST_LISTED:
+                    raise refused
+                for column in its_columns:
+                    here = lists[row * columns + column]
+                    if here[-1:] != [number]:
+                        here.append(number)
     begin = CELLS + len(lists) + 1
-    sizes = [6 if mark[0] >= 0.0 else 2 for mark in marks]
-    firsts = list(accumulate((sum(sizes[number] for number in each) for each in lists), initial=begin))
-    polygons = [mark for mark in marks if mark[0] < 0.0]
-    places = iter(accumulate(map(len, polygons), initial=firsts[-1]))
-    listed_as = [mark if mark[0] >= 0.0 else (-1.0, float(next(places))) for mark in marks]
+    firsts = list(accumulate(map(len, lists), initial=begin))
+    places = list(accumulate((_CORNERS + 2 * len(mark.corners) for mark in marks), initial=firsts[-1]))
     held = array("d", (left, bottom, 1 / side, columns, rows))
     held.extend(firsts)
-    for number in chain.from_iterable(lists):
-        held.extend(listed_as[number])
-    for corners, *places_of in polygons:
-        held.extend((-corners, *places_of))
+    held.extend(places[number] for number in chain.from_iterable(lists))
+    for mark, (x0, y0, x1, y1) in zip(marks, boxes, strict=True):
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+        around = max(math.dist((x, y), corner) for corner in mark.corners) + max(mark.half, 0.0)
+        longest = max(starmap(math.dist, pairwise(mark.corners)))
+        held.extend((mark.half, x, y, around, longest, len(mark.corners), *chain.from_iterable(mark.corners)))
     return Buffer("float64", (len(held),), held)
 
 
 def _cells_between(low: float, high: float, side: float, count: int) -> range:
-    return range(int((low - MARGIN_UM) / side), min(int((high + MARGIN_UM) / side) + 1, count))
+    return range(max(int(low / side), 0), min(int(high / side) + 1, count))
 
 
-def _span(
-    mark: Sequence[float], box: tuple[float, float, float, float], low: float, high: float
-) -> tuple[float, float]:
-    """Return the least and the greatest x of a mark in a row of cells and the margin below and above it."""
-    half = mark[0]
+def _span(here: Corner, there: Corner, reach: float, low: float, high: float) -> tuple[float, float]:
+    """Return the least and the greatest x of what is within ``reach`` of a stretch in a row of cells."""
+    (x0, y0), (x1, y1) = here, there
     # Of a level stretch, each row has all.
-    if half < 0.0 or abs(mark[5]) < 1e-3:
-        return box[0], box[2]
-    _, x0, y0, length, along_x, along_y = mark
-    reach = half + MARGIN_UM
-    ends = [x0 + min(max((y - y0) / along_y, 0.0), length) * along_x for y in (low - reach, high + reach)]
-    return min(ends) - half, max(ends) + half
+    if abs(y1 - y0) * 1e3 <= abs(x1 - x0):
+        return min(x0, x1) - reach, max(x0, x1) + reach
+    slope = (x1 - x0) / (y1 - y0)
+    ends = [x0 + (min(max(y, min(y0, y1)), max(y0, y1)) - y0) * slope for y in (low - reach, high + reach)]
+    return min(ends) - reach, max(ends) + reach
 
 
-def marks_of(mat: Mat) -> Iterator[tuple[float, ...]]:
-    """Yield the mat's marks as the array holds them, in whole µm."""
+def marks_of(mat: Mat) -> Iterator[Mark]:
+    """Yield the mat's marks."""
     for line in mat.lines:
-        half = _um(line.width_m / 2) + _TIE_UM
-        way = [(_um(x), _um(y)) for x, y in way_of(line)]
-        for here, there in pairwise(way):
-            yield (half, *here, *_direction(here, there))
+        for run in _runs([(_um(x), _um(y)) for x, y in way_of(line)]):
+            yield Mark(_um(line.width_m / 2) + _TIE_UM, run)
     for x, y, radius in mat.spots:
-        yield _um(radius) + _TIE_UM, _um(x), _um(y), 0.0, 0.0, 0.0
+        yield Mark(_um(radius) + _TIE_UM, [(_um(x), _um(y))] * 2)
     for corners in mat.patches:
-        yield -float(len(corners)), *(_um(length) for corner in corners for length in corner)
+        yield Mark(-1.0, [(_um(x), _um(y)) for x, y in corners])
 
 
-def _direction(here: tuple[float, float], there: tuple[float, float]) -> tuple[float, float, float]:
-    length = math.dist(here, there)
-    return (length, (there[0] - here[0]) / length, (there[1] - here[1]) / length) if length else (0.0, 0.0, 0.0)
+def _runs(way: Sequence[Corner]) -> Iterator[Sequence[Corner]]:
+    """Cut a way into runs of at most _MOST_STRETCHES stretches that are about equally long, as a bend's are."""
+    run = list(way[:2])
+    for there in way[2:]:
+        usual, length = math.dist(run[0], run[1]), math.dist(run[-1], there)
+        if len(run) > _MOST_STRETCHES or not usual / 2 <= length <= usual * 2:
+            yield run
+            run = run[-1:]
+        run.append(there)
+    yield run
 
 
 def _um(length_m: float) -> float:
     return float(round(length_m * 1e6))
 
 
-def _box(mark: Sequence[float]) -> tuple[float, float, float, float]:
-    if mark[0] < 0.0:
-        return min(mark[1::2]), min(mark[2::2]), max(mark[1::2]), max(mark[2::2])
-    half, x0, y0, length, along_x, along_y = mark
-    x1, y1 = x0 + length * along_x, y0 + length * along_y
-    return min(x0, x1) - half, min(y0, y1) - half, max(x0, x1) + half, max(y0, y1) + half
+def _box(corners: Sequence[Corner], reach: float) -> tuple[float, float, float, float]:
+    """Return the least x and y, and the greatest, of places within ``reach`` of corners."""
+    xs, ys = zip(*corners, strict=True)
+    return min(xs) - reach, min(ys) - reach, max(xs) + reach, max(ys) + reach

@@ -108,7 +108,7 @@ class CarTurn(NamedTuple):
         person, dark, any_um, ahead_um = 0, 0, geometry.FAR_UM, geometry.FAR_UM
         if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> _PIR_AT & 1:
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
-            ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
+            ticks = clearance.whole_ticks((outside - bodies.ROUNDED_UM) / (rules.person_step + rules.fastest))
             away = min(away, ticks * rules.tick_ms)
         if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> _FLOOR_AT & 1:
             dark, any_um, ahead_um = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)

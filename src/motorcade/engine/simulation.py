@@ -168,7 +168,7 @@ class Simulation:
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
         self._place = layout.place_of(mat, rules, memory, self._look_mm)
         self._rules = allocate_all(memory, rules)
-        self._floor = memory.allocate("floor", floor.floor_of(mat))
+        self._floor = memory.allocate("floor", floor.floor_of(mat, rules.floor_aside))
         self._people, self._voices = allocate_all(memory, people), allocate_all(memory, layout.voices_of(mat))
 
     def _with_room(self, counts: BackendArray, room: int) -> events.Counters:
