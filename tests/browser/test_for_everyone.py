@@ -63,8 +63,13 @@ def test_diagnostics_have_no_barriers(open_page) -> None:
 
 def test_four_clicks_of_a_first_visit_lead_to_a_swarm_in_step(open_page) -> None:
     studio = open_page(tour=True, plain=True)
-    for step in ("Make your own", "Put two there for me", "Give them the same two", "Let them drive"):
+    expect(studio.clock).not_to_have_text("0:00.0")
+    for step in ("Make your own", "Put two there for me", "Give them the same two"):
         studio.page.get_by_role("button", name=step, exact=True).click()
+        # The town drove; the pupil's own world waits for the pupil.
+        expect(studio.mat_button("play")).to_be_enabled()
+        expect(studio.clock).to_have_text("0:00.0")
+    studio.page.get_by_role("button", name="Let them drive", exact=True).click()
     expect(studio.page.get_by_text("12 followers drive forward")).to_be_visible()
     # The last digit of the header says that the followers' words have tags.
     studio.expect_words(["02040101", "65800000", "6c800000", "e5800000", "e5000000", "e4800000", "ec800000"])

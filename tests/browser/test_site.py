@@ -150,5 +150,9 @@ def test_cars_drive_before_python_is_ready_and_go_on_when_it_is(open_page) -> No
     page.page.get_by_role("button", name="Make your own", exact=True).click()
     page.page.get_by_role("button", name="Put two there for me", exact=True).click()
     page.expect_words(["02000000", "65800000", "6c800000"])
+    # What a project begins with stands until somebody plays.
+    expect(page.mat_button("play")).to_be_enabled()
+    expect(page.clock).to_have_text("0:00.0")
+    page.play()
     page.expect_moving()
     page.page.unroute_all()

@@ -57,11 +57,12 @@ function opened() {
     view.setUint32(HEADER.cars, cars, true);
     page!.onMessage(view.buffer);
   };
+  const state = (playing: boolean) => page!.onMessage(JSON.stringify({ is: "state", playing, speed: 1, seed: 0, t_ms: 5000, shown_ms: null }));
   const end = () => {
     session.close();
     vi.unstubAllGlobals();
   };
-  return { sent, hello, picture, end };
+  return { session, sent, hello, picture, state, end };
 }
 
 it("pictures that are never drawn are told as drawn: the server waits for each", () => {
@@ -95,6 +96,38 @@ it("a world that runs on after a reload doesn't begin anew, however late its pro
   vi.advanceTimersByTime(1000);
   expect(reloaded.sent.map((message) => message.do)).not.toContain("set");
   reloaded.end();
+  useStudio.setState({ compiled: null });
+  vi.useRealTimers();
+});
+
+it("an edit plays on, another project stands at its beginning", () => {
+  vi.useFakeTimers();
+  const program = (image: string) => useStudio.setState({ compiled: { image, words: [] } as never });
+  const plays = () => page.sent.slice(page.sent.findLastIndex(({ do: what }) => what === "set")).map((message) => message.do);
+  program("AAAA");
+  const page = opened();
+  page.hello(2);
+  page.session.play();
+  page.state(true);
+  program("BBBB");
+  vi.advanceTimersByTime(1000);
+  expect(plays()).toEqual(["set", "play"]);
+  page.session.stand();
+  program("CCCC");
+  // The world before still plays, as far as the page knows.
+  vi.advanceTimersByTime(1000);
+  expect(plays()).toEqual(["set"]);
+  // Even where it is the same one.
+  const sets = () => page.sent.filter((message) => message.do === "set").length;
+  const before = sets();
+  page.session.stand();
+  vi.advanceTimersByTime(1000);
+  expect(sets()).toBe(before + 1);
+  page.session.play();
+  program("DDDD");
+  vi.advanceTimersByTime(1000);
+  expect(plays()).toEqual(["set", "play"]);
+  page.end();
   useStudio.setState({ compiled: null });
   vi.useRealTimers();
 });

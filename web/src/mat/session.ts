@@ -66,6 +66,8 @@ export class Session {
   private followed: Playing | null = null;
   /** Play was requested, and no state of the world shows it yet. */
   private playRequested = false;
+  /** The next world doesn't play on where the one before did. */
+  private stands = false;
   /** The world was there before this page. */
   private resumed = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -146,11 +148,21 @@ export class Session {
 
   private pass(command: Command): void {
     this.playRequested = command.do === "play" || (this.playRequested && command.do !== "pause");
+    if (command.do === "play") this.stands = false;
     this.connection?.send(command);
   }
 
   play(): void {
     this.send({ do: "play", speed: useMat.getState().speed });
+  }
+
+  /** Another project is opened: its world stands at its beginning until somebody lets it play. */
+  stand(): void {
+    this.pass({ do: "pause" });
+    this.stands = true;
+    // It begins anew even where it is the same world.
+    if (this.sent) this.sent = { ...this.sent, beginning: null };
+    this.sync();
   }
 
   setSpeed(speed: number): void {
@@ -184,7 +196,7 @@ export class Session {
     // After a reload the connection to the running world is back before its program is compiled.
     if (!this.sent || (this.resumed && !compiled)) return;
     if (this.sent.beginning !== this.hashOfBeginning(mat)) {
-      this.begin(this.playRequested || (useMat.getState().state?.playing ?? false));
+      this.begin(this.playRequested || (!this.stands && (useMat.getState().state?.playing ?? false)));
     } else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
       useMat.setState({ problem: null });
       this.send({ do: "set_environment", mat, range_mm: rangeMm });

@@ -5,6 +5,7 @@ import { RefusedError, request } from "../api/service";
 import type { OpenedProject, Project, WorkspaceState } from "../api/types";
 import type { SavedVersion } from "../generated/messages";
 import { inLanguage } from "../i18n";
+import { session } from "../mat/session";
 import { ask, confirm, notify } from "../state/dialogs";
 import { forgetEdits } from "../state/history";
 import { useSettings } from "../state/settings";
@@ -103,6 +104,7 @@ export async function replaceBy(project: OpenedProject, { stored = false } = {})
 /** Fill the page with a project, which a file or the library holds, or that is as new. */
 function fillBy(project: OpenedProject, { stored = false } = {}): void {
   loadProject(project);
+  session.stand();
   // The editors are filled in the same turn; what they hold then is the saved project.
   setTimeout(() => {
     markSaved();
@@ -131,6 +133,7 @@ export function comeBack(): void {
   }
   const { rangeMm, unsaved, stored, base, parkedFollowers, ...project } = kept;
   loadProject({ ...project, range_mm: rangeMm }, parkedFollowers);
+  session.stand();
   useStudio.setState({ kept: null, stored, base });
   setTimeout(() => {
     if (!unsaved) markSaved();
