@@ -11,8 +11,10 @@ from scripts.typescript import interface
 
 from motorcade.classroom import messages as class_messages
 from motorcade.classroom.app import REQUESTS as CLASS_REQUESTS
+from motorcade.classroom.folder import MOST_FILES
 from motorcade.server import remote_messages
 from motorcade.service import messages, trials, world_messages
+from motorcade.service.library import MOST_BYTES
 from motorcade.service.requests import REQUESTS
 
 _HEAD = """/** Messages between the page and its service. Written by scripts/generate.py; don't edit. */
@@ -43,6 +45,10 @@ import type { Sentence } from "./messages";
 _CLASS_HEAD = """/** Messages of a class's pages and the server. Written by scripts/generate.py; don't edit. */
 
 import type { {names} } from "./messages";
+
+/** How many files are checked for one report, and how many bytes they have at most. */
+export const MOST_FILES = {files};
+export const MOST_BYTES = {bytes};
 """
 _PLAIN = {
     types.StrType: "string",
@@ -189,7 +195,9 @@ def class_types() -> str:
     writer.type_of(types.type_info(class_messages.DrawnWall))
     body = [*writer.interfaces.values(), *unions, *tables]
     imported = sorted(name for name in (*writer.imported, "Sentence", "MatDocument"))
-    return "\n".join([_CLASS_HEAD.replace("{names}", ", ".join(imported)), *body])
+    head = _CLASS_HEAD.replace("{names}", ", ".join(imported))
+    head = head.replace("{files}", str(MOST_FILES)).replace("{bytes}", str(MOST_BYTES))
+    return "\n".join([head, *body])
 
 
 def _class_requests(prefix: str) -> dict[str, tuple[Any, Any]]:

@@ -8,15 +8,17 @@ import shutil
 import stat
 import sys
 import zipfile
+from base64 import b64encode
 from random import Random
 
 import pytest
 
 from motorcade.classroom import folder
-from motorcade.classroom.folder import ClassFolder
+from motorcade.classroom.folder import MOST_FILES, ClassFolder
 from motorcade.classroom.record import to_bytes
 from motorcade.classroom.room import Classroom
 from motorcade.missions.document import built_in_mission
+from motorcade.program.compiler import compile_program
 from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
 from support.class_page import PASSWORD, PROJECT, class_room
@@ -351,13 +353,28 @@ def test_the_teacher_gets_a_report_of_all_work_against_a_mission(tmp_path):
         assert room.teacher.client.post(path, json={"mission": "none"}).status_code == 404
         assert mia.client.post(path, json=order).status_code == 401
         # Files from elsewhere are checked in place of the class's work; no name leads out of their folder.
-        solution = built_in_mission("forward-and-stop").solution.as_json()
-        texts = {"Kai.motorcade.json": solution, "../../Kai.motorcade.json": solution, "Lin.py": "1 +"}
-        files = [{"name": name, "text": text} for name, text in texts.items()]
+        program = built_in_mission("forward-and-stop").solution
+        solution = program.as_json().encode()
+        chosen = [
+            ("Kai.motorcade.json", solution),
+            ("../../Kai.motorcade.json", solution),
+            ("Anna/Mine.json", solution),
+            ("Anna/Mine.py", b"1 +"),
+            ("Anna", solution),
+            ("anna/MINE.json", solution[:40]),
+            ("Bo/words.image", compile_program(program).image),
+            ("Bo/photo.png", b"\x89PNG" + bytes(1_500_000)),
+            ("a" * 300 + ".json", b"\xff"),
+        ]
+        files = [{"name": name, "data": b64encode(data).decode()} for name, data in chosen]
         answer = room.teacher.client.post(path, json={**order, "files": files})
-        rows = re.findall(r"<th scope=row>(.*?)</th><td[^>]*>(.*?)</td>", answer.text)
-        assert [name for name, stars in rows if stars == "★★★"] == ["Kai.motorcade.json", "_.._.._Kai.motorcade.json"]
-        assert len(rows) == 3
+        rows = dict(re.findall(r"<th scope=row>(.*?)</th><td[^>]*>(.*?)</td>", answer.text))
+        assert len(rows) == len(chosen)
+        won = {name for name, stars in rows.items() if stars == "★★★"}
+        assert won == {"Kai.motorcade.json", "_/Kai.motorcade.json", "Anna/Mine.json", "Anna 2", "Bo/words.image"}
+        assert {"Anna/Mine.py", "anna 3/MINE.json", "Bo/photo.png"} <= rows.keys()
+        many = [{"name": str(number), "data": ""} for number in range(MOST_FILES + 1)]
+        assert room.teacher.client.post(path, json={**order, "files": many}).status_code == 400
         # A mission of the teacher's own comes as a file: here with one goal.
         own = {**built_in_mission("forward-and-stop").document, "name": "Mine"}
         own["goal"] = own["goal"][:1]

@@ -179,9 +179,9 @@ async def _report(running: RunningClass, request: Request) -> Response:
     language, pupils = _language(request), list(running.room.record.pupils)
     async with running.bodies.loaded(request) as data:
         order = decode(data, ReportOrder)
-        mission = mission_in(order.text) if order.mission is None else built_in_mission(order.mission)
-        async with running.reporting:
-            page = await to_thread.run_sync(class_report, running.folder, order.files or pupils, mission, language)
+    mission = mission_in(order.text) if order.mission is None else built_in_mission(order.mission)
+    async with running.reporting:
+        page = await to_thread.run_sync(class_report, running.folder, order.files or pupils, mission, language)
     return HTMLResponse(page)
 
 

@@ -40,6 +40,8 @@ RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
 _ENDING, _OVERVIEW = ".motorcade.json", "overview.html"
 _REPORT_S = 600.0
+# So many files are checked in one report.
+MOST_FILES = 1000
 # Of the name of a file that a teacher chooses so many characters are kept: any file system takes them.
 _LONGEST_FILE = 60
 # What Windows allows in no name of a file.
@@ -190,10 +192,10 @@ class ClassFolder(FolderStorage):
 
 
 class WorkFile(Struct):
-    """The name of a file and its text: a project, or a program in Python."""
+    """A file to be checked: its name, after those of its folders and a slash each, and its bytes."""
 
     name: str
-    text: str
+    data: bytes
 
 
 class ReportOrder(Struct):
@@ -207,7 +209,7 @@ class ReportOrder(Struct):
 
     mission: str | None = None
     text: str = ""
-    files: Annotated[list[WorkFile], Meta(max_length=1000)] | None = None
+    files: Annotated[list[WorkFile], Meta(max_length=MOST_FILES)] | None = None
 
 
 class _Work(NamedTuple):
@@ -244,13 +246,12 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
             file.parent.mkdir(exist_ok=True)
             file.write_bytes(data)
 
-        taken: set[str] = set()
         for each in works:
             if isinstance(each, Pupil):
                 _add(write, folder, each)
-            else:
-                stem, dot, ending = each.name[-_LONGEST_FILE:].partition(".")
-                write(f"{_file_name(stem, taken)}{dot}{_FORBIDDEN.sub('_', ending)}", each.text.encode())
+        chosen = [each for each in works if isinstance(each, WorkFile)]
+        for path, each in zip(_chosen_paths(each.name for each in chosen), chosen, strict=True):
+            write(path, each.data)
         asked = mission.id
         if mission.id == OWN:
             asked = str(Path(name) / f"{OWN}.json")
@@ -281,7 +282,20 @@ def _add(write: Callable[[str, bytes], None], folder: ClassFolder, pupil: Pupil)
     return _Work(pupil, place, projects, draft_file, folder.stars(pupil.id))
 
 
-def _file_name(name: str, taken: set[str]) -> str:
+def _chosen_paths(names: Iterable[str]) -> Iterator[str]:
+    """Yield where the files that a teacher has chosen are written, at most one folder deep; no two in one place."""
+    top: set[str] = set()
+    folders: dict[str, tuple[str, set[str]]] = {"": ("", top)}
+    for name in names:
+        folder, _, last = name.rpartition("/")
+        if folder not in folders:
+            folders[folder] = (f"{_file_name(folder[-_LONGEST_FILE:], top)}/", set())
+        place, taken = folders[folder]
+        stem, dot, ending = last[-_LONGEST_FILE:].partition(".")
+        yield place + _file_name(stem, taken, _FORBIDDEN.sub("_", dot + ending).rstrip(". "))
+
+
+def _file_name(name: str, taken: set[str], ending: str = "") -> str:
     """Return a name that every file system allows, near to ``name`` and not among those taken, to which it is added.
 
     A project that is opened from such a file gets its name.
@@ -289,7 +303,7 @@ def _file_name(name: str, taken: set[str]) -> str:
     allowed = _FORBIDDEN.sub("_", name).strip(". ") or "_"
     if PureWindowsPath(allowed).is_reserved():
         allowed = f"_{allowed}"
-    wishes = chain([allowed], (f"{allowed} {number}" for number in count(2)))
+    wishes = chain([allowed + ending], (f"{allowed} {number}{ending}" for number in count(2)))
     found = next(each for each in wishes if each.casefold() not in taken)
     taken.add(found.casefold())
     return found

@@ -38,8 +38,8 @@ _GUARDED = ("/api/", "/drive/", _CAMERA)
 # A Host header.
 _HOST = re.compile(r"(\[(?P<address>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(:[0-9]{1,5})?")
 _LENGTH = re.compile("[0-9]{1,12}")
-# A file of all projects grows inside of a JSON text.
-_LARGE_BODIES = {"/api/projects/import": 2 * MOST_BYTES}
+# A file of all projects, and the files of a report, grow inside of a JSON text.
+_LARGE_BODIES = dict.fromkeys(("/api/projects/import", "/api/teacher/report.html"), 2 * MOST_BYTES)
 _WEEK_S = 7 * 24 * 3600
 _HEADERS = {
     # Blockly styles its blocks in place, and both it and PixiJS draw from data: and blob: addresses.

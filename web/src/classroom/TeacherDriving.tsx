@@ -7,7 +7,8 @@ import { post } from "../api/connection";
 import { CarList } from "../cars/CarList";
 import { askTeacher } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
-import { MissionOptions, useOwnProjects } from "./TeacherWork";
+import { MissionOptions } from "./TeacherCheck";
+import { useOwnProjects } from "./TeacherWork";
 import css from "./class.module.css";
 import { useLanguage, useTexts } from "./texts";
 

@@ -4,12 +4,12 @@ import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
 import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
-import { chooseFile, chooseFiles, download, fileName } from "../ui/files";
-import { askReport, askTeacher, type ReportOrder } from "./ask";
+import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
-import { useLanguage, useSentences, useTexts } from "./texts";
+import { Report } from "./TeacherCheck";
+import { useSentences, useTexts } from "./texts";
 
 const LOOK_EVERY_MS = 5000;
 
@@ -23,52 +23,6 @@ function useProgress(): ClassProgress | null {
     return () => clearInterval(timer);
   }, []);
   return progress;
-}
-
-/** The missions as choices of a list. */
-export function MissionOptions({ missions }: { missions: ClassProgress["missions"] }) {
-  const inLanguage = useSentences();
-  return missions.map(({ id, name }) => (
-    <option key={id} value={id}>
-      {inLanguage(name)}
-    </option>
-  ));
-}
-
-/** Check all work against a mission, one of the built-in or one in a file. */
-function Report({ missions }: { missions: ClassProgress["missions"] }) {
-  const t = useTexts();
-  const language = useLanguage((state) => state.language);
-  const [mission, setMission] = useState(missions[0]?.id ?? "");
-  const { problem, attempt } = useAttempt();
-  const [checking, setChecking] = useState(false);
-  const check = async (name: string, order: ReportOrder) => {
-    setChecking(true);
-    await attempt(async () => download(fileName(name, "-report.html"), await askReport(order, language), "text/html"));
-    setChecking(false);
-  };
-  const checkOwn = async () => {
-    const file = await chooseFile(".json,.toml,application/json");
-    if (file) await check(file.name.split(".")[0]!, { text: await file.text() });
-  };
-  const checkFiles = async () => {
-    const chosen = await chooseFiles(".json,.py,application/json", true);
-    const files = await Promise.all(chosen.map(async (file) => ({ name: file.name, text: await file.text() })));
-    if (files.length > 0) await check(mission, { mission, files });
-  };
-  return (
-    <section className={css.row} aria-label={t("checkReport")}>
-      <p>{t("checkAbout")}</p>
-      <select aria-label={t("checkMission")} value={mission} onChange={({ target }) => setMission(target.value)}>
-        <MissionOptions missions={missions} />
-      </select>
-      <Action onClick={() => void check(mission, { mission })} disabled={checking}>{t("checkReport")}</Action>
-      <Action onClick={() => void checkFiles()} disabled={checking}>{t("checkFiles")}</Action>
-      <Action onClick={() => void checkOwn()} disabled={checking}>{t("checkOwn")}</Action>
-      <p role="status">{checking && t("checking")}</p>
-      <Problem text={problem} />
-    </section>
-  );
 }
 
 export function ProgressPart({ view }: { view: ClassView }) {

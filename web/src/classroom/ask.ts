@@ -3,6 +3,7 @@
 import type { TeacherRequests, PupilRequests } from "../generated/classroom";
 import { LastingStream, openSocket, post as postTo } from "../api/connection";
 import { RefusedError, UnreachableError } from "../api/service";
+import type { WorkFile } from "./workFiles";
 
 /** The page that gives a session, by the error that asks for one. */
 const SIGN_IN_PAGES: Record<string, string> = { "class-session-needed": "/join", "teacher-session-needed": "/teacher" };
@@ -56,7 +57,7 @@ export const askToJoin: Ask<PupilRequests> = async (name, message) => {
 export const askTeacher = ((name: string, message) => post(`/api/teacher/${name}`, message)) as Ask<TeacherRequests>;
 
 /** What is checked, as `ReportOrder` in motorcade/classroom/folder.py describes it. */
-export type ReportOrder = ({ mission: string } | { text: string }) & { files?: { name: string; text: string }[] };
+export type ReportOrder = ({ mission: string } | { text: string }) & { files?: WorkFile[] };
 
 /** The page of a report. Throws RefusedError or UnreachableError. */
 export async function askReport(order: ReportOrder, language: string): Promise<string> {

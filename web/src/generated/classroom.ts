@@ -2,6 +2,10 @@
 
 import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionGoal, MissionZone, Nothing, Project, Refused, Sentence, StoredProject } from "./messages";
 
+/** How many files are checked for one report, and how many bytes they have at most. */
+export const MOST_FILES = 1000;
+export const MOST_BYTES = 33554432;
+
 /** Another pupil, to whom a copy of a project can be given. */
 export interface Classmate { id: string; name: string; avatar: string }
 

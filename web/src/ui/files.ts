@@ -17,10 +17,17 @@ export function fileName(name: string, ending: string): string {
   return `${plain || "motorcade"}${ending}`;
 }
 
-/** The files that the user chooses. */
-export function chooseFiles(accept: string, multiple: boolean): Promise<File[]> {
+/** The files that the user chooses, of any kind where `accept` is empty; with `folder`, all files of a folder. */
+export function chooseFiles(accept: string, folder = false): Promise<File[]> {
+  return choose(accept, { multiple: true, webkitdirectory: folder });
+}
+
+/** Whether the browser lets its user choose a folder. */
+export const choosesFolders = (): boolean => "webkitdirectory" in HTMLInputElement.prototype;
+
+function choose(accept: string, wishes: { multiple?: boolean; webkitdirectory?: boolean } = {}): Promise<File[]> {
   return new Promise((resolve) => {
-    const input = Object.assign(document.createElement("input"), { type: "file", accept, multiple });
+    const input = Object.assign(document.createElement("input"), { type: "file", accept, ...wishes });
     input.addEventListener("change", () => resolve([...(input.files ?? [])]));
     input.addEventListener("cancel", () => resolve([]));
     input.click();
@@ -28,4 +35,4 @@ export function chooseFiles(accept: string, multiple: boolean): Promise<File[]> 
 }
 
 /** The file that the user chooses; null for none. */
-export const chooseFile = async (accept: string) => (await chooseFiles(accept, false))[0] ?? null;
+export const chooseFile = async (accept: string) => (await choose(accept))[0] ?? null;
