@@ -10,6 +10,7 @@ import css from "./cars.module.css";
 
 type Key = keyof Texts;
 const texts = plainTexts<Texts>(languages);
+type Say = (key: Key, values?: Record<string, string | number>) => string;
 
 interface CarListProps {
   /** Of the server's WebSocket, such as /api/cars. */
@@ -55,8 +56,7 @@ function verdictKey(car: CarRow): Key | null {
 }
 
 export function CarList({ path, language, image, program, stopsElsewhere = false }: CarListProps) {
-  useEffect(() => texts.useLanguage.setState({ language }), [language]);
-  const t = texts.useTexts();
+  const t: Say = (key, values) => texts.textIn(language, key, values);
   const { shown, problem, open, order } = useCars(path);
   const [ticked, setTicked] = useState<ReadonlySet<string>>(new Set());
   const sentence = (text: Sentence) => text[language] ?? text.en;
@@ -94,7 +94,7 @@ export function CarList({ path, language, image, program, stopsElsewhere = false
       )}
       <ul>
         {cars.map((car) => (
-          <Row key={car.where} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} sentence={sentence} />
+          <Row key={car.where} t={t} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} sentence={sentence} />
         ))}
       </ul>
       {shown && shown.others.length > 0 && <p className={css.quiet}>{t("others", { list: shown.others.join(", ") })}</p>}
@@ -103,6 +103,7 @@ export function CarList({ path, language, image, program, stopsElsewhere = false
 }
 
 interface RowProps {
+  t: Say;
   car: CarRow;
   ticked: boolean;
   onTick: () => void;
@@ -110,8 +111,7 @@ interface RowProps {
   sentence: (text: Sentence) => string;
 }
 
-function Row({ car, ticked, onTick, onBlink, sentence }: RowProps) {
-  const t = texts.useTexts();
+function Row({ t, car, ticked, onTick, onBlink, sentence }: RowProps) {
   const isCar = car.kind === "car";
   const about = [
     !car.away ? t("here") : car.silent_s === null ? t("silent") : t("away", { seconds: car.silent_s }),

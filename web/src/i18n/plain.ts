@@ -28,6 +28,7 @@ export function plainTexts<Texts extends Record<string, string>>(languages: Reco
     },
     /** What a language calls itself. */
     nameOf: (language: string) => languages[language]?.name ?? language,
+    textIn,
     /** A function that gives texts in the page's language. */
     useTexts: () => {
       const language = useLanguage((state) => state.language);
