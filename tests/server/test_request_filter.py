@@ -238,8 +238,11 @@ def test_an_unexpected_exception_is_an_error_without_its_traceback(visit, monkey
 
 
 @pytest.mark.parametrize("path", ["/api/compile", "/api/projects/list", "/api/nothing"])
-def test_a_request_is_refused_unless_its_method_is_post(visit, path):
-    answer = visit().get(path)
+@pytest.mark.parametrize("built", [True, False])
+def test_a_request_is_refused_unless_its_method_is_post(visit, tmp_path, path, built):
+    if built:
+        (tmp_path / "index.html").write_text("<!doctype html>")
+    answer = visit(page=tmp_path).get(path)
     assert code(answer) == (405, "bad-request")
     assert answer.headers["allow"] == "POST"
 

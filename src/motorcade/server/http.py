@@ -13,8 +13,9 @@ from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, HTMLResponse, Response
-from starlette.routing import BaseRoute, Mount, Route
+from starlette.routing import BaseRoute, Match, Mount, Route
 from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
 
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
@@ -79,7 +80,15 @@ def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
     if not (folder / "index.html").is_file():
         return [Route(path, lambda request: page_file(folder / "index.html")) for path in ("/", _REMOTE)]
     files = GZipMiddleware(StaticFiles(directory=folder, html=True), minimum_size=1024, compresslevel=6)
-    return [Route(_REMOTE, lambda request: page_file(folder / "drive.html")), Mount("/", files)]
+    return [Route(_REMOTE, lambda request: page_file(folder / "drive.html")), _Files("/", files)]
+
+
+class _Files(Mount):
+    """Files at every address but those of requests: what is asked in another way than by POST is refused as such."""
+
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        """Return whether a request is for a file."""
+        return (Match.NONE, {}) if scope["path"].startswith("/api/") else super().matches(scope)
 
 
 def check_page() -> None:
