@@ -6,11 +6,14 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
 from motorcade import __version__
+from motorcade.cli.options import print_problem
 from motorcade.config import profile
+from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL
 from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
 
@@ -259,6 +262,18 @@ def test_tables_are_in_the_language_of_the_system_unless_another_is_named(monkey
     for asked in ((*command, "--language", "en"), ("--language", "en", *command)):
         assert "drive word 311209984" in run(*asked, stdout=Terminal()).out
     assert "fr" in refusal(2, *command, "--language", "fr")
+
+
+def test_other_threads_print_in_the_language_that_was_asked_for(monkeypatch, capsys):
+    monkeypatch.setenv("LC_ALL", "en_US.UTF-8")
+    asked = run("decode", "drive", "0x128CB000", "--language", "zh")
+    server = Thread(target=print_problem, args=[MotorcadeError("no-report")])
+    server.start()
+    server.join()
+    assert "检查时间太长" in capsys.readouterr().err
+    # The next command isn't asked for it.
+    assert "drive word" in run("decode", "drive", "0x128CB000", stdout=Terminal()).out
+    assert asked.code == 0
 
 
 @pytest.mark.parametrize("word", ["0x" + "9" * 9000, "9" * 9000, "0x" + "9" * 70], ids=len)

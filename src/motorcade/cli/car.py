@@ -25,6 +25,7 @@ from motorcade.cli.options import (
     exclude_each_other,
     print_json,
     print_note,
+    print_problem,
     print_result,
     profile_named,
     translated,
@@ -264,8 +265,8 @@ def announcing(parts: CarParts, keys: Path | None) -> "Iterator[None]":
     from motorcade.drive.keys import name_in
     from motorcade.fleet.places import CAR, announced
 
-    language, listener = current_language(), host_and_port(parts.address.removeprefix("socket://"))
-    with announced(CAR, "", listener, lambda found: print_note(found.sentence(language)), keys=name_in(keys)):
+    listener = host_and_port(parts.address.removeprefix("socket://"))
+    with announced(CAR, "", listener, print_problem, keys=name_in(keys)):
         yield
 
 

@@ -14,11 +14,12 @@ from motorcade.cli.options import (
     current_language,
     listed,
     print_lines,
+    print_problem,
     print_result,
     translated,
     wants_json,
 )
-from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser, print_problem
+from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser
 from motorcade.extras import needs_extra
 from motorcade.sockets import is_loopback
 

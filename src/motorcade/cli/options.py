@@ -10,7 +10,6 @@ import shlex
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -36,14 +35,16 @@ _MOST_OF_A_NUMBER = 80
 _USUAL_LIST = Path("cars.toml")
 # The least time for which a command listens for announcements of cars.
 _LISTEN_S = 1.5
-_requested: ContextVar[str] = ContextVar("requested_language", default="")
+# That of --language, empty for none; all threads print notes in it.
+_requested = ""
 
 
 def request_language(language: str) -> None:
     """Take the value of --language, empty for none. Raises MotorcadeError: unknown-language."""
+    global _requested
     if language and language not in languages():
         raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
-    _requested.set(language)
+    _requested = language
 
 
 def wants_json(as_json: bool) -> bool:
@@ -143,6 +144,11 @@ def print_note(sentence: str) -> None:
     print(f"motorcade: {sentence}", file=sys.stderr)
 
 
+def print_problem(problem: MotorcadeError) -> None:
+    """Print on standard error what a command goes on without, such as a log."""
+    print_note(problem.sentence(current_language()))
+
+
 def profile_named(name: str) -> "Profile":
     """Return a built-in profile, or the one in a .toml file."""
     from motorcade.config.profile import load_profile
@@ -225,17 +231,18 @@ def translated(key: str, **details: Any) -> str:
 
 def current_language() -> str:
     """Return the language of --language, or the system's where none is given."""
-    return _requested.get() or system_language()
+    return _requested or system_language()
 
 
 @contextmanager
 def in_language(language: str) -> Iterator[None]:
     """Make ``language`` the current one while the block runs."""
-    token = _requested.set(language)
+    global _requested
+    before, _requested = _requested, language
     try:
         yield
     finally:
-        _requested.reset(token)
+        _requested = before
 
 
 def translate_help(command: Any) -> None:

@@ -20,10 +20,9 @@ from motorcade.cli.options import (
     Json,
     Output,
     TcpPortNumber,
-    current_language,
     exclude_each_other,
     listed,
-    print_note,
+    print_problem,
     print_result,
     quoted,
     translated,
@@ -173,11 +172,6 @@ def _remote(
             print_result({"url": url, "cars": names}, sentence, as_json)
 
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
-
-
-def print_problem(problem: MotorcadeError) -> None:
-    """Print on standard error what a server does without, such as a log."""
-    print_note(problem.sentence(current_language()))
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:

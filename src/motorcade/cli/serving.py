@@ -18,7 +18,6 @@ from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.cli.car import CarParts
@@ -54,8 +53,6 @@ async def serve(
     """
     control = clients.control
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
-    # Other threads don't know what --language is.
-    language = current_language()
 
     def end() -> None:
         loop.call_soon_threadsafe(ended.set)
@@ -67,7 +64,7 @@ async def serve(
         await resources.enter_async_context(watched(control))
         listeners = await resources.enter_async_context(serving(clients, commands, telemetry, tls))
         url = await resources.enter_async_context(page(control)) if page else None
-        resources.enter_context(_logging(control.telemetry, notes, language))
+        resources.enter_context(_logging(control.telemetry, notes))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)
         addresses = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": tls is not None}
         _print_addresses(addresses | ({"url": url} if url else {}), clients.revoked, parts, as_json)
@@ -91,7 +88,7 @@ def _print_addresses(
 
 
 @contextmanager
-def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note], language: str) -> Iterator[None]:
+def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note]) -> Iterator[None]:
     """Print driver and state whenever they change, in a thread: a terminal that hangs doesn't stop the car."""
     over, last = threading.Event(), _visible(telemetry())
 
@@ -102,10 +99,10 @@ def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note], language:
             is_over = over.wait(_PERIOD_S)
             while notes:
                 note = notes.popleft()
-                _log(note if isinstance(note, str) else note.sentence(language))
+                _log(note if isinstance(note, str) else note.sentence(current_language()))
             now = telemetry()
             if _visible(now) != last:
-                _log(_line(now, language))
+                _log(_line(now))
             last = _visible(now)
 
     thread = threading.Thread(target=log_changes, name="log", daemon=True)
@@ -117,13 +114,13 @@ def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note], language:
         thread.join(_LAST_LINE_S)
 
 
-def _line(telemetry: "Telemetry", language: str) -> str:
+def _line(telemetry: "Telemetry") -> str:
     state = Phrase(f"car-state-{telemetry.state}")
     key = "serve-driver" if telemetry.driver else "serve-no-driver"
-    line = command_line_text(key, language, state=state, driver=telemetry.driver)
+    line = translated(key, state=state, driver=telemetry.driver)
     if not telemetry.last_fault:
         return line
-    return command_line_text("serve-fault", language, line=line, fault=telemetry.last_fault)
+    return translated("serve-fault", line=line, fault=telemetry.last_fault)
 
 
 def _visible(telemetry: "Telemetry") -> tuple[object, ...]:
