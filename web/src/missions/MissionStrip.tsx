@@ -67,7 +67,9 @@ function Task({ mission }: { mission: Mission }) {
         )}
         <TextButton small onPress={() => openDialog("missions")}>{t("missions.map")}</TextButton>
         {mission.id === "own" && (
-          <TextButton small onPress={editPlayed}>{t("missions.edit")}</TextButton>
+          <span className={css.edit}>
+            <TextButton small onPress={editPlayed}>{t("missions.edit")}</TextButton>
+          </span>
         )}
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
