@@ -175,3 +175,12 @@ def test_every_example_opens_and_drives(open_page) -> None:
         expect(studio.name).to_have_value(title)
         expect(studio.words_table.get_by_role("rowheader").nth(1)).to_be_visible()
         expect(studio.diagnostics.filter(has_text="can't")).to_have_count(0)
+
+
+def test_another_project_is_framed_however_far_the_stage_was_zoomed(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.page.get_by_role("application", name=studio.say("mat.canvas")).press("+")
+    expect(studio.mat_button("frame")).to_be_visible()
+    mat = {"format": "motorcade-mat/1", "name": "Far", "car": [{"at_m": [40, 40], "role": "leader"}]}
+    studio.take({**EXAMPLE, "mat": mat})
+    expect(studio.mat_button("frame")).to_have_count(0)

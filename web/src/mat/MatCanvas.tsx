@@ -35,13 +35,27 @@ function connect(scene: Scene): () => void {
   show();
   const shown = ["chosen", "told", "tracks", "air", "followed", "hello"] as const;
   let pressed: Point = [0, 0];
+  // Of another project, whose cars the camera shows at once.
+  let awaited: "hello" | "picture" | null = null;
   return endAll(
-    session.listen((picture) => scene.take(picture)),
+    session.listen((picture) => {
+      if (awaited === "picture") {
+        awaited = null;
+        scene.cut();
+      }
+      scene.take(picture);
+    }),
     useMat.subscribe((now, before) => {
-      if (now.hello && now.hello !== before.hello) scene.setHello(now.hello);
+      if (now.hello && now.hello !== before.hello) {
+        scene.setHello(now.hello);
+        awaited &&= "picture";
+      }
       if (shown.some((key) => now[key] !== before[key])) show();
     }),
-    useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
+    useStudio.subscribe((now, before) => {
+      if (now.generation !== before.generation && now.mat !== before.mat) awaited = "hello";
+      if (now.mat !== before.mat || now.rangeMm !== before.rangeMm) show();
+    }),
     attachPointers(scene.host, scene, {
       gripAt: (point, reachPx) => {
         pressed = point;

@@ -222,6 +222,12 @@ export class Scene {
     this.draw();
   }
 
+  /** Frame the next picture's cars at once, whoever held the camera. */
+  cut(): void {
+    this.wasFramed = false;
+    this.frame();
+  }
+
   /** Show the whole mat. */
   showAll(): void {
     if (this.mat) this.look(fitted(boxOf(this.mat, this.motion.drawn.x, this.motion.drawn.y), this.size));
