@@ -7,7 +7,7 @@ import type { Mat } from "./document";
 import { runningBlocks, sameRunning } from "./account";
 import { Session } from "./session";
 import { endEdit, forgetEdits, redo as redoEdit, undo as undoEdit, useHistory } from "../state/history";
-import { editMat } from "./store";
+import { editMat, useMat } from "./store";
 import { pictureOf } from "./testPictures";
 
 const WORDS: CompiledWord[] = [
@@ -129,6 +129,7 @@ it("an edit plays on, another project stands at its beginning", () => {
   expect(plays()).toEqual(["set", "play"]);
   page.end();
   useStudio.setState({ compiled: null });
+  useMat.setState({ hello: null, state: null });
   vi.useRealTimers();
 });
 
