@@ -123,36 +123,31 @@ def outside_um(
                 squared = to_x * to_x + to_y * to_y
                 # No place of a stretch is farther than half its length from both its ends.
                 if min(before, squared) < far * far:
-                    left, left_ahead = _nearer(left_x, left_y, x0, y0, x1, y1, half, ahead_x, ahead_y, left, left_ahead)
-                    right, right_ahead = _nearer(
-                        right_x, right_y, x0, y0, x1, y1, half, ahead_x, ahead_y, right, right_ahead
-                    )
+                    away_x, away_y = _away_from(left_x, left_y, x0, y0, x1, y1)
+                    left, left_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, left, left_ahead)
+                    away_x, away_y = _away_from(right_x, right_y, x0, y0, x1, y1)
+                    right, right_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, right, right_ahead)
                     reach = max(left, left_ahead, right, right_ahead) + aside
     return left, right, min(left_ahead, right_ahead)
 
 
 @in_kernel
-def _nearer(
-    x: float,
-    y: float,
-    x0: float,
-    y0: float,
-    x1: float,
-    y1: float,
-    half: float,
-    ahead_x: float,
-    ahead_y: float,
-    nearest: float,
-    ahead: float,
-) -> tuple[float, float]:
-    """Return what a sensor at (x, y) knows, ``nearest`` and ``ahead``, once it has seen a stretch.
+def _away_from(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
+    """Do the work of `_away` without branches, since a processor can't foresee where on a stretch the nearest point is.
 
-    It has no branches, since a processor can't foresee where the nearest place of a stretch is.
+    It isn't exact where a place is right on the stretch.
     """
     along_x, along_y, to_x, to_y = x1 - x0, y1 - y0, x - x0, y - y0
     part = (to_x * along_x + to_y * along_y) / max(along_x * along_x + along_y * along_y, 1.0)
     part = min(max(part, 0.0), 1.0)
-    away_x, away_y = to_x - part * along_x, to_y - part * along_y
+    return to_x - part * along_x, to_y - part * along_y
+
+
+@in_kernel
+def _nearer(
+    away_x: float, away_y: float, half: float, ahead_x: float, ahead_y: float, nearest: float, ahead: float
+) -> tuple[float, float]:
+    """Return what a sensor knows, ``nearest`` and ``ahead``, once it has seen a stretch ``away`` from it."""
     distance = math.sqrt(away_x * away_x + away_y * away_y)
     outside = distance - half
     closing = distance if outside <= 0.0 else -(away_x * ahead_x + away_y * ahead_y)
