@@ -35,6 +35,8 @@ def open_mission(studio: StudioPage, path: Path) -> None:
         studio.page.get_by_role("button", name=studio.say("missions.openFile")).press("Enter")
     chooser.value.set_files(path)
     expect(studio.page.locator("li[data-progress]")).to_have_count(8)
+    # Until its words have come, nothing can be tried.
+    studio.wait_until_ready()
 
 
 def test_a_lucky_program_is_found_out_and_its_failure_is_played(open_page: OpenPage, tmp_path: Path) -> None:
