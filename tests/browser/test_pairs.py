@@ -133,7 +133,8 @@ if SOAK:
 
 
 def test_two_tabs_have_a_window_each(open_page) -> None:
-    first = open_page(project=FOLLOWED)
+    # Each block is in view, wherever a second tab begins to show its blocks.
+    first = open_page(project=FOLLOWED, size=(1440, 1200))
     one = first.page
     # What a closed tab left behind asks nothing of the second window, and waits for another tab.
     wait_until(lambda: one.evaluate(LEAVE_BEHIND))
