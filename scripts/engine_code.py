@@ -40,7 +40,7 @@ def all_calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
     from motorcade.engine import agents
     from motorcade.engine.judging import Answers, Questions
-    from motorcade.engine.kernels import KERNELS, PHASES
+    from motorcade.engine.kernels import KERNELS, ORDER
     from motorcade.engine.native import InterpretedKernels
     from motorcade.engine.pictures import Pictures
     from motorcade.engine.simulation import Simulation
@@ -75,7 +75,7 @@ def all_calls() -> Calls:
     pictures.moment(is_stored=True)
     pictures.nearest(0)
     scratch = world.backend.zeros("scratch", (1, world.cars), "uint32")
-    world.backend.call("run_large", 0, 1, PHASES[0][0], 1, 0, calls["run"][1][5], scratch, world.arrays())
+    world.backend.call("run_large", 0, 1, ORDER, 1, 0, calls["run"][1][5], scratch, world.arrays())
     return dict(sorted(calls.items()))
 
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from motorcade import Pose
 from motorcade.engine import agents
 from motorcade.engine.backend import NAMES, Name
-from motorcade.engine.native import InterpretedKernels, library_path
+from motorcade.engine.native import InterpretedKernels, Wavefront, library_path
 from motorcade.engine.webassembly import WebAssemblyKernels
 from motorcade.engine.world import DIGESTS, World, library_problem, open_backend, proof
 from motorcade.errors import MotorcadeError
@@ -97,6 +97,24 @@ def test_any_number_of_threads_gives_the_same_bits_also_of_threads_of_python() -
     # Worlds of several threads of Python don't disturb each other.
     with ThreadPoolExecutor(2) as pool:
         assert list(pool.map(lambda threads: large_and_many(threads, "native"), (2, 3))) == [expected] * 2
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("strips", [1, 2, 7])
+def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(strips: int, threads: int) -> None:
+    taken, early = [0] * strips, list[tuple[int, int]]()
+
+    def take(strip: int, step: int) -> None:
+        neighbours = taken[max(strip - 1, 0) : strip + 2]
+        if taken[strip] != step or not all(step <= each <= step + 1 for each in neighbours):
+            early.append((strip, step))
+        taken[strip] += 1
+
+    wavefront = Wavefront(take, strips, 48, threads)
+    with ThreadPoolExecutor(threads) as pool:
+        for each in [pool.submit(wavefront.work) for _ in range(threads)]:
+            each.result()
+    assert (taken, early) == ([48] * strips, [])
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ marks of a mat are in one array of float64, because a kernel gets slower with ev
     frame       origin x and y (µm), cells a µm, columns, rows
     cells       of each cell, and one behind the last: where in the array its list begins
     lists       of each cell, where in the array the marks begin that may matter there
-    marks       of a run half its width, of a polygon -1; the middle (x, y) and radius of a circle around it; the length
-                of its longest stretch; the number of its corners, and x and y of each (µm)
+    marks       of a run half its width, of a polygon -1; the middle (x, y) and radius of a circle around it; the
+                number of its corners, and x and y of each (µm)
 
 The array is empty where there are no marks.
 """
@@ -15,7 +15,7 @@ The array is empty where there are no marks.
 import math
 from array import array
 from collections.abc import Iterator, Sequence
-from itertools import accumulate, chain, pairwise, starmap
+from itertools import accumulate, chain, pairwise
 from typing import NamedTuple
 
 from motorcade.engine.backend import in_kernel
@@ -28,12 +28,13 @@ from motorcade.mats import Mat
 from motorcade.mats.model import way_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
-_HALF, _X, _Y, _AROUND, _LONGEST, _COUNT, _CORNERS = range(7)
+_HALF, _X, _Y, _AROUND, _COUNT, _CORNERS = range(6)
 # Sensors in a cell know of all marks that are nearer than this.
 MARGIN_UM = 60_000.0
 # With smaller cells, the lists of a road network outgrow a processor's caches.
 _CELL_UM = 400_000.0
-_MOST_STRETCHES = 8
+# A processor's vector has four.
+_MOST_STRETCHES = 4
 # Places are whole µm: a place right on an edge is dark, however its distance is rounded.
 _TIE_UM = 0.5
 # What stands for 0 where something is divided by it.
@@ -114,20 +115,14 @@ def outside_um(
             outside = _outside_polygon(right_x, right_y, first, end, floor)
             right, right_ahead = min(right, outside), min(right_ahead, abs(outside))
         else:
-            x1, y1, most = floor[first], floor[first + 1], half + floor[mark + _LONGEST] / 2.0
-            to_x, to_y = x - x1, y - y1
-            squared = to_x * to_x + to_y * to_y
-            for corner in range(first + 2, end, 2):
-                x0, y0, x1, y1, before = x1, y1, floor[corner], floor[corner + 1], squared
-                to_x, to_y, far = x - x1, y - y1, most + reach
-                squared = to_x * to_x + to_y * to_y
-                # No place of a stretch is farther than half its length from both its ends.
-                if min(before, squared) < far * far:
-                    away_x, away_y = _away_from(left_x, left_y, x0, y0, x1, y1)
-                    left, left_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, left, left_ahead)
-                    away_x, away_y = _away_from(right_x, right_y, x0, y0, x1, y1)
-                    right, right_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, right, right_ahead)
-                    reach = max(left, left_ahead, right, right_ahead) + aside
+            # Without branches, several stretches at an instruction.
+            for corner in range(first, end - 2, 2):
+                x0, y0, x1, y1 = floor[corner], floor[corner + 1], floor[corner + 2], floor[corner + 3]
+                away_x, away_y = _away_from(left_x, left_y, x0, y0, x1, y1)
+                left, left_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, left, left_ahead)
+                away_x, away_y = _away_from(right_x, right_y, x0, y0, x1, y1)
+                right, right_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, right, right_ahead)
+            reach = max(left, left_ahead, right, right_ahead) + aside
     return left, right, min(left_ahead, right_ahead)
 
 
@@ -230,8 +225,7 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Buffer:
     for mark, (x0, y0, x1, y1) in zip(marks, boxes, strict=True):
         x, y = (x0 + x1) / 2, (y0 + y1) / 2
         around = max(math.dist((x, y), corner) for corner in mark.corners) + max(mark.half, 0.0)
-        longest = max(starmap(math.dist, pairwise(mark.corners)))
-        held.extend((mark.half, x, y, around, longest, len(mark.corners), *chain.from_iterable(mark.corners)))
+        held.extend((mark.half, x, y, around, len(mark.corners), *chain.from_iterable(mark.corners)))
     return Buffer("float64", (len(held),), held)
 
 

@@ -292,8 +292,8 @@ def run(share: int, shares: int, first_tick: int, ticks: int, said: int, seeds: 
 
 
 ORDER, SORT, SET_OUT, STEP, SPREAD, MOVE, TURN = range(7)
-# The phases of a tick of a large world, and whether several threads share each; those before SET_OUT sort the cars.
-PHASES = ((ORDER, False), (SORT, True), (SET_OUT, False), (STEP, True), (SPREAD, True), (MOVE, True), (TURN, False))
+# Phases of a tick of a large world that each strip has of its own.
+STRIP_PHASES = (STEP, SPREAD, MOVE)
 
 
 def run_large(
@@ -301,10 +301,13 @@ def run_large(
 ) -> None:
     """Run a share of one phase of a tick of one world, which is cut into strips of rows of cells.
 
-    All shares of a phase have to end before the next phase begins.
+    A strip may begin one of STRIP_PHASES when its neighbours have ended the phase before; the other phases begin when
+    all have.
 
     Args:
-        phase: one of PHASES.
+        share: of SORT, which of as many shares as ``shares``; of STRIP_PHASES, which strip. The other phases have one.
+        phase: ORDER and SORT sort the cars; SET_OUT begins the ticks until the next sort, and each tick where somebody
+            drives a car, and TURN ends it.
         scratch: (shares of SORT, cars), which a sort overwrites.
     """
     cars, cell_lists, driven, rules = arrays.cars, arrays.cells, arrays.driven, arrays.rules
@@ -314,8 +317,6 @@ def run_large(
     first_voice = channel.voices_until((tick - 1) * rules.tick_ms, arrays.voices)
     spoken = channel.voices_until(tick * rules.tick_ms, arrays.voices)
     rows, columns = int(frame[cells.ROWS]), int(frame[cells.COLUMNS])
-    parts = int(senders[MOST_PARTS])
-    first_part, end_part = parts * share // shares, parts * (share + 1) // shares
     whole = Now(0, 0, 0, seed, tick, ms, said, first_voice, spoken, 0, count)
     if phase == ORDER:
         if tick == 0:
@@ -332,9 +333,9 @@ def run_large(
             cells.clear_push(0, count, cars)
             bicycle.find(0, 0, count, cars, driven)
         bicycle.set_out(arrays, whole)
-        # A frame that begins in one strip reaches the next strip at most.
-        reach = int((rules.range + 2.0 * rules.drift) * frame[cells.PER_UM]) + 2
-        parts = min(max(rows // reach, 1), MOST_PARTS)
+        # What a car looks at or sends to is in its strip or in the next one.
+        reach = int(rules.strip * frame[cells.PER_UM]) + 2
+        parts = min(max(rows // reach, 1), arrays.counters.counts.shape[0])
         senders[MOST_PARTS] = parts
         for part in range(parts + 1):
             strips[part] = rows * part // parts
@@ -342,25 +343,20 @@ def run_large(
                 # No car counts on being woken by a car of another strip.
                 for i in range(first[(strips[part] - 1) * columns], first[(strips[part] + 1) * columns]):
                     cars.clear[i] = clearance.with_others(cars.clear[i], clearance.half(tick, 0))
-    elif phase == STEP:
-        for part in range(first_part, end_part):
-            begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken, begin, end)
-            senders[part] = step_cars(begin, end, arrays, now)
-    elif phase == SPREAD:
-        for part in range(first_part, end_part):
-            begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-            now = Now(0, part, part, seed, tick, ms, said, first_voice, spoken, begin, end)
-            for other in range(max(part - 1, 0), min(part + 2, parts)):
+    elif phase == TURN:
+        bicycle.turn_round(0, cars, driven)
+    else:
+        begin, end = int(first[strips[share] * columns]), int(first[strips[share + 1] * columns])
+        now = Now(0, share, share, seed, tick, ms, said, first_voice, spoken, begin, end)
+        if phase == STEP:
+            senders[share] = step_cars(begin, end, arrays, now)
+        elif phase == SPREAD:
+            for other in range(max(share - 1, 0), min(share + 2, int(senders[MOST_PARTS]))):
                 begun = first[strips[other] * columns]
                 for k in range(begun, begun + senders[other]):
                     channel.spread_frame(cars.order[k], begin, end, arrays, now)
-    elif phase == MOVE:
-        for part in range(first_part, end_part):
-            begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
+        else:
             bodies.move(begin, end, seed, tick, cars, rules)
-    else:
-        bicycle.turn_round(0, cars, driven)
 
 
 def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:

@@ -113,7 +113,15 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         drift=float(sort_every * fastest),
         sort_every=int(sort_every),
         cell=FAR_UM if few else CELL_UM,
+        strip=_strip_um(profile, 2 * radius, sort_every * fastest),
     )
+
+
+def _strip_um(profile: Profile, contact: float, drift: float) -> float:
+    """From how far another car can matter to a car until the next sort, by its body, its sensors or its infrared."""
+    look = contact + max(levels_of(profile)[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0 + LOOK_BEYOND_UM
+    # Bodies around a sender shade others, and both cars may have gone some way since the last sort.
+    return float(max(profile.infrared.range_mm * 1000.0, look) + contact + 4 * drift)
 
 
 def cars_of(worlds: int, per_world: int, memory: "Backend") -> Cars:

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE
 from motorcade.engine.backend import Name
-from motorcade.engine.kernels import KERNELS, PHASES, SET_OUT, SORT
+from motorcade.engine.kernels import KERNELS, ORDER, SET_OUT, SORT, STRIP_PHASES, TURN
 from motorcade.engine.linear_memory import Described, LinearMemory, module_arguments
-from motorcade.engine.state import Buffer
+from motorcade.engine.state import MOST_PARTS, Arrays, Buffer
 
 # What `platform.machine()` calls the processors of one kind.
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
@@ -34,6 +34,8 @@ _SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
 _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
 # With more, threads need not wait for one whose share takes long.
 SHARES_A_THREAD = 4
+# With few strips, little is done twice at their edges.
+STRIPS_A_THREAD = 2
 _INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
 
 
@@ -125,32 +127,76 @@ Kernel = Callable[[bytes], int]
 
 
 class _Pool:
-    """Threads that stand ready, and share calls with the calling thread. They wait without spinning."""
+    """Threads that stand ready, and do the same work as the calling thread. They wait without spinning."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._work: SimpleQueue[tuple[Kernel, deque[bytes]]] = SimpleQueue()
+        self._work: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._done: SimpleQueue[None] = SimpleQueue()
         self._standing = 0
 
-    def share(self, kernel: Kernel, blocks: Sequence[bytes], threads: int) -> None:
-        """Call a kernel with each of the blocks; return when all calls have ended."""
-        pending = deque(blocks)
-        helpers = min(threads, len(blocks)) - 1
+    def share(self, work: Callable[[], None], threads: int) -> None:
+        """Call ``work`` in each of several threads; return when all of them have ended."""
+        helpers = threads - 1
         with self._lock:
             while self._standing < helpers:
                 threading.Thread(target=self._help, name="kernels", daemon=True).start()
                 self._standing += 1
             for _ in range(helpers):
-                self._work.put((kernel, pending))
-            _call_all(kernel, pending)
+                self._work.put(work)
+            work()
             for _ in range(helpers):
                 self._done.get()
 
     def _help(self) -> None:
         while True:
-            _call_all(*self._work.get())
+            self._work.get()()
             self._done.put(None)
+
+
+class Wavefront:
+    """Steps of the strips of a world. A strip takes its next step when its neighbours have taken the one before.
+
+    So no thread waits for the slowest strip, and neighbours are never more than one step apart.
+
+    Args:
+        take: takes a step of a strip; both are numbers from 0 on.
+        strips: how many there are.
+        steps: how many each takes.
+        threads: how many will call `work`.
+    """
+
+    def __init__(self, take: Callable[[int, int], None], strips: int, steps: int, threads: int) -> None:
+        self._take = take
+        self._steps, self._threads = steps, threads
+        self._taken = [0] * strips
+        self._left = strips * steps
+        self._lock = threading.Lock()
+        self._ready: SimpleQueue[int | None] = SimpleQueue()
+        for strip in range(strips):
+            self._ready.put(strip)
+
+    def work(self) -> None:
+        """Take steps until all are taken."""
+        while (strip := self._ready.get()) is not None:
+            self._take(strip, self._taken[strip])
+            with self._lock:
+                self._end_of(strip)
+
+    def _end_of(self, strip: int) -> None:
+        taken, last = self._taken, len(self._taken) - 1
+        taken[strip] += 1
+        self._left -= 1
+        if self._left == 0:
+            for _ in range(self._threads):
+                self._ready.put(None)
+        for near in range(max(strip - 1, 0), min(strip + 1, last) + 1):
+            step = taken[near]
+            # A neighbour that was behind this step has waited for it, or is taking it now.
+            if near != strip and step != taken[strip]:
+                continue
+            if step < self._steps and taken[max(near - 1, 0)] >= step and taken[min(near + 1, last)] >= step:
+                self._ready.put(near)
 
 
 def _call_all(kernel: Kernel, pending: deque[bytes]) -> None:
@@ -201,10 +247,14 @@ class NativeKernels(HeapArrays, LinearMemory):
         """Call the kernel ``run`` with several threads; ``arguments`` as those of the kernel after its shares."""
         shares = SHARES_A_THREAD * threads
         block = self._block("run", 0, shares, *arguments)
-        blocks = [_INT.pack(share) + block[_INT.size :] for share in range(shares)]
-        _pool.share(self._kernels["run"], blocks, threads)
+        self._share("run", [_INT.pack(share) + block[_INT.size :] for share in range(shares)], threads)
 
-    def run_large(self, threads: int, first_tick: int, ticks: int, said: int, sort_every: int, *arguments: Any) -> None:
+    def _share(self, name: str, blocks: Sequence[bytes], threads: int) -> None:
+        """Call a kernel with each of the blocks of arguments, with several threads."""
+        pending = deque(blocks)
+        _pool.share(lambda: _call_all(self._kernels[name], pending), min(threads, len(blocks)))
+
+    def run_large(self, threads: int, first_tick: int, ticks: int, said: int, arrays: Arrays, *arguments: Any) -> None:
         """Step one world by ``run_large``, phase by phase, with several threads.
 
         Args:
@@ -212,17 +262,32 @@ class NativeKernels(HeapArrays, LinearMemory):
             first_tick: the tick to begin with.
             ticks: how many.
             said: what every car hears in the first tick.
-            sort_every: cars are sorted in each tick that this number divides.
-            arguments: those of the kernel from ``seeds`` on.
+            arrays: of the world.
+            arguments: those of the kernel from ``seeds`` to ``scratch``.
         """
-        kernel = self._kernels["run_large"]
-        rest = self._block("run_large", 0, 0, 0, 0, 0, *arguments)[5 * _INT.size :]
-        for tick in range(first_tick, first_tick + ticks):
-            heard = said if tick == first_tick else NO_VOICE
-            for phase, is_shared in PHASES[0 if tick % sort_every == 0 else SET_OUT :]:
-                shares = 1 if not is_shared else threads if phase == SORT else SHARES_A_THREAD * threads
-                numbers = ((share, shares, phase, tick, heard) for share in range(shares))
-                _pool.share(kernel, [_INTS.pack(*each) + rest for each in numbers], threads)
+        kernel, every = self._kernels["run_large"], arrays.rules.sort_every
+        rest = self._block("run_large", 0, 0, 0, 0, 0, *arguments, arrays)[5 * _INT.size :]
+
+        def block(share: int, shares: int, phase: int, tick: int) -> bytes:
+            return _INTS.pack(share, shares, phase, tick, said if tick == first_tick else NO_VOICE) + rest
+
+        tick, end = first_tick, first_tick + ticks
+        while tick < end:
+            if tick % every == 0:
+                kernel(block(0, 1, ORDER, tick))
+                self._share("run_large", [block(share, threads, SORT, tick) for share in range(threads)], threads)
+            kernel(block(0, 1, SET_OUT, tick))
+            until = tick + 1 if arrays.driven.shape[1] else min(end, tick - tick % every + every)
+
+            def take(strip: int, step: int, began: int = tick) -> None:
+                after, phase = divmod(step, len(STRIP_PHASES))
+                kernel(block(strip, 1, STRIP_PHASES[phase], began + after))
+
+            steps = (until - tick) * len(STRIP_PHASES)
+            wavefront = Wavefront(take, int(arrays.cells.strips[0, MOST_PARTS]), steps, threads)
+            _pool.share(wavefront.work, threads)
+            kernel(block(0, 1, TURN, until - 1))
+            tick = until
 
     def _call(self, kernel: str, block: bytes) -> None:
         self._kernels[kernel](block)

@@ -38,7 +38,7 @@ DRIVEN = 3 * 4
 Driven = Ints
 # The marks on the floor, in the layout of `motorcade.engine.floor`; one array for the same reason.
 Floor = Floats
-# Strips of a large world; more than threads, so that threads need not wait for a strip with many cars.
+# Strips of a large world, at most.
 MOST_PARTS = 32
 # Spare places behind a list of cars around a sender, so that several can be tested at once.
 SPARE = 4
@@ -161,6 +161,7 @@ class Rules(NamedTuple):
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
     cell: float  # side of a cell
+    strip: float  # µm that a strip of a large world is high at least
 
 
 class Around(NamedTuple):

@@ -19,7 +19,13 @@ from motorcade.engine import layout
 from motorcade.engine.backend import NAMES, Backend, Name
 from motorcade.engine.events import EVENT
 from motorcade.engine.moment import COLUMNS, Event, Moment
-from motorcade.engine.native import SHARES_A_THREAD, InterpretedKernels, NativeKernels, library_path
+from motorcade.engine.native import (
+    SHARES_A_THREAD,
+    STRIPS_A_THREAD,
+    InterpretedKernels,
+    NativeKernels,
+    library_path,
+)
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
@@ -72,8 +78,8 @@ class World(Simulation):
         _check_memory(cars * worlds, needed)
         backend = open_backend(kernels, needed)
         self._is_large = backend.threaded and worlds == 1 and self.threads > 1 and cars >= _LARGE
-        parts = MOST_PARTS if self._is_large else None
-        shares = MOST_PARTS if self._is_large else SHARES_A_THREAD * min(self.threads, worlds)
+        parts = min(STRIPS_A_THREAD * self.threads, MOST_PARTS) if self._is_large else None
+        shares = parts or SHARES_A_THREAD * min(self.threads, worlds)
         super().__init__(
             mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts, shares=shares
         )
@@ -141,8 +147,7 @@ class World(Simulation):
         backend, moment = self.backend, (self._tick, ticks, self._spoken)
         if self._is_large and isinstance(backend, NativeKernels):
             scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
-            every = self._rules.sort_every
-            backend.run_large(self.threads, *moment, every, self._seeds, scratch, self.arrays())
+            backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
         elif self.worlds > 1 and isinstance(backend, NativeKernels):
             backend.run(min(self.threads, self.worlds), *moment, self._seeds, self.arrays())
         else:
