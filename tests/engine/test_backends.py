@@ -7,7 +7,9 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -110,11 +112,33 @@ def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(stri
             early.append((strip, step))
         taken[strip] += 1
 
-    wavefront = Wavefront(take, strips, 48, threads)
+    wavefront = Wavefront(take, strips, 48)
     with ThreadPoolExecutor(threads) as pool:
         for each in [pool.submit(wavefront.work) for _ in range(threads)]:
             each.result()
     assert (taken, early) == ([48] * strips, [])
+
+
+def test_when_one_thread_is_interrupted_the_others_end() -> None:
+    interrupts = iter([KeyboardInterrupt()])
+
+    def take(strip: int, step: int) -> None:
+        if step == 3:
+            for each in interrupts:
+                raise each
+
+    wavefront = Wavefront(take, 4, 48)
+
+    def work() -> None:
+        with suppress(KeyboardInterrupt):
+            wavefront.work()
+
+    threads = [Thread(target=work, daemon=True) for _ in range(3)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join(timeout=30)
+    assert not any(each.is_alive() for each in threads)
 
 
 @pytest.fixture

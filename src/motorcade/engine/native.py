@@ -131,27 +131,30 @@ class _Pool:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._work: SimpleQueue[Callable[[], None]] = SimpleQueue()
-        self._done: SimpleQueue[None] = SimpleQueue()
+        self._work: SimpleQueue[tuple[Callable[[], None], SimpleQueue[None]]] = SimpleQueue()
         self._standing = 0
 
     def share(self, work: Callable[[], None], threads: int) -> None:
         """Call ``work`` in each of several threads; return when all of them have ended."""
-        helpers = threads - 1
+        # Of this call alone: an interrupted one leaves answers behind.
+        helpers, done = threads - 1, SimpleQueue[None]()
         with self._lock:
             while self._standing < helpers:
                 threading.Thread(target=self._help, name="kernels", daemon=True).start()
                 self._standing += 1
             for _ in range(helpers):
-                self._work.put(work)
-            work()
-            for _ in range(helpers):
-                self._done.get()
+                self._work.put((work, done))
+            try:
+                work()
+            finally:
+                for _ in range(helpers):
+                    done.get()
 
     def _help(self) -> None:
         while True:
-            self._work.get()()
-            self._done.put(None)
+            work, done = self._work.get()
+            work()
+            done.put(None)
 
 
 class Wavefront:
@@ -163,12 +166,11 @@ class Wavefront:
         take: takes a step of a strip; both are numbers from 0 on.
         strips: how many there are.
         steps: how many each takes.
-        threads: how many will call `work`.
     """
 
-    def __init__(self, take: Callable[[int, int], None], strips: int, steps: int, threads: int) -> None:
+    def __init__(self, take: Callable[[int, int], None], strips: int, steps: int) -> None:
         self._take = take
-        self._steps, self._threads = steps, threads
+        self._steps = steps
         self._taken = [0] * strips
         self._left = strips * steps
         self._lock = threading.Lock()
@@ -177,19 +179,22 @@ class Wavefront:
             self._ready.put(strip)
 
     def work(self) -> None:
-        """Take steps until all are taken."""
-        while (strip := self._ready.get()) is not None:
-            self._take(strip, self._taken[strip])
-            with self._lock:
-                self._end_of(strip)
+        """Take steps until all are taken, or another thread has been interrupted. Several threads call it."""
+        try:
+            while (strip := self._ready.get()) is not None:
+                self._take(strip, self._taken[strip])
+                with self._lock:
+                    self._end_of(strip)
+        finally:
+            # Each thread that ends lets another one end.
+            self._ready.put(None)
 
     def _end_of(self, strip: int) -> None:
         taken, last = self._taken, len(self._taken) - 1
         taken[strip] += 1
         self._left -= 1
         if self._left == 0:
-            for _ in range(self._threads):
-                self._ready.put(None)
+            self._ready.put(None)
         for near in range(max(strip - 1, 0), min(strip + 1, last) + 1):
             step = taken[near]
             # A neighbour that was behind this step has waited for it, or is taking it now.
@@ -284,7 +289,7 @@ class NativeKernels(HeapArrays, LinearMemory):
                 kernel(block(strip, 1, STRIP_PHASES[phase], began + after))
 
             steps = (until - tick) * len(STRIP_PHASES)
-            wavefront = Wavefront(take, int(arrays.cells.strips[0, MOST_PARTS]), steps, threads)
+            wavefront = Wavefront(take, int(arrays.cells.strips[0, MOST_PARTS]), steps)
             _pool.share(wavefront.work, threads)
             kernel(block(0, 1, TURN, until - 1))
             tick = until
