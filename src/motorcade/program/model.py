@@ -272,7 +272,7 @@ def _step_from(document: dict[str, Any]) -> Step:
         content = {"steps": tuple(_steps_from(content))}
     elif kind == RepeatStep.kind:
         content["steps"] = tuple(_steps_from(content["steps"]))
-    return KINDS[kind](**content, **{name: document[name] for name in COMMON if name in document})
+    return KINDS[kind].of_checked({**document, **content})
 
 
 def _step_as_dict(step: Step) -> dict[str, Any]:

@@ -91,6 +91,16 @@ class Step:
         steps: tuple[Step, ...] = getattr(self, "steps", ())
         return steps
 
+    @classmethod
+    def of_checked(cls, values: dict[str, Any]) -> "Step":
+        """Return a step of values that fit already: to check those of a large program again takes a fifth of its time."""
+        step = object.__new__(cls)
+        if cls not in _defaults:
+            _defaults[cls] = [(each.name, each.default) for each in fields(cls)]
+        for name, default in _defaults[cls]:
+            object.__setattr__(step, name, values.get(name, default))
+        return step
+
     def __post_init__(self) -> None:
         for name, schema in COMMON.items():
             if (value := getattr(self, name)) is not None:
@@ -117,6 +127,7 @@ class AccompanyingStep(Step):
 
 # By kind; mypy takes no class of dataclasses for an argument of functools.cache.
 _own_fields: dict[type[Step], tuple[Any, ...]] = {}
+_defaults: dict[type[Step], list[tuple[str, Any]]] = {}
 
 
 def own_fields(kind: type[Step]) -> tuple[Any, ...]:
