@@ -93,7 +93,7 @@ class Step:
 
     @classmethod
     def of_checked(cls, values: dict[str, Any]) -> "Step":
-        """Return a step of values that fit already: to check those of a large program again takes a fifth of its time."""
+        """Return a step of values that fit already: to check a large program again takes a fifth of its time."""
         step = object.__new__(cls)
         if cls not in _defaults:
             _defaults[cls] = [(each.name, each.default) for each in fields(cls)]
