@@ -57,6 +57,12 @@ def install_lock() -> FileLock:
     return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests.lock")
 
 
+@pytest.fixture(scope="session")
+def build_lock() -> FileLock:
+    """A lock to take while something is built or installed that takes long, and that few tests need."""
+    return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests-build.lock")
+
+
 def pytest_xdist_auto_num_workers() -> int:
     """The number of processes that run the tests: two more than processors, since some tests wait."""
     return (os.cpu_count() or 1) + 2

@@ -33,11 +33,11 @@ def tools(install_lock: FileLock) -> None:
 
 
 @pytest.fixture(scope="session")
-def compiled(tools: None, install_lock: FileLock) -> Compiler:
+def compiled(tools: None, build_lock: FileLock) -> Compiler:
     """Compiles a sketch of the library."""
 
     def compile_sketch(sketch: str, target: Target, files: dict[str, bytes] | None = None) -> Program:
-        with install_lock:
+        with build_lock:
             return arduino_build.compile_sketch(files or library_files(), sketch, target)
 
     return compile_sketch

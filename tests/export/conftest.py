@@ -45,6 +45,6 @@ tshark = _program("tshark", "tshark")
 
 
 @pytest.fixture(scope="session")
-def avr8js_installed(install_lock: FileLock) -> None:
-    with install_lock:
+def avr8js_installed(build_lock: FileLock) -> None:
+    with build_lock:
         npm_packages.install(HERE, "avr8js")

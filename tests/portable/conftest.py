@@ -9,7 +9,7 @@ from support import npm_packages
 
 
 @pytest.fixture(scope="session")
-def micropython_installed(install_lock: FileLock) -> None:
+def micropython_installed(build_lock: FileLock) -> None:
     """Install MicroPython; a test fails, and isn't skipped, where that is impossible."""
-    with install_lock:
+    with build_lock:
         npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build and rp2040js")
