@@ -101,6 +101,21 @@ def test_any_number_of_threads_gives_the_same_bits_also_of_threads_of_python() -
         assert list(pool.map(lambda threads: large_and_many(threads, "native"), (2, 3))) == [expected] * 2
 
 
+def all_end(wavefront: Wavefront, threads: int) -> bool:
+    """Whether several threads that work at a wavefront end, of which one may be interrupted."""
+
+    def work() -> None:
+        with suppress(KeyboardInterrupt):
+            wavefront.work()
+
+    working = [Thread(target=work, daemon=True) for _ in range(threads)]
+    for each in working:
+        each.start()
+    for each in working:
+        each.join(timeout=10)
+    return not any(each.is_alive() for each in working)
+
+
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("strips", [1, 2, 7])
 def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(strips: int, threads: int) -> None:
@@ -112,10 +127,7 @@ def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(stri
             early.append((strip, step))
         taken[strip] += 1
 
-    wavefront = Wavefront(take, strips, 48)
-    with ThreadPoolExecutor(threads) as pool:
-        for each in [pool.submit(wavefront.work) for _ in range(threads)]:
-            each.result()
+    assert all_end(Wavefront(take, strips, 48), threads)
     assert (taken, early) == ([48] * strips, [])
 
 
@@ -127,18 +139,7 @@ def test_when_one_thread_is_interrupted_the_others_end() -> None:
             for each in interrupts:
                 raise each
 
-    wavefront = Wavefront(take, 4, 48)
-
-    def work() -> None:
-        with suppress(KeyboardInterrupt):
-            wavefront.work()
-
-    threads = [Thread(target=work, daemon=True) for _ in range(3)]
-    for each in threads:
-        each.start()
-    for each in threads:
-        each.join(timeout=30)
-    assert not any(each.is_alive() for each in threads)
+    assert all_end(Wavefront(take, 4, 48), 3)
 
 
 @pytest.fixture
