@@ -76,7 +76,11 @@ function laneOf(car, tMs, nowMs) {
 async function told({ ask }) {
   changeLanguage(ask);
   await new Promise((done) => setTimeout(done));
-  flushSync(() => undefined);
+  // Another language is drawn, then told, then drawn: each only in a turn of its own.
+  for (let turn = 0; turn < 5; turn++) {
+    await new Promise((done) => setImmediate(done));
+    flushSync(() => undefined);
+  }
   const { chosen, state, tMs, past, details } = useMat.getState();
   const [caption, announced] = ["p[data-text]", "p[aria-live]"].map((name) => host.querySelector(name));
   return {
