@@ -20,7 +20,7 @@ $(STAMP): requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(PIP) install --no-compile --require-hashes --requirement requirements.lock
 	@# The packages are compiled on all processors while npm and Vite build the page.
-	$(BIN)/python -m compileall -qq -j 0 .venv & $(PIP) install --no-deps --no-build-isolation --editable . && wait
+	$(BIN)/python -m compileall -qq -j 0 .venv src & $(PIP) install --no-deps --no-build-isolation --editable . && wait
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
 
 # What `make soak` and `make bench` need besides: a fuzzer, and the peers that are measured.
