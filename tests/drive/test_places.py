@@ -4,6 +4,7 @@ import pytest
 
 from motorcade.drive.session import MOST_SESSIONS, ControlSession
 from motorcade.drive.wire import DriveError
+from motorcade.words.formats import DRIVE
 from support.socketless_car import Car
 
 
@@ -12,8 +13,9 @@ def full_car(clients):
     car = Car()
     assert len(clients) == MOST_SESSIONS
     sessions = [ControlSession(car.control, client, client) for client in clients]
+    sessions[0].command(DRIVE.encode(angle=90, direction=1, speed=100))
     for session in sessions:
-        session.request()
+        session.take_place()
     return car, sessions
 
 

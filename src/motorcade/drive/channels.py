@@ -292,27 +292,26 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         try:
             request = read_request(text)
             what = request.do
-            # A request that stops is never over the rate.
-            if not is_in_rate and what != "stop":
-                raise DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S)
-            result = self._do(request)
+            result = self._do(request, is_in_rate)
         except DriveError as problem:
             self._refuse(what, problem)
             return
         if result is not None:
             self._send({"kind": "answer", "do": what, "ok": True} | result)
 
-    def _do(self, request: Request) -> dict[str, Any] | None:
+    def _do(self, request: Request, is_in_rate: bool) -> dict[str, Any] | None:
         """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
+        if request.do == "stop":
+            # It needs no place and is never over the rate, so that nobody can keep the others from stopping the car.
+            self.session.stop()
+            return {}
+        if not is_in_rate:
+            raise DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S)
         if request.do == "join":
             self._port_named = request.port
             self._periods, self._is_joining = 0, True
             self._found(by_port=True)
             return None
-        if request.do == "stop":
-            # It needs no place, so that nobody can keep the others from stopping the car.
-            self.session.stop()
-            return {}
         self._take_place()
         session = self.session
         if request.do == "request":
