@@ -30,12 +30,11 @@ class CarSentence:
     def __init__(self, answer: dict[str, Any]) -> None:
         self._sentences = answer
 
-    def __str__(self) -> str:
-        return self.sentence()
-
     def sentence(self, language: str = "en") -> str:
         """The sentence in ``language``, or in English."""
         return str(self._sentences.get(language) or self._sentences.get("en"))
+
+    __str__ = sentence
 
 
 class Address(NamedTuple):

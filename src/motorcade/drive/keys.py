@@ -16,7 +16,6 @@ from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError, Phrase
 
 CAR, DRIVER = "car", "driver"
-_TITLE = "Motorcade keys of {role} {name}"
 _CERTIFICATE = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\s]+-----END CERTIFICATE-----")
 REVOKED = "revoked.txt"
 _HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"
@@ -31,9 +30,7 @@ _Stamp = tuple[int, int, int]
 
 def server_context(keys: Path) -> ssl.SSLContext:
     """TLS 1.3 for a car: drivers have to show a certificate of the same authority. Raises MotorcadeError."""
-    context = https_context(keys)
-    _trust(context, keys)
-    return context
+    return _trust(https_context(keys), keys)
 
 
 def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
@@ -45,8 +42,7 @@ def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
     if takes_chips:
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_ciphers("ECDHE+AESGCM")
-    _trust(context, keys)
-    return context
+    return _trust(context, keys)
 
 
 def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
@@ -76,24 +72,23 @@ def visitor_context(keys: Path | None) -> ssl.SSLContext:
     Raises MotorcadeError.
     """
     context = ssl.create_default_context()
-    if keys:
-        _trust(context, keys)
-    return context
+    return _trust(context, keys) if keys else context
 
 
 def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
     """The name in the certificate of the other end of a TLS connection; None where it has shown none."""
-    certificate = line.getpeercert() if line else None
-    subject = certificate.get("subject", ()) if certificate else ()
-    names = (value for parts in subject for key, value in parts if key == "commonName")  # type: ignore[str-unpack]
-    return next((str(name) for name in names), None)
+    subject = _peer(line).get("subject", ())
+    return next((str(value) for parts in subject for key, value in parts if key == "commonName"), None)
 
 
 def peer_number(line: ssl.SSLObject | ssl.SSLSocket | None) -> int | None:
     """The serial number of the certificate of the other end of a TLS connection; None where it has shown none."""
-    certificate = line.getpeercert() if line else None
-    number = certificate.get("serialNumber") if certificate else None
-    return int(str(number), 16) if number else None
+    number = _peer(line).get("serialNumber")
+    return int(number, 16) if number else None
+
+
+def _peer(line: ssl.SSLObject | ssl.SSLSocket | None) -> dict[str, Any]:
+    return (line and line.getpeercert()) or {}
 
 
 def name_in(keys: Path | None) -> str:
@@ -103,13 +98,12 @@ def name_in(keys: Path | None) -> str:
 
 def title(role: str, name: str) -> str:
     """The first line of a keys file."""
-    return _TITLE.format(role=role, name=name)
+    return f"Motorcade keys of {role} {name}"
 
 
 def _context(protocol: int, keys: Path, role: str) -> ssl.SSLContext:
-    first = _text(keys).partition("\n")[0]
     other = DRIVER if role == CAR else CAR
-    if first.startswith(_TITLE.format(role=other, name="")):
+    if _text(keys).startswith(title(other, "")):
         found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
         raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
     context = ssl.SSLContext(protocol)
@@ -127,7 +121,7 @@ def _no_password() -> str:
     raise MotorcadeError("keys-locked")
 
 
-def _trust(context: ssl.SSLContext, keys: Path) -> None:
+def _trust(context: ssl.SSLContext, keys: Path) -> ssl.SSLContext:
     certificates = _CERTIFICATE.findall(_text(keys))
     if len(certificates) < 2:
         raise MotorcadeError("keys-without-authority", file=keys)
@@ -136,6 +130,7 @@ def _trust(context: ssl.SSLContext, keys: Path) -> None:
     except ssl.SSLError:
         raise MotorcadeError("authority-certificate-unreadable", file=keys) from None
     context.verify_mode = ssl.CERT_REQUIRED
+    return context
 
 
 def _text(keys: Path) -> str:
