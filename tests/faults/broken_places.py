@@ -52,7 +52,7 @@ BREAKS = (
     Break(
         "a-bad-line-for-an-old-car",
         "uploads",
-        "upload/check_request.py",
+        "upload/transfer.py",
         "    if len(reasons) < 2 or set(reasons) != {reason} or not reason or reason",
         "    if False and reason",
     ),

@@ -14,7 +14,6 @@ from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import NO_ANSWER, PORT_BUSY, PORT_FORBIDDEN, PORT_NOT_FOUND, REFUSED, VERIFICATION, WENT_AWAY
-from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
@@ -137,7 +136,7 @@ BAD_IMAGES = {
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 200)
+    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 200)
 
 
 @every_line
