@@ -31,11 +31,6 @@ class Numbered:
         self.closed = True
 
 
-def camera_of(source, **options):
-    """A camera with the clock of the running loop."""
-    return Camera(source, clock=asyncio.get_running_loop().time, **options)
-
-
 async def first(count, pictures):
     async with aclosing(pictures):
         return [await anext(pictures) for _ in range(count)]
@@ -44,7 +39,7 @@ async def first(count, pictures):
 @mock_clock
 async def test_each_picture_is_packed_once_for_all_viewers():
     source = Numbered()
-    camera = camera_of(source, rate_hz=100)
+    camera = Camera(source, rate_hz=100)
     seen = await asyncio.gather(*(first(5, camera.pictures(1000)) for _ in range(8)))
     assert seen == [seen[0]] * 8
     assert source.taken <= int(seen[0][-1]) + 2
@@ -53,7 +48,7 @@ async def test_each_picture_is_packed_once_for_all_viewers():
 @mock_clock
 async def test_a_slow_viewer_gets_the_newest_picture():
     source = Numbered()
-    camera = camera_of(source, rate_hz=500)
+    camera = Camera(source, rate_hz=500)
     async with aclosing(camera.pictures(1000)) as pictures:
         await anext(pictures)
         await until(lambda: source.taken >= 50)
@@ -63,7 +58,7 @@ async def test_a_slow_viewer_gets_the_newest_picture():
 @mock_clock
 async def test_each_viewer_has_its_own_rate():
     clock = asyncio.get_running_loop().time
-    camera = camera_of(Numbered(), rate_hz=500)
+    camera = Camera(Numbered(), rate_hz=500)
     begin_s = clock()
 
     async def duration_s(pictures):
@@ -78,7 +73,7 @@ async def test_each_viewer_has_its_own_rate():
 @mock_clock
 async def test_no_picture_is_taken_without_a_viewer():
     source = Numbered()
-    camera = camera_of(source, rate_hz=1000)
+    camera = Camera(source, rate_hz=1000)
     await first(3, camera.pictures(1000))
     taken = source.taken
     await pass_time(0.05)
@@ -91,7 +86,7 @@ async def test_no_picture_is_taken_without_a_viewer():
 
 @mock_clock
 async def test_a_viewer_too_many_is_refused():
-    camera = camera_of(Numbered(), rate_hz=100)
+    camera = Camera(Numbered(), rate_hz=100)
     watching = [camera.pictures(1) for _ in range(MOST_VIEWERS)]
     await asyncio.gather(*(anext(each) for each in watching))
     with pytest.raises(MotorcadeError) as refused:
@@ -106,7 +101,7 @@ async def test_a_viewer_too_many_is_refused():
 @mock_clock
 async def test_a_camera_that_fails_gives_the_reason_and_later_pictures_again():
     source = Numbered(broken=True)
-    camera = camera_of(source, rate_hz=1000, patience_s=1)
+    camera = Camera(source, rate_hz=1000, patience_s=1)
     with pytest.raises(MotorcadeError, match="the cable is out"):
         await camera.snapshot()
     source.broken = False
