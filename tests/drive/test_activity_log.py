@@ -4,10 +4,7 @@ import json
 import os
 import socket
 import struct
-import subprocess
 import sys
-import threading
-from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -22,7 +19,6 @@ from motorcade.drive.keys import client_context, server_context
 from motorcade.drive.session import ControlSession
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
-from support.command_line import INSTALLED
 from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until
 
@@ -127,7 +123,8 @@ def test_a_full_disk_is_reported_once_and_stops_nothing():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes among its files")
-def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(tmp_path):
+def test_a_disk_that_hangs_delays_neither_a_stop_nor_the_end_and_what_it_missed_is_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(activity_log, "_LAST_RECORDS_S", 0.01)
     hanging = tmp_path / "log.jsonl"
     os.mkfifo(hanging)
     # Nobody reads it, so the writer hangs when the pipe is full.
@@ -137,45 +134,19 @@ def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(t
         car.control.record = log.record
         lin.sendall(ARM)
         wait_until(lambda: car.control.telemetry().driver)
-        for number in range(3000):
+        for number in range(2000):
             ControlSession(car.control, f"mei{number}:1").stop()
         assert car.control.telemetry().state == "stopped"
         assert not car.board.moves
+    log.close()
     os.set_blocking(reader, True)
-    lines = os.fdopen(reader, encoding="utf-8")
-    closing = threading.Thread(target=log.close)
-    closing.start()
-    counted = [json.loads(line) for line in lines]
-    closing.join(DEADLINE_S)
-    lines.close()
+    with os.fdopen(reader, encoding="utf-8") as lines:
+        counted = [json.loads(line) for line in lines]
     lost = sum(each.get("records", 0) for each in counted)
     assert lost > 0
-    assert lost + sum("who" in each for each in counted) == 3002
+    assert lost + sum("who" in each for each in counted) == 2002
 
 
 def test_a_log_that_can_not_be_opened_is_a_sentence(tmp_path):
     with pytest.raises(MotorcadeError, match="can't be written: "):
         ActivityLog(tmp_path / "none" / "log.jsonl", print)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes among its files")
-def test_a_log_on_a_stuck_pipe_does_not_keep_a_car_s_server_from_ending(tmp_path):
-    hanging = tmp_path / "log.jsonl"
-    os.mkfifo(hanging)
-    reader = os.open(hanging, os.O_RDONLY | os.O_NONBLOCK)
-    writer = os.open(hanging, os.O_WRONLY | os.O_NONBLOCK)
-    with suppress(BlockingIOError):
-        while os.write(writer, b"x"):
-            pass
-    command = [INSTALLED, "drive", "serve", "--port", "0", "--telemetry-port", "0", "--json", "--log", str(hanging)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        try:
-            told = json.loads(process.stdout.readline())
-            with BlockingDriveClient("127.0.0.1", told["port"], telemetry_port=told["telemetry_port"]) as client:
-                client.stop()
-            process.terminate()
-            assert process.wait(DEADLINE_S) == 0
-        finally:
-            process.kill()
-            os.close(writer)
-            os.close(reader)
