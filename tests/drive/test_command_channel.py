@@ -27,15 +27,6 @@ def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_
     assert len(expected) + channel.session.counts["superseded"] == len(angles)
 
 
-def test_of_what_has_gathered_the_newest_alone_is_executed() -> None:
-    car = Car()
-    channel, _ = car.commands()
-    receive(channel, command(90))
-    receive(channel, b"".join(command(angle) for angle in range(50)))
-    assert car.board.angles == [90, 49]
-    assert channel.session.counts["superseded"] == 49
-
-
 def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
     car = Car()
     channel, _ = car.commands()
@@ -77,25 +68,6 @@ def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
     assert not line.is_open
     told = car.control.telemetry()
     assert (told.refused, told.turned_away, told.driver) == (2 * MOST_WRONG - 1, 1, None)
-
-
-def test_a_client_that_only_connects_takes_no_place() -> None:
-    car = Car()
-    for port in range(30):
-        car.commands(port)
-    channel, _ = car.commands(99)
-    receive(channel, command(90))
-    assert car.board.angles == [90]
-
-
-def test_a_client_that_sends_only_nonsense_takes_no_place() -> None:
-    car = Car()
-    for port in range(30):
-        receive(car.commands(port)[0], b"GET ")
-    channel, _ = car.commands(99)
-    receive(channel, command(90))
-    assert car.board.angles == [90]
-    assert car.control.telemetry().refused == 30
 
 
 def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -> None:

@@ -17,10 +17,6 @@ from motorcade.drive.wire import DriveError
 from motorcade.engine.world import World
 from motorcade.mats import playground
 from motorcade.words.formats import DRIVE
-from support.loop_car import loop_car
-from support.mock_clock import mock_clock
-from support.waiting import until
-from support.working_drivers import client, driving
 
 CLASSROOM = built_in_profile("classroom")
 AHEAD = DRIVE.encode(angle=90, direction=1, speed=255)
@@ -108,18 +104,13 @@ def test_a_car_speeds_up_no_faster_than_its_profile_says_and_stops_at_once() -> 
     assert car.board.applied[-1] == (90, 1, 0)
 
 
-def test_the_failsafe_waits_for_no_limit() -> None:
-    car = Car(acceleration_max_mm_per_s2=300)
-    car.drive(AHEAD, 1200)
-    car.now_ms += 301
-    car.control.beat()
-    assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "failsafe")
-
-
-def test_telemetry_has_the_speed_that_is_applied() -> None:
+def test_the_failsafe_waits_for_no_limit_and_telemetry_has_the_speed_that_is_applied() -> None:
     car = Car(acceleration_max_mm_per_s2=300)
     car.drive(AHEAD, 500)
     assert car.shown[1] == car.board.applied[-1][2] < 150
+    car.now_ms += 301
+    car.control.beat()
+    assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "failsafe")
 
 
 # Obstacles
@@ -181,14 +172,10 @@ def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> No
 # Battery
 
 
-def drained(car: Car, voltage_mv: int = 6000) -> None:
-    car.board.voltage_mv = voltage_mv
-
-
 def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is_charged() -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000, acceleration_max_mm_per_s2=600)
     car.drive(AHEAD, 2 * SECOND_MS)
-    drained(car)
+    car.board.voltage_mv = 6000
     speeds = car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
     falling = [speed for speed in speeds if 0 < speed < 255]
     # Half a second of 20 ms each, as fast as it may speed up.
@@ -198,10 +185,10 @@ def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is
     assert car.session.command(AHEAD) == car.session.command(STILL) == UNPOWERED
     with pytest.raises(DriveError, match="battery"):
         car.session.resume_program()
-    drained(car, 6900)
+    car.board.voltage_mv = 6900
     car.drive(AHEAD, 5 * SECOND_MS)
     assert car.shown[0] == "discharged"
-    drained(car, 7000)
+    car.board.voltage_mv = 7000
     car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
     # A stick that is still held moves nothing.
     assert (car.shown[0], car.board.applied[-1]) == ("failsafe", (90, 1, 0))
@@ -212,7 +199,7 @@ def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is
 def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000)
     car.drive(AHEAD, SECOND_MS)
-    drained(car)
+    car.board.voltage_mv = 6000
     while car.board.applied[-1][2] == 255:
         car.drive(AHEAD, 50)
     car.session.stop()
@@ -224,7 +211,7 @@ def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None
 def test_a_low_battery_stops_the_program_too() -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000)
     car.session.resume_program()
-    drained(car)
+    car.board.voltage_mv = 6000
     for _ in range(READINGS + 1):
         car.now_ms += SECOND_MS
         car.control.beat()
@@ -241,7 +228,7 @@ def test_a_battery_that_can_not_be_read_any_more_counts_as_flat() -> None:
     assert (car.shown[0], car.board.applied[-1]) == ("discharged", (90, 1, 0))
     assert car.control.telemetry().last_fault == "no answer from the sensor"
     del car.board.battery_mv
-    drained(car, 7100)
+    car.board.voltage_mv = 7100
     car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
     assert car.session.command(STILL) == APPLIED
     assert car.drive(AHEAD, SECOND_MS)[-1] == 255
@@ -271,12 +258,3 @@ def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> N
     assert other.command(AHEAD) == NEEDS_NEUTRAL
     assert car.board.applied[-1] == (90, 1, 0)
     assert other.command(STILL) == other.command(AHEAD) == APPLIED
-
-
-@mock_clock
-async def test_a_client_arms_the_car_by_itself() -> None:
-    async with loop_car(profile=limited(arming=True)) as car, client(car) as driver:
-        async with driving(driver):
-            await until(car.board.has_moved)
-            await until(lambda: driver.you.get("applied"))
-        assert driver.you["needs-neutral"] == 0
