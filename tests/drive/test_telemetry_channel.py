@@ -88,18 +88,6 @@ def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes()
     assert car.control.telemetry().watchers == 0
 
 
-def test_a_channel_finds_the_connection_that_its_client_makes_anew() -> None:
-    car = Car()
-    _, first = car.commands(7)
-    channel, line = car.telemetry()
-    ask(channel, line, do="join", port=7)
-    first.abort()
-    receive(car.commands(8)[0], command(90, 100))
-    assert ask(channel, line, do="join", port=8)["ok"]
-    car.tell()
-    assert line.frames()[-1]["you"]["drives"]
-
-
 def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
     car = Car()
     _, first = car.commands(7)
@@ -257,15 +245,3 @@ def test_every_request_there_is_has_an_answer() -> None:
         car.commands(5)
         channel, line = car.telemetry()
         assert ask(channel, line, do=what, port=5)["do"] == what
-
-
-def test_a_client_that_leaves_frees_its_place() -> None:
-    car = Car()
-    channel, line = car.telemetry()
-    ask(channel, line, do="release")
-    commands, commands_line = car.commands(1)
-    receive(commands, command(90, 100))
-    line.abort()
-    commands_line.abort()
-    told = car.control.telemetry()
-    assert (told.watchers, told.driver, told.state) == (0, None, "failsafe")

@@ -31,10 +31,6 @@ def test_words_are_read_however_their_bytes_are_cut(sent: list[int], size: int) 
     assert found == sent
 
 
-def test_words_are_read_in_the_other_byte_order_too() -> None:
-    assert WordReader("little").receive_data(struct.pack("<I", 0x12ACB000)) == [0x12ACB000]
-
-
 @given(words)
 def test_of_words_that_arrive_together_the_newest_of_each_code_counts(sent: list[int]) -> None:
     newest = [sent[index] for index in newest_of_each_code(sent)]
