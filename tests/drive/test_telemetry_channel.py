@@ -4,8 +4,6 @@ import struct
 from typing import get_args, get_type_hints
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from motorcade.drive.motors import NEUTRAL_SETPOINT
 from motorcade.drive.wire import MOST_REQUEST_BYTES, Request
@@ -177,28 +175,6 @@ def test_a_frame_that_is_too_long_is_answered_and_ends_the_connection() -> None:
     channel.data_received(struct.pack(">I", MOST_REQUEST_BYTES + 1))
     assert line.frames()[0]["code"] == "too-long"
     assert not line.is_open
-
-
-@given(st.lists(st.binary(max_size=600), max_size=20))
-def test_made_up_requests_never_break_a_channel_nor_the_drive(chunks: list[bytes]) -> None:
-    car = Car()
-    driver, _ = car.commands(1)
-    receive(driver, command(90, 100))
-    channel, line = car.telemetry()
-    for chunk in chunks:
-        if line.is_open:
-            channel.data_received(chunk)
-    assert car.control.telemetry().state == "moving"
-
-
-@pytest.mark.parametrize("size", [1, 3, 30, 1000])
-def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
-    car = Car()
-    channel, line = car.telemetry()
-    data = b"".join(struct.pack(">I", len(text)) + text for text in [b'{"do": "stop"}', b'{"do": "clear"}'] * 3)
-    for at in range(0, len(data), size):
-        channel.data_received(data[at : at + size])
-    assert [answer["do"] for answer in line.frames()] == ["stop", "clear"] * 3
 
 
 def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:

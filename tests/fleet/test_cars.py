@@ -1,7 +1,6 @@
 """Many cars at real ports of this computer: found, told apart, loaded, stopped; and what isn't a car."""
 
 import asyncio
-import socket
 import sys
 import threading
 from binascii import crc32
@@ -109,27 +108,6 @@ def test_all_are_stopped_and_all_begin_anew():
 
     with simulated_cars(3) as made:
         run(test())
-
-
-def test_a_car_that_is_away_is_known_to_be_and_is_stopped_first_when_it_is_back():
-    async def test():
-        async with Cars([place_of(address)]) as cars:
-            await cars.known(30)
-            assert cars.statuses()[0].problem.code == "no-car-at-address"
-            cars.order(STOP)
-            assert [each.where for each in await cars.confirmed(0.1)] == [address]
-            with simulated_cars(1, port=port) as made:
-                assert await cars.confirmed(30) == []
-                assert made[0].wheels == (0, 0)
-                assert cars.statuses()[0].state == "stopped"
-            await until(lambda: cars.statuses()[0].away)
-            (verdict,) = await cars.load(SECOND, ["all"])
-            assert (verdict.holds, verdict.error.code) == ("away", "car-away")
-
-    with closing(socket.create_server(("127.0.0.1", 0))) as reserved:
-        port = reserved.getsockname()[1]
-    address = f"127.0.0.1:{port}"
-    run(test())
 
 
 def test_a_stop_is_not_confirmed_by_the_answer_to_the_one_before():
