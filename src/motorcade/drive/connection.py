@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from motorcade.drive.wire import MOST_FRAME_BYTES, FrameReader, pack_frame, pack_word, unpack_frame
 from motorcade.errors import MotorcadeError, Phrase
 
-_ANSWER_S = 3.0
+_CONNECT_S = _ANSWER_S = 3.0
 _CHUNK_BYTES = 1 << 12
 _JOIN = "join"
 
@@ -126,9 +126,9 @@ class Connection:
                     yield frame
                 elif frame.get("do") is None:
                     raise _refusal(self._address, frame)
-                elif frame["do"] != _JOIN:
-                    # The answer to "join" may come after those to later requests.
-                    self._receive_answer(frame)
+                # The car answers in order, also requests whose sender no longer waits; but "join" maybe later.
+                elif frame["do"] != _JOIN and self._answers and not (answer := self._answers.popleft()).done():
+                    answer.set_result(frame)
         raise EOFError("the connection ended")
 
     async def ended(self) -> None:
@@ -138,19 +138,13 @@ class Connection:
             pass
         raise EOFError("the connection ended")
 
-    def _receive_answer(self, frame: dict[str, Any]) -> None:
-        # The car answers in order, also requests whose sender no longer waits.
-        answer = self._answers.popleft() if self._answers else None
-        if answer and not answer.done():
-            answer.set_result(frame)
-
 
 @asynccontextmanager
-async def connected(address: Address, timeout_s: float) -> AsyncIterator[Connection]:
+async def connected(address: Address) -> AsyncIterator[Connection]:
     """Connect to a car while the block runs. Raises what `to_error` translates."""
     streams: list[_Stream] = []
     try:
-        async with asyncio.timeout(timeout_s):
+        async with asyncio.timeout(_CONNECT_S):
             for port in (address.port, address.telemetry_port):
                 if port is not None:
                     opening = asyncio.open_connection(address.host, port, ssl=address.tls, server_hostname=address.name)
