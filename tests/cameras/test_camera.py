@@ -3,7 +3,7 @@
 import asyncio
 import sys
 from contextlib import aclosing
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -111,72 +111,36 @@ async def test_a_camera_that_fails_gives_the_reason_and_later_pictures_again():
 # Hardware, by stand-ins for the packages that read it.
 
 
-class FakePicamera2:
-    fails = None
-
-    def __init__(self):
-        if self.fails:
-            raise self.fails
-        self.options = {}
-        self.started = False
-
-    def create_video_configuration(self, main):
-        return main
-
-    def configure(self, main):
-        self.size = main["size"]
-
-    def start(self):
-        self.started = True
-
-    def capture_file(self, file, format):  # noqa: A002  # picamera2's own name
-        assert self.started
-        file.write(f"{format} {self.size}".encode())
-
-    def close(self):
-        self.started = False
+def fake_picamera2(problem=None):
+    module = Mock()
+    camera = module.Picamera2.return_value
+    camera.options = {}
+    camera.create_video_configuration.side_effect = lambda main: main["size"]
+    camera.start.side_effect = problem
+    camera.capture_file.side_effect = lambda file, **options: file.write(
+        f"{options} {camera.configure.call_args}".encode()
+    )
+    return module
 
 
 def fake_cv2(opens=True, reads=True):
-    class VideoCapture:
-        def __init__(self, number):
-            self.number = number
-            self.wishes = {}
-
-        def isOpened(self):  # noqa: N802  # OpenCV's own name
-            return opens
-
-        def set(self, name, value):
-            self.wishes[name] = value
-
-        def read(self):
-            return reads, f"picture of {self.number}"
-
-        def release(self):
-            pass
-
-    names = {"CAP_PROP_FRAME_WIDTH": 3, "CAP_PROP_FRAME_HEIGHT": 4, "CAP_PROP_BUFFERSIZE": 38}
-    return SimpleNamespace(
-        VideoCapture=VideoCapture,
-        IMWRITE_JPEG_QUALITY=1,
-        imencode=lambda ending, picture, options: (True, f"{ending} {picture}".encode()),
-        **names,
-    )
+    module = Mock()
+    module.VideoCapture.return_value.isOpened.return_value = opens
+    module.VideoCapture.return_value.read.return_value = (reads, "picture")
+    module.imencode.side_effect = lambda ending, picture, options: (True, f"{ending} {picture}".encode())
+    return module
 
 
 def test_a_raspberry_pis_camera_is_read_by_picamera2(monkeypatch):
-    monkeypatch.setitem(sys.modules, "picamera2", SimpleNamespace(Picamera2=FakePicamera2))
+    monkeypatch.setitem(sys.modules, "picamera2", fake_picamera2())
     camera = find_camera()
     assert isinstance(camera, PiCamera)
-    assert camera.jpeg() == b"jpeg (640, 480)"
+    assert camera.jpeg() == b"{'format': 'jpeg'} call((640, 480))"
     camera.close()
 
 
 def test_a_pi_whose_camera_does_not_answer_says_so(monkeypatch):
-    class Dead(FakePicamera2):
-        fails = IndexError("list index out of range")
-
-    monkeypatch.setitem(sys.modules, "picamera2", SimpleNamespace(Picamera2=Dead))
+    monkeypatch.setitem(sys.modules, "picamera2", fake_picamera2(IndexError("list index out of range")))
     with pytest.raises(MotorcadeError, match="cable"):
         find_camera()
 
@@ -186,7 +150,7 @@ def test_another_computers_camera_is_read_by_opencv(monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", fake_cv2())
     camera = find_camera()
     assert isinstance(camera, OpenCvCamera)
-    assert camera.jpeg() == b".jpg picture of 0"
+    assert camera.jpeg() == b".jpg picture"
     camera.close()
 
 
