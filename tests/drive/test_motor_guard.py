@@ -11,7 +11,6 @@ from pathlib import Path
 import psutil
 import pytest
 
-from motorcade.drive.motor_guard import MotorGuard
 from support.waiting import DEADLINE_S, wait_until
 
 TESTS = Path(__file__).parents[1]
@@ -123,22 +122,3 @@ def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
         count = len(calls(file))
         process.communicate("end\n", DEADLINE_S)
         assert "apply" not in calls(file)[count:]
-
-
-def beat_often(guard: MotorGuard) -> None:
-    """Send more signs of life than a pipe can hold."""
-    for _ in range(1 << 21):
-        guard.beat(False)
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
-def test_a_guard_that_hangs_counts_as_gone() -> None:
-    guard = MotorGuard(("json:dumps", ("",)), 300)
-    process = guard_of(psutil.Process())
-    process.suspend()
-    try:
-        with pytest.raises(OSError, match="is gone"):
-            beat_often(guard)
-    finally:
-        process.kill()
-        guard.dismiss()

@@ -117,7 +117,6 @@ BAD_ANSWERS = {
     "changed": (b"ERR the checksum is 0badcafe, fcf9a423 was announced\n", VERIFICATION, "0badcafe"),
     "ERR": (b"ERR the image could not be stored\n", REFUSED, "refused: the image could not be stored"),
     "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", REFUSED, "refused: ?]0;owned??"),
-    "silent": (b"", NO_ANSWER, "no answer within"),
     "half a line": (b"OK words=2 crc32=fcf9", NO_ANSWER, "no answer within"),
     "chatter": (b"~~~~~~\n" * 100, NO_ANSWER, "no answer within"),
 }
@@ -129,25 +128,23 @@ BAD_IMAGES = {
     "chatter": (b"hello, this is no car\n", VERIFICATION, "no image"),
     "bad word": (bytes.fromhex("01000000 64800001"), VERIFICATION, "parity is 1"),
 }
-
-
-@pytest.fixture
-def impatient(monkeypatch):
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 200)
+BAD = [pytest.param(True, *bad, id=f"upload: {name}") for name, bad in BAD_ANSWERS.items()]
+BAD += [pytest.param(False, *bad, id=f"readback: {name}") for name, bad in BAD_IMAGES.items()]
 
 
 @every_line
-@pytest.mark.parametrize("name", BAD_ANSWERS)
-def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
-    answer, exit_code, says = BAD_ANSWERS[name]
+@pytest.mark.parametrize(("uploads", "answer", "exit_code", "says"), BAD)
+def test_a_bad_answer(car, monkeypatch, uploads, answer, exit_code, says):
     if exit_code == NO_ANSWER:
         monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    car.take(answer)
-    sentence = refused(exit_code, upload, car.port)
+    if uploads:
+        car.take(answer)
+    else:
+        car.answer(answer, to=READBACK_REQUEST)
+    sentence = refused(exit_code, upload if uploads else readback, car.port)
     assert says in sentence
-    # The car could still say what it holds, and was asked for that.
-    assert "keeps the image that it had" in sentence
+    # Whoever uploads asks the car what it holds now; who reads asks for no change.
+    assert ("keeps the image that it had" in sentence) == uploads
 
 
 @every_line
@@ -159,7 +156,8 @@ def test_a_car_that_is_busy_is_not_asked_again(car):
 
 
 @every_line
-def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, impatient):
+def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, monkeypatch):
+    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 200)
     sentence = refused(NO_ANSWER, upload, car.port)
     assert "no answer within" in sentence
     assert "keeps the image that it had" in sentence
@@ -176,19 +174,6 @@ def test_what_arrives_changed_is_sent_again_and_each_try_is_told(car):
     car.take(changed, changed, OK)
     assert upload(car.port, retrying=told.append) == OK.decode().strip()
     assert told == [("sends-again", 2, 3), ("sends-again", 3, 3)]
-
-
-@every_line
-@pytest.mark.parametrize("name", BAD_IMAGES)
-def test_a_bad_answer_to_a_readback(car, name, monkeypatch):
-    answer, exit_code, says = BAD_IMAGES[name]
-    if exit_code == NO_ANSWER:
-        monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    car.answer(answer, to=READBACK_REQUEST)
-    sentence = refused(exit_code, readback, car.port)
-    assert says in sentence
-    # Nobody asked the car to take another image.
-    assert "keeps the image that it had" not in sentence
 
 
 @pytest.fixture
