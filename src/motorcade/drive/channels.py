@@ -10,7 +10,6 @@ from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     DriveError,
     FrameReader,
-    FrameTooLongError,
     Request,
     WordReader,
     newest_of_each_code,
@@ -216,9 +215,8 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         try:
             while self.line and (text := self._reader.next_frame()) is not None:
                 self._answer(text)
-        except FrameTooLongError:
-            self._refuse(None, DriveError("too-long", most=MOST_REQUEST_BYTES))
-            self._close()
+        except DriveError as problem:
+            self._close(problem)
 
     def end_period(self, telemetry: dict[str, Any]) -> None:
         """Send ``telemetry`` at the end of a period, unless the last frame still waits."""
@@ -226,8 +224,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         try:
             self._settle()
         except DriveError as problem:
-            self._refuse(None, problem)
-            self._close()
+            self._close(problem)
             return
         if not self._is_slow:
             self._send({"kind": "telemetry"} | telemetry | {"you": self._you()})
@@ -333,8 +330,9 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         if self.line.get_write_buffer_size() > _MOST_WAITING_BYTES:
             self.drop()
 
-    def _close(self) -> None:
-        """Hang up when what was sent has left."""
+    def _close(self, problem: DriveError) -> None:
+        """Say why, and hang up when that has left."""
+        self._refuse(None, problem)
         self.control.turned_away += 1
         if self.line:
             self.line.close()

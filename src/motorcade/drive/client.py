@@ -13,7 +13,7 @@ from motorcade.drive.connection import Address, CarError, CarRefusesError, Conne
 from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
 from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.wire import Telemetry, stick_word
+from motorcade.drive.wire import DriveError, Telemetry, stick_word
 from motorcade.errors import Phrase
 from motorcade.sockets import DRIVE_PORT
 from motorcade.timing import to_ticks
@@ -228,7 +228,7 @@ class DriveClient:
                 async with connected(self._address) as connection:
                     self._begin(connection)
                     await self._use(connection)
-            except (OSError, EOFError, ValueError, CarError) as problem:
+            except (OSError, EOFError, ValueError, DriveError, CarError) as problem:
                 self._problem = to_error(self._address, problem, self._has_telemetry)
             was_proven = self._is_proven
             self._was_reached |= was_proven or self._has_telemetry

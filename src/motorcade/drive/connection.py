@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, NamedTuple
 
-from motorcade.drive.wire import MOST_FRAME_BYTES, FrameReader, pack_frame, pack_word, unpack_frame
+from motorcade.drive.wire import MOST_FRAME_BYTES, DriveError, FrameReader, pack_frame, pack_word, unpack_frame
 from motorcade.errors import MotorcadeError, Phrase
 
 _CONNECT_S = _ANSWER_S = 3.0
@@ -114,7 +114,10 @@ class Connection:
             self.send_request(do=_JOIN, port=here[1])
 
     async def telemetry(self) -> AsyncIterator[dict[str, Any]]:
-        """The car's telemetry, frame by frame, until the connection ends. Raises EOFError, OSError, ValueError."""
+        """The car's telemetry, frame by frame, until the connection ends.
+
+        Raises EOFError, OSError, ValueError, DriveError.
+        """
         if self._telemetry is None:
             return
         reader, frames = self._telemetry[0], FrameReader(MOST_FRAME_BYTES)
@@ -171,7 +174,7 @@ def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarEr
         return CarError("speaks-no-tls", car=car, detail=reason)
     if isinstance(problem, socket.gaierror | UnicodeError):
         return CarError("no-such-host", car=address.host)
-    if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError):
+    if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError | DriveError):
         if address.tls and not has_telemetry:
             # By TLS 1.3 a car checks a driver's keys when the connection is made already, and hangs up.
             return CarRefusesError("keys-refused", car=car, detail=Phrase("hangs-up"))

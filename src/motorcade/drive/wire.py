@@ -36,10 +36,6 @@ class DriveError(MotorcadeError):
     """A car that is driven refuses a session or a request; its codes travel over the network."""
 
 
-class FrameTooLongError(ValueError):
-    """A frame announces more bytes than its reader takes."""
-
-
 class Request(msgspec.Struct):
     """What a client asks for.
 
@@ -89,12 +85,12 @@ class FrameReader:
         self._received += data
 
     def next_frame(self) -> bytes | None:
-        """The JSON text of the next frame; None until it is whole. Raises FrameTooLongError."""
+        """The JSON text of the next frame; None until it is whole. Raises DriveError: "too-long"."""
         if len(self._received) < _LENGTH.size:
             return None
         (size,) = _LENGTH.unpack_from(self._received)
         if size > self._most_bytes:
-            raise FrameTooLongError(f"a frame of {size} bytes; at most {self._most_bytes} are taken")
+            raise DriveError("too-long", most=self._most_bytes)
         end = _LENGTH.size + size
         if len(self._received) < end:
             return None
