@@ -121,8 +121,7 @@ class Wheels:
             if state in (STANDING, MOVING):
                 limited = self._limited(setpoint, now) if self._is_limited else setpoint
                 if is_fresh or limited != self.applied:
-                    if self._is_programmed:
-                        self._end_program()
+                    self._end_program()
                     self._leave_neutral()
                     self.board.apply(*limited)
                     self.applied = limited
@@ -162,8 +161,7 @@ class Wheels:
         self._may_move = False
         self.applied = NEUTRAL_SETPOINT
         try:
-            if self._is_programmed:
-                self._end_program()
+            self._end_program()
         finally:
             if not self.is_neutral:
                 self.board.neutral()
@@ -176,8 +174,9 @@ class Wheels:
         self.board.begin_program()
 
     def _end_program(self) -> None:
-        self.board.end_program()
-        self._is_programmed = False
+        if self._is_programmed:
+            self.board.end_program()
+            self._is_programmed = False
 
     def _leave_neutral(self) -> None:
         # Also where the board has refused to be neutral: whoever is asked may be gone meanwhile.
