@@ -3,7 +3,7 @@
 A keys file is one PEM file for each person or car, made by `motorcade drive keys` (`motorcade.drive.certificates`): its
 private key, its certificate, and the certificate of the authority that both ends trust. Only that authority counts, not
 those that the computer trusts: nobody drives with a web site's certificate. The drivers' keys that a car no longer
-takes are in a text file of serial numbers, which is read again whenever it changes.
+takes are in a text file of serial numbers, which is read again and again.
 """
 
 import re
@@ -24,8 +24,6 @@ _NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
 # What stands in each part of a keys file: key, certificate, authority's certificate.
 _PART = re.compile(r"-----BEGIN [A-Z ]+-----\s([A-Za-z0-9+/=\s]+)-----END")
 _MOST_BYTES = 1 << 20
-
-_Stamp = tuple[int, int, int]
 
 
 def server_context(keys: Path) -> ssl.SSLContext:
@@ -188,33 +186,21 @@ class RevokedKeys:
     def __init__(self, file: Path, is_expected: bool = True) -> None:
         self.problem: MotorcadeError | None = None
         self._file = file
+        self._is_expected = is_expected
         self._numbers: frozenset[int] = frozenset()
-        self._stamp: _Stamp | None = None
-        if is_expected or file.exists():
-            self._read()
+        self.reload()
 
     def __contains__(self, number: int | None) -> bool:
         """Whether the keys whose certificate has this serial number are revoked."""
         return number in self._numbers
 
     def reload(self) -> bool:
-        """Read the list again where its file has changed. Returns whether the list or `problem` is another one now."""
-        return _stamp_of(self._file) != self._stamp and self._read()
-
-    def _read(self) -> bool:
+        """Read the list again, once there is one. Returns whether the list or `problem` is another one now."""
+        self._is_expected = self._is_expected or self._file.exists()
         before = self._numbers, str(self.problem)
-        # The file may change while it is read: then it is read once more.
-        self._stamp = _stamp_of(self._file)
-        try:
-            self._numbers, self.problem = read_revoked(self._file), None
-        except MotorcadeError as problem:
-            self.problem = problem
+        if self._is_expected:
+            try:
+                self._numbers, self.problem = read_revoked(self._file), None
+            except MotorcadeError as problem:
+                self.problem = problem
         return (self._numbers, str(self.problem)) != before
-
-
-def _stamp_of(file: Path) -> _Stamp | None:
-    try:
-        found = file.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
