@@ -27,7 +27,7 @@ def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_
     assert len(expected) + channel.session.counts["superseded"] == len(angles)
 
 
-def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
+def test_of_what_has_gathered_the_end_alone_is_executed() -> None:
     car = Car()
     channel, _ = car.commands()
     receive(channel, command(90))

@@ -21,8 +21,8 @@ from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 
 PERIOD_S = 0.1
-# A thousand commands; nobody sends so many between two reads but by mistake.
-_BUFFER_BYTES = 4096
+# All that the system keeps of a connection (`motorcade.drive.listener`): newer commands never lie behind it.
+_BUFFER_BYTES = 1 << 15
 MOST_WRONG = 16
 _MOST_REQUESTS_PER_S = 20
 # A client has so many periods to name the connection that its telemetry channel belongs to.
@@ -153,30 +153,18 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
         """Obey the newest command of each code among those that have come."""
         words = self._reader.receive_data(self._buffer[:nbytes])
         before, self._received = self._received, self._received + len(words)
-        if nbytes == _BUFFER_BYTES:
-            # Newer commands lie behind a full buffer.
-            self.own.counts["superseded"] += len(words)
-            if words:
-                self._take(words[-1], self._received, is_newest=False)
-            return
         newest = newest_of_each_code(words)
         self.own.counts["superseded"] += len(words) - len(newest)
         for index in newest:
-            self._take(words[index], before + index + 1)
-
-    def _take(self, word: int, number: int, is_newest: bool = True) -> None:
-        try:
-            if is_newest:
-                self.own.command(word, number)
-            else:
-                self.own.check(word)
-            self._wrong = 0
-        except WordError:
-            self._wrong += 1
-            if self._wrong >= MOST_WRONG:
+            try:
+                self.own.command(words[index], before + index + 1)
+                self._wrong = 0
+            except WordError:
+                self._wrong += 1
+                if self._wrong >= MOST_WRONG:
+                    self._hang_up()
+            except DriveError:
                 self._hang_up()
-        except DriveError:
-            self._hang_up()
 
 
 class TelemetryChannel(Channel, asyncio.Protocol):

@@ -306,16 +306,6 @@ class ControlSession:
         for word in switch_words(switches, self._control.switchboard.values):
             self.command(word)
 
-    def check(self, word: int) -> Command:
-        """What a DRIVE word commands. Raises WordError, and counts it, where the word is none."""
-        try:
-            return command_in(word & ~STAMP_MASK)
-        except WordError as problem:
-            self._control.refused += 1
-            self.counts["refused"] += 1
-            self.last_refusal = str(problem)
-            raise
-
     def command(self, word: int, number: int = 0) -> int:
         """Take a DRIVE word that came just now. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`.
 
@@ -327,7 +317,13 @@ class ControlSession:
             WordError: it is no DRIVE word, which is counted.
             DriveError: "full".
         """
-        command = self.check(word)
+        try:
+            command = command_in(word & ~STAMP_MASK)
+        except WordError as problem:
+            self._control.refused += 1
+            self.counts["refused"] += 1
+            self.last_refusal = str(problem)
+            raise
         self.take_place()
         outcome = self._control.apply(self, word, command, number)
         self.counts[OUTCOMES[outcome]] += 1
