@@ -11,9 +11,10 @@ import re
 import ssl
 import threading
 import time
-from collections.abc import AsyncGenerator, Iterator
+from collections.abc import AsyncGenerator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing, closing
+from functools import partial
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
@@ -266,7 +267,9 @@ class WebCamera:
         self._path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
         # Shown in errors, without the token, which is a secret.
         self._shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
-        self._tls = (trust or ssl.create_default_context()) if parts.scheme == "https" else None
+        self._connect: Callable[..., http.client.HTTPConnection] = http.client.HTTPConnection
+        if parts.scheme == "https":
+            self._connect = partial(http.client.HTTPSConnection, context=trust or ssl.create_default_context())
         self._patience_s = patience_s
         self._changed = threading.Condition()
         self._reader: threading.Thread | None = None
@@ -329,7 +332,7 @@ class WebCamera:
 
     def _pictures(self) -> Iterator[bytes]:
         """The camera's pictures as they come. Raises OSError, HTTPException, ValueError."""
-        with closing(self._connection()) as connection:
+        with closing(self._connect(self._host, self._port, timeout=self._patience_s)) as connection:
             while True:
                 connection.request("GET", self._path)
                 answer = connection.getresponse()
@@ -337,7 +340,10 @@ class WebCamera:
                     raise OSError(f"{answer.status} {answer.reason}"[:60])
                 kind = answer.headers.get_content_type()
                 if kind == _MULTIPART:
-                    yield from _parts_of(answer)
+                    splitter = Parts(str(answer.headers.get_param("boundary", "")))
+                    while data := answer.read1(_CHUNK_BYTES):
+                        # Of pictures that come together only the newest counts.
+                        yield from splitter.receive_data(data)[-1:]
                     return
                 if kind != _JPEG:
                     raise OSError(f"{kind[:40]} is no picture")
@@ -346,15 +352,3 @@ class WebCamera:
                     raise OSError(f"more than {_MOST_BYTES} bytes")
                 yield picture
                 time.sleep(1 / RATE_HZ)
-
-    def _connection(self) -> http.client.HTTPConnection:
-        if self._tls:
-            return http.client.HTTPSConnection(self._host, self._port, timeout=self._patience_s, context=self._tls)
-        return http.client.HTTPConnection(self._host, self._port, timeout=self._patience_s)
-
-
-def _parts_of(answer: http.client.HTTPResponse) -> Iterator[bytes]:
-    parts = Parts(str(answer.headers.get_param("boundary", "")))
-    while data := answer.read1(_CHUNK_BYTES):
-        # Of pictures that come together only the newest counts.
-        yield from parts.receive_data(data)[-1:]
