@@ -1,5 +1,6 @@
 """The end that takes commands, with bytes cut, joined and made up in any way, and more clients than sessions."""
 
+from contextlib import nullcontext
 from functools import partial
 from itertools import accumulate, pairwise
 
@@ -9,6 +10,8 @@ from hypothesis import strategies as st
 
 from motorcade.drive.channels import MOST_WRONG
 from motorcade.drive.session import ControlSession
+from motorcade.drive.wire import DriveError
+from motorcade.words.formats import DRIVE
 from support.socketless_car import Car, command, receive
 
 
@@ -86,22 +89,6 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
     assert [line.is_open for _, line in channels] == [True, False] + [True] * 7
 
 
-def test_a_client_that_has_all_places_gives_one_to_another_client_but_not_the_wheel() -> None:
-    car = Car()
-    greedy = [car.commands(port) for port in range(9)]
-    for channel, _ in greedy:
-        receive(channel, command(90, 100))
-    other, other_line = car.commands(1, "192.168.1.8")
-    receive(other, command(91))
-    assert other_line.is_open
-    assert [line.is_open for _, line in greedy].count(False) == 1
-    assert greedy[0][0].session.drives
-    # It doesn't get the place back by asking again.
-    again, again_line = car.commands(99)
-    receive(again, command(92))
-    assert (again_line.is_open, other_line.is_open) == (False, True)
-
-
 def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
     car = Car()
     given_up = []
@@ -114,3 +101,21 @@ def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
     assert line.is_open
     assert len(given_up) == 1
     assert car.board.angles == [90]
+
+
+@pytest.mark.parametrize(
+    ("taken", "newcomer", "gives"),
+    [("eeeemmmmm", "e", None), ("eeebmmmmm", "e", "m"), ("eeemmmmmm", "e", "m"), ("eeeeeeeem", "lin", "e")],
+)
+def test_a_client_gets_a_place_of_one_that_has_two_more_but_not_the_wheel(taken, newcomer, gives) -> None:
+    """The sessions of a full car are told by the first letters of their clients; the first one drives."""
+    car = Car()
+    sessions = [ControlSession(car.control, client, client) for client in taken]
+    sessions[0].command(DRIVE.encode(angle=90, direction=1, speed=100))
+    for session in sessions:
+        session.take_place()
+    comes = ControlSession(car.control, newcomer, newcomer)
+    with pytest.raises(DriveError, match="9 in all") if gives is None else nullcontext():
+        comes.take_place()
+    assert [each.client for each in sessions if not each.has_place] == ([gives] if gives else [])
+    assert sessions[0].drives
