@@ -8,13 +8,13 @@ from motorcade.drive.keys import RevokedKeys, peer_name, peer_number
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
+    WORDS,
     DriveError,
-    FrameReader,
     Request,
-    WordReader,
     newest_of_each_code,
     pack_frame,
     read_request,
+    take_frames,
 )
 from motorcade.locales import languages
 from motorcade.timing import RateLimit
@@ -140,7 +140,8 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
 
     def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
         super().__init__(clients, closed)
-        self._reader = WordReader(clients.byte_order)
+        self._word = WORDS[clients.byte_order]
+        self._rest = b""
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
         self._wrong = 0
         self._received = 0
@@ -151,7 +152,10 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
 
     def buffer_updated(self, nbytes: int) -> None:
         """Obey the newest command of each code among those that have come."""
-        words = self._reader.receive_data(self._buffer[:nbytes])
+        data = self._rest + self._buffer[:nbytes]
+        whole = len(data) // self._word.size * self._word.size
+        self._rest = data[whole:]
+        words = [word for (word,) in self._word.iter_unpack(data[:whole])]
         before, self._received = self._received, self._received + len(words)
         newest = newest_of_each_code(words)
         self.own.counts["superseded"] += len(words) - len(newest)
@@ -176,7 +180,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         super().__init__(clients, closed)
         # Of the client's connection for commands, as the client names it.
         self._port_named = 0
-        self._reader = FrameReader(MOST_REQUEST_BYTES)
+        self._received = bytearray()
         self._rate = RateLimit(_MOST_REQUESTS_PER_S, 1000)
         self._is_slow = self._is_joining = False
         self._periods = 0
@@ -199,10 +203,12 @@ class TelemetryChannel(Channel, asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Answer the requests that are whole."""
-        self._reader.receive_data(data)
+        self._received += data
         try:
-            while self.line and (text := self._reader.next_frame()) is not None:
+            for text in take_frames(self._received, MOST_REQUEST_BYTES):
                 self._answer(text)
+                if self.line is None:
+                    return
         except DriveError as problem:
             self._close(problem)
 

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, NamedTuple
 
-from motorcade.drive.wire import MOST_FRAME_BYTES, DriveError, FrameReader, pack_frame, pack_word, unpack_frame
+from motorcade.drive.wire import MOST_FRAME_BYTES, DriveError, pack_frame, pack_word, take_frames, unpack_frame
 from motorcade.errors import MotorcadeError, Phrase
 
 _CONNECT_S = _ANSWER_S = 3.0
@@ -120,10 +120,10 @@ class Connection:
         """
         if self._telemetry is None:
             return
-        reader, frames = self._telemetry[0], FrameReader(MOST_FRAME_BYTES)
-        while data := await reader.read(_CHUNK_BYTES):
-            frames.receive_data(data)
-            while (text := frames.next_frame()) is not None:
+        received = bytearray()
+        while data := await self._telemetry[0].read(_CHUNK_BYTES):
+            received += data
+            for text in take_frames(received, MOST_FRAME_BYTES):
                 frame = unpack_frame(text)
                 if frame.get("kind") == "telemetry":
                     yield frame
