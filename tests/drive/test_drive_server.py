@@ -46,43 +46,30 @@ def drive_on(car: DrivenCar, line: socket.socket) -> None:
     wait_until(lambda: line.sendall(MOVE) or car.board.moves)
 
 
-class Driver:
-    """A client of the bare four bytes, in the car's own loop."""
-
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self.reader, self.writer = reader, writer
-        self.sent_s = 0.0
-
-    async def send(self, word: bytes) -> None:
-        """Send a command, and wait for a period."""
-        self.sent_s = asyncio.get_running_loop().time()
-        self.writer.write(word)
-        await pass_time(PERIOD_S)
-
-
 @contextlib.asynccontextmanager
-async def driver_at(port: int, car: LoopCar) -> AsyncIterator[Driver]:
-    """A client whose command turns the wheels."""
-    driver = Driver(*await asyncio.open_connection("127.0.0.1", port))
+async def driver_of(car: LoopCar) -> AsyncIterator[asyncio.StreamWriter]:
+    """A client of the bare four bytes, in the car's own loop, whose command turns the wheels."""
+    _, writer = await asyncio.open_connection("127.0.0.1", car.port)
     for word in (STILL, MOVE):
-        await driver.send(word)
+        writer.write(word)
+        await pass_time(PERIOD_S)
     await until(lambda: car.board.moves)
     try:
-        yield driver
+        yield writer
     finally:
-        driver.writer.transport.abort()
+        writer.transport.abort()
 
 
-def reset(driver: Driver) -> None:
-    line = driver.writer.get_extra_info("socket")
+def reset(writer: asyncio.StreamWriter) -> None:
+    line = writer.get_extra_info("socket")
     line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    driver.writer.transport.abort()
+    writer.transport.abort()
 
 
-@pytest.mark.parametrize("end", [lambda driver: driver.writer.close(), reset, lambda driver: driver.writer.write_eof()])
+@pytest.mark.parametrize("end", [asyncio.StreamWriter.close, reset, asyncio.StreamWriter.write_eof])
 @mock_clock
 async def test_a_client_that_is_gone_stops_the_wheels_at_once(end) -> None:
-    async with loop_car() as car, driver_at(car.port, car) as driver:
+    async with loop_car() as car, driver_of(car) as driver:
         gone_s = asyncio.get_running_loop().time()
         end(driver)
         await until(lambda: car.board.setpoint == NEUTRAL)
@@ -132,7 +119,7 @@ def test_a_board_with_a_programming_error_stands_still(patient_car: DrivenCar) -
 async def test_clients_that_have_left_take_no_slot() -> None:
     async with loop_car() as car:
         for _ in range(2 * DRIVE_PLACES.most_of_one_address):
-            async with driver_at(car.port, car):
+            async with driver_of(car):
                 pass
             await until(lambda: not car.server.commands)
         assert car.control.telemetry().turned_away == 0
