@@ -244,7 +244,6 @@ class DriveClient:
         self._connection, self._has_telemetry, self._has_answered = connection, False, False
         self._begun_s = self._received_s = _now_s()
         self._switch.lose()
-        connection.join()
         self._changed.set()
 
     async def _use(self, connection: Connection) -> None:

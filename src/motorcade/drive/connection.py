@@ -63,7 +63,7 @@ _Stream = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 class Connection:
     """Both connections, open; `connected` opens and closes them."""
 
-    def __init__(self, address: Address, commands: _Stream, telemetry: _Stream | None) -> None:
+    def __init__(self, address: Address, commands: _Stream, telemetry: _Stream | None = None) -> None:
         self._address = address
         self._commands = commands
         self._telemetry = telemetry
@@ -106,13 +106,6 @@ class Connection:
         """Answer the car's clock with ``stamp`` and the number of words sent, so that it believes stamps again."""
         self.send_request(do="sync", clock=clock, words=self._sent, stamp=stamp)
 
-    def join(self) -> None:
-        """Tell the car that both connections belong to one client; behind a proxy it finds that out by itself."""
-        # The socket has no address any more where the car hung up at once.
-        here = self._commands[1].get_extra_info("sockname")
-        if self._telemetry and here:
-            self.send_request(do=_JOIN, port=here[1])
-
     async def telemetry(self) -> AsyncIterator[dict[str, Any]]:
         """The car's telemetry, frame by frame, until the connection ends.
 
@@ -152,7 +145,12 @@ async def connected(address: Address) -> AsyncIterator[Connection]:
                 if port is not None:
                     opening = asyncio.open_connection(address.host, port, ssl=address.tls, server_hostname=address.name)
                     streams.append(await opening)
-        yield Connection(address, streams[0], streams[1] if len(streams) > 1 else None)
+        connection = Connection(address, *streams)
+        # So the car knows that both belong to one client, which it finds out by itself behind a proxy. The socket has
+        # no address any more where the car hung up at once.
+        if len(streams) > 1 and (here := streams[0][1].get_extra_info("sockname")):
+            connection.send_request(do=_JOIN, port=here[1])
+        yield connection
     finally:
         for _, writer in streams:
             # What hasn't been sent yet would only arrive too late.
