@@ -226,7 +226,10 @@ class DriveClient:
         while True:
             try:
                 async with connected(self._address) as connection:
-                    self._begin(connection)
+                    self._connection, self._has_telemetry, self._has_answered = connection, False, False
+                    self._begun_s = self._received_s = _now_s()
+                    self._switch.lose()
+                    self._changed.set()
                     await self._use(connection)
             except (OSError, EOFError, ValueError, DriveError, CarError) as problem:
                 self._problem = to_error(self._address, problem, self._has_telemetry)
@@ -239,12 +242,6 @@ class DriveClient:
             # Random, so that the drivers of a car that is switched on again don't all connect at once.
             await asyncio.sleep(pause_s * random.uniform(0.5, 1.0))
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
-
-    def _begin(self, connection: Connection) -> None:
-        self._connection, self._has_telemetry, self._has_answered = connection, False, False
-        self._begun_s = self._received_s = _now_s()
-        self._switch.lose()
-        self._changed.set()
 
     async def _use(self, connection: Connection) -> None:
         """Drive by ``connection`` until it ends, which raises."""
