@@ -1,7 +1,6 @@
 """The end that takes commands, with bytes cut, joined and made up in any way, and more clients than sessions."""
 
 from contextlib import nullcontext
-from functools import partial
 from itertools import accumulate, pairwise
 
 import pytest
@@ -87,20 +86,6 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
     receive(late, command(93))
     assert late_line.is_open
     assert [line.is_open for _, line in channels] == [True, False] + [True] * 7
-
-
-def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
-    car = Car()
-    given_up = []
-    for number in range(9):
-        gone = partial(given_up.append, number)
-        ControlSession(car.control, f"page {number}", f"192.168.1.{number}", replaced=gone).take_place()
-    car.now_ms = 5001
-    channel, line = car.commands()
-    receive(channel, command(90))
-    assert line.is_open
-    assert len(given_up) == 1
-    assert car.board.angles == [90]
 
 
 @pytest.mark.parametrize(

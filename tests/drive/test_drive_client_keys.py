@@ -16,24 +16,18 @@ def tls(keys):
 
 
 @mock_clock
-async def test_with_keys_a_driver_drives_under_the_name_in_them(tls, keys):
+async def test_with_keys_a_driver_drives_under_the_name_in_them_and_goes_on_hearing(tls, keys):
     async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
         await until(lambda: driver.telemetry and driver.telemetry.driver)
         assert driver.telemetry.driver.startswith("lin")
         await until(lambda: car.board.moves)
-        await driver.stop()
-        await until(lambda: not car.board.moves)
-
-
-@mock_clock
-async def test_a_car_with_keys_goes_on_sending_telemetry(tls, keys):
-    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
-        await until(lambda: driver.you.get("drives"))
         names = set()
         for _ in range(8):
             await driver.next_telemetry()
             names.add(driver.you.get("name"))
         assert len(names) == 1
+        await driver.stop()
+        await until(lambda: not car.board.moves)
 
 
 @pytest.mark.parametrize(

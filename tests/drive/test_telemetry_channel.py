@@ -141,19 +141,6 @@ def test_an_emergency_stop_from_a_watcher_latches() -> None:
     assert car.control.telemetry().state == "moving"
 
 
-def test_the_wheel_is_asked_for_and_given_back() -> None:
-    car = Car()
-    channels = {port: car.commands(port)[0] for port in (1, 2)}
-    lines = {port: car.telemetry(port + 10) for port in (1, 2)}
-    for port, (channel, line) in lines.items():
-        ask(channel, line, do="join", port=port)
-    receive(channels[1], command(90, 100))
-    assert ask(*lines[2], do="request") == {"kind": "answer", "do": "request", "ok": True, "has_wheel": False}
-    assert ask(*lines[1], do="release")["ok"]
-    assert car.control.telemetry().driver == "192.168.1.7:2"
-    assert ask(*lines[2], do="resume")["code"] == "no-program"
-
-
 @pytest.mark.parametrize(
     "text",
     [
