@@ -131,14 +131,14 @@ def _trust(context: ssl.SSLContext, keys: Path) -> ssl.SSLContext:
     return context
 
 
-def _text(keys: Path) -> str:
+def _text(file: Path, unreadable: str = "keys-unreadable", no_text: str = "not-a-keys-file") -> str:
     try:
-        with keys.open("rb") as file:
-            return file.read(_MOST_BYTES).decode()
+        with file.open("rb") as opened:
+            return opened.read(_MOST_BYTES).decode()
     except OSError as problem:
-        raise MotorcadeError("keys-unreadable", file=keys, reason=problem) from None
+        raise MotorcadeError(unreadable, file=file, reason=problem) from None
     except UnicodeDecodeError:
-        raise MotorcadeError("not-a-keys-file", file=keys, reason=Phrase("is-no-text")) from None
+        raise MotorcadeError(no_text, file=file, reason=Phrase("is-no-text")) from None
 
 
 def number_of(text: str) -> int | None:
@@ -151,17 +151,11 @@ def read_revoked(file: Path) -> frozenset[int]:
 
     Raises MotorcadeError where the file can't be read or has another line.
     """
-    try:
-        with file.open("rb") as opened:
-            lines = opened.read(_MOST_BYTES).decode().splitlines()
-    except (OSError, UnicodeDecodeError) as problem:
-        reason = problem if isinstance(problem, OSError) else Phrase("is-no-text")
-        raise MotorcadeError("revoked-keys-unreadable", file=file, reason=reason) from None
-    numbers = set()
-    for at, line in enumerate(lines, 1):
+    unreadable, numbers = "revoked-keys-unreadable", set()
+    for at, line in enumerate(_text(file, unreadable, unreadable).splitlines(), 1):
         if text := line.partition("#")[0].strip():
             if (number := number_of(text)) is None:
-                raise MotorcadeError("revoked-keys-unreadable", file=file, reason=Phrase("revoked-line", line=at))
+                raise MotorcadeError(unreadable, file=file, reason=Phrase("revoked-line", line=at))
             numbers.add(number)
     return frozenset(numbers)
 
