@@ -48,7 +48,7 @@ BREAKS = (
         "outcome = yield from self._send_image(EITHER)",
         "outcome = yield from self._send_image(OLD)",
     ),
-    Break("no-settling", "uploads", "upload/transfer.py", "SETTLE_MS = SILENCE_MS + 100", "SETTLE_MS = 0"),
+    Break("no-settling", "uploads", "upload/transfer.py", "SETTLE_MS = upload.SILENCE_MS + 100", "SETTLE_MS = 0"),
     Break(
         "a-bad-line-for-an-old-car",
         "uploads",

@@ -14,34 +14,13 @@ from motorcade.words import upload
 from motorcade.words.image import WORD_BYTES, refused_image
 from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
 from motorcade.words.ticks import elapsed_ms
-from motorcade.words.upload import (
-    CANT_STORE,
-    CHANGED_REQUEST,
-    CUT_OFF,
-    IMAGE,
-    MISMATCH,
-    NOT_EMPTY,
-    NOT_VERIFIED,
-    OTHER_CHECKSUM,
-    READBACK_REQUEST,
-    REFUSED,
-    SILENCE_MS,
-    SILENT,
-    TOO_LARGE,
-    VERIFIED,
-    Outcome,
-    ReadbackEnd,
-    UploaderEnd,
-    ok_line,
-    printable,
-    refusal,
-)
+from motorcade.words.upload import Outcome, ReadbackEnd, UploaderEnd
 
 # How often an image is sent, and how often it is announced before each time.
 TRIES = 3
 # An uploader is silent for so long before it begins that the car's receiver resets; the rest of an upload that broke
 # off would else become the beginning of the image.
-SETTLE_MS = SILENCE_MS + 100
+SETTLE_MS = upload.SILENCE_MS + 100
 # Opening the port restarts an Arduino, whose boot loader swallows what comes for up to 2 s. Where the car answers, a
 # further try is enough.
 BOOT_MS = 2100
@@ -56,7 +35,14 @@ CHECKED_WITHIN_MS = 1000
 # the request as an image, so it knows no check requests.
 READY = "ready"
 TAKEN = "taken"
-_REASONS_OF_CARS_WITH_CHECKS = (CUT_OFF, NOT_EMPTY, CHANGED_REQUEST, OTHER_CHECKSUM, CANT_STORE, TOO_LARGE)
+_REASONS_OF_CARS_WITH_CHECKS = (
+    upload.CUT_OFF,
+    upload.NOT_EMPTY,
+    upload.CHANGED_REQUEST,
+    upload.OTHER_CHECKSUM,
+    upload.CANT_STORE,
+    upload.TOO_LARGE,
+)
 
 # What the car holds, as far as its answers tell.
 OLD = "old"
@@ -108,17 +94,17 @@ class CheckRequestEnd(UploaderEnd):
             self._outcome = self._outcome or self._to_answer(line)
         is_late = self._sent_ms is not None and elapsed_ms(now_ms, self._sent_ms) >= CHECKED_WITHIN_MS
         if self._outcome is None and is_late:
-            self._outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=CHECKED_WITHIN_MS))
+            self._outcome = Outcome(upload.SILENT, Phrase("no-answer-within", duration_ms=CHECKED_WITHIN_MS))
 
     def _to_answer(self, line: bytes) -> Outcome | None:
         held = held_checksum(line, self._expected)
         if held is not None:
             self.held = held
-            return Outcome(READY, printable(line[line.find(self._expected) :]))
-        if ok_line(self.request).strip().lower() in line.lower():
+            return Outcome(READY, upload.printable(line[line.find(self._expected) :]))
+        if upload.ok_line(self.request).strip().lower() in line.lower():
             return Outcome(TAKEN, "")
-        reason = refusal(line)
-        return None if reason is None else Outcome(REFUSED, reason)
+        reason = upload.refusal(line)
+        return None if reason is None else Outcome(upload.REFUSED, reason)
 
 
 Steps = Generator[bytes, None, None]
@@ -216,10 +202,10 @@ class ReadbackTransfer(Transfer):
         for _ in self._tries(READS_AGAIN):
             yield from self._settle(SETTLE_MS)
             end = ReadbackEnd(self._now_ms)
-            yield READBACK_REQUEST
+            yield upload.READBACK_REQUEST
             end.receive_data(self._data, self._now_ms)
             outcome = yield from self._receive(end, upload.ANSWER_WITHIN_MS)
-            if outcome.kind == IMAGE or is_busy(outcome):
+            if outcome.kind == upload.IMAGE or is_busy(outcome):
                 break
         self.outcome = outcome
 
@@ -258,13 +244,13 @@ class UploadTransfer(Transfer):
         self._sent = sent
         # The checksum of the image that the car holds, by its last answer.
         self._held = 0
-        self._last: Outcome = Outcome(SILENT, "")
+        self._last: Outcome = Outcome(upload.SILENT, "")
 
     def _run(self) -> Steps:
         if not self._verify:
             yield from self._settle(BOOT_MS)
             yield from self._send_image(UNKNOWN)
-            self.outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
+            self.outcome = Outcome(upload.NOT_VERIFIED, Phrase("sent-not-verified"))
             return
         answer, reasons = yield from self._announce()
         if answer.kind == READY:
@@ -289,7 +275,7 @@ class UploadTransfer(Transfer):
             if answer.kind in (READY, TAKEN):
                 self._held = end.held
                 break
-            reasons.append(str(answer.detail) if answer.kind == REFUSED else "")
+            reasons.append(str(answer.detail) if answer.kind == upload.REFUSED else "")
             self._last = answer
             if is_busy(self._last):
                 break
@@ -299,37 +285,37 @@ class UploadTransfer(Transfer):
         held_first = self._held
         for _ in self._tries(SENDS_AGAIN):
             outcome = yield from self._send_image(EITHER)
-            if outcome.kind == VERIFIED:
+            if outcome.kind == upload.VERIFIED:
                 self.holds, self._last = NEW, outcome
                 return
             answer, _ = yield from self._announce()
             if answer.kind != READY:
                 return
             if self._held == crc32(self._image):
-                self.holds, self._last = NEW, Outcome(VERIFIED, answer.detail)
+                self.holds, self._last = NEW, Outcome(upload.VERIFIED, answer.detail)
                 return
             self.holds, self._last = OLD if self._held == held_first else NEITHER, outcome
-            if CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
+            if upload.CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
                 return
 
     def _is_too_large(self, outcome: Outcome) -> bool:
         """Whether the car refused the image because it can't hold that many words."""
-        error = refused_image(str(outcome.detail)) if outcome.kind == REFUSED else None
+        error = refused_image(str(outcome.detail)) if outcome.kind == upload.REFUSED else None
         words = len(self._image) // WORD_BYTES
-        return error is not None and error.code == TOO_LARGE and error.details["words"] == words
+        return error is not None and error.code == upload.TOO_LARGE and error.details["words"] == words
 
     def _send_plain(self) -> Steps:
         held = self.holds
         for _ in self._tries(SENDS_AGAIN):
             yield from self._settle(SETTLE_MS)
             self._last = yield from self._send_image(UNKNOWN)
-            if self._last.kind == VERIFIED:
+            if self._last.kind == upload.VERIFIED:
                 self.holds = NEW
                 return
-            if self._last.kind == REFUSED:
+            if self._last.kind == upload.REFUSED:
                 self.holds = held
                 return
-            held = self.holds = NEITHER if self._last.kind == MISMATCH else UNKNOWN
+            held = self.holds = NEITHER if self._last.kind == upload.MISMATCH else UNKNOWN
 
     def _send_image(self, holds: str) -> Generator[bytes, None, Outcome]:
         """Send the image and wait for the answer; from the last bytes on the car may hold what ``holds`` tells."""
@@ -358,17 +344,17 @@ def _knows_no_checks(reasons: list[str]) -> bool:
 
 def is_busy(outcome: Outcome) -> bool:
     """Whether the car refused because of another uploader."""
-    return outcome.kind == REFUSED and str(outcome.detail).startswith("busy")
+    return outcome.kind == upload.REFUSED and str(outcome.detail).startswith("busy")
 
 
 def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | None:
     """The error for `Transfer.outcome` and `Transfer.holds` of an upload; None where it succeeded."""
     kind, detail = outcome
-    if kind == SILENT:
+    if kind == upload.SILENT:
         return MotorcadeError("no-answer", port=port, detail=detail, holds=holds_phrase(holds))
-    if kind == MISMATCH or (kind == REFUSED and str(detail).startswith(OTHER_CHECKSUM)):
+    if kind == upload.MISMATCH or (kind == upload.REFUSED and str(detail).startswith(upload.OTHER_CHECKSUM)):
         return MotorcadeError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
-    if kind != REFUSED:
+    if kind != upload.REFUSED:
         return None
     if is_busy(outcome):
         # The other upload will replace the image that the car has.
@@ -379,9 +365,9 @@ def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | No
 def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
     """The error for a readback's outcome; None where it succeeded."""
     kind, detail = outcome
-    if kind == IMAGE:
+    if kind == upload.IMAGE:
         return None
-    if kind == SILENT:
+    if kind == upload.SILENT:
         return MotorcadeError("nothing-to-read", port=port, detail=detail)
     if is_busy(outcome):
         return MotorcadeError("car-busy", port=port, holds="")
