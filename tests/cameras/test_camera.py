@@ -3,7 +3,7 @@
 import asyncio
 import sys
 from contextlib import aclosing
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -31,11 +31,6 @@ class Numbered:
         self.closed = True
 
 
-def camera_of(source, **options):
-    """A camera with the clock of the running loop."""
-    return Camera(source, clock=asyncio.get_running_loop().time, **options)
-
-
 async def first(count, pictures):
     async with aclosing(pictures):
         return [await anext(pictures) for _ in range(count)]
@@ -44,7 +39,7 @@ async def first(count, pictures):
 @mock_clock
 async def test_each_picture_is_packed_once_for_all_viewers():
     source = Numbered()
-    camera = camera_of(source, rate_hz=100)
+    camera = Camera(source, rate_hz=100)
     seen = await asyncio.gather(*(first(5, camera.pictures(1000)) for _ in range(8)))
     assert seen == [seen[0]] * 8
     assert source.taken <= int(seen[0][-1]) + 2
@@ -53,7 +48,7 @@ async def test_each_picture_is_packed_once_for_all_viewers():
 @mock_clock
 async def test_a_slow_viewer_gets_the_newest_picture():
     source = Numbered()
-    camera = camera_of(source, rate_hz=500)
+    camera = Camera(source, rate_hz=500)
     async with aclosing(camera.pictures(1000)) as pictures:
         await anext(pictures)
         await until(lambda: source.taken >= 50)
@@ -63,7 +58,7 @@ async def test_a_slow_viewer_gets_the_newest_picture():
 @mock_clock
 async def test_each_viewer_has_its_own_rate():
     clock = asyncio.get_running_loop().time
-    camera = camera_of(Numbered(), rate_hz=500)
+    camera = Camera(Numbered(), rate_hz=500)
     begin_s = clock()
 
     async def duration_s(pictures):
@@ -78,7 +73,7 @@ async def test_each_viewer_has_its_own_rate():
 @mock_clock
 async def test_no_picture_is_taken_without_a_viewer():
     source = Numbered()
-    camera = camera_of(source, rate_hz=1000)
+    camera = Camera(source, rate_hz=1000)
     await first(3, camera.pictures(1000))
     taken = source.taken
     await pass_time(0.05)
@@ -91,7 +86,7 @@ async def test_no_picture_is_taken_without_a_viewer():
 
 @mock_clock
 async def test_a_viewer_too_many_is_refused():
-    camera = camera_of(Numbered(), rate_hz=100)
+    camera = Camera(Numbered(), rate_hz=100)
     watching = [camera.pictures(1) for _ in range(MOST_VIEWERS)]
     await asyncio.gather(*(anext(each) for each in watching))
     with pytest.raises(MotorcadeError) as refused:
@@ -106,7 +101,7 @@ async def test_a_viewer_too_many_is_refused():
 @mock_clock
 async def test_a_camera_that_fails_gives_the_reason_and_later_pictures_again():
     source = Numbered(broken=True)
-    camera = camera_of(source, rate_hz=1000, patience_s=1)
+    camera = Camera(source, rate_hz=1000, patience_s=1)
     with pytest.raises(MotorcadeError, match="the cable is out"):
         await camera.snapshot()
     source.broken = False
@@ -116,72 +111,36 @@ async def test_a_camera_that_fails_gives_the_reason_and_later_pictures_again():
 # Hardware, by stand-ins for the packages that read it.
 
 
-class FakePicamera2:
-    fails = None
-
-    def __init__(self):
-        if self.fails:
-            raise self.fails
-        self.options = {}
-        self.started = False
-
-    def create_video_configuration(self, main):
-        return main
-
-    def configure(self, main):
-        self.size = main["size"]
-
-    def start(self):
-        self.started = True
-
-    def capture_file(self, file, format):  # noqa: A002  # picamera2's own name
-        assert self.started
-        file.write(f"{format} {self.size}".encode())
-
-    def close(self):
-        self.started = False
+def fake_picamera2(problem=None):
+    module = Mock()
+    camera = module.Picamera2.return_value
+    camera.options = {}
+    camera.create_video_configuration.side_effect = lambda main: main["size"]
+    camera.start.side_effect = problem
+    camera.capture_file.side_effect = lambda file, **options: file.write(
+        f"{options} {camera.configure.call_args}".encode()
+    )
+    return module
 
 
 def fake_cv2(opens=True, reads=True):
-    class VideoCapture:
-        def __init__(self, number):
-            self.number = number
-            self.wishes = {}
-
-        def isOpened(self):  # noqa: N802  # OpenCV's own name
-            return opens
-
-        def set(self, name, value):
-            self.wishes[name] = value
-
-        def read(self):
-            return reads, f"picture of {self.number}"
-
-        def release(self):
-            pass
-
-    names = {"CAP_PROP_FRAME_WIDTH": 3, "CAP_PROP_FRAME_HEIGHT": 4, "CAP_PROP_BUFFERSIZE": 38}
-    return SimpleNamespace(
-        VideoCapture=VideoCapture,
-        IMWRITE_JPEG_QUALITY=1,
-        imencode=lambda ending, picture, options: (True, f"{ending} {picture}".encode()),
-        **names,
-    )
+    module = Mock()
+    module.VideoCapture.return_value.isOpened.return_value = opens
+    module.VideoCapture.return_value.read.return_value = (reads, "picture")
+    module.imencode.side_effect = lambda ending, picture, options: (True, f"{ending} {picture}".encode())
+    return module
 
 
 def test_a_raspberry_pis_camera_is_read_by_picamera2(monkeypatch):
-    monkeypatch.setitem(sys.modules, "picamera2", SimpleNamespace(Picamera2=FakePicamera2))
+    monkeypatch.setitem(sys.modules, "picamera2", fake_picamera2())
     camera = find_camera()
     assert isinstance(camera, PiCamera)
-    assert camera.jpeg() == b"jpeg (640, 480)"
+    assert camera.jpeg() == b"{'format': 'jpeg'} call((640, 480))"
     camera.close()
 
 
 def test_a_pi_whose_camera_does_not_answer_says_so(monkeypatch):
-    class Dead(FakePicamera2):
-        fails = IndexError("list index out of range")
-
-    monkeypatch.setitem(sys.modules, "picamera2", SimpleNamespace(Picamera2=Dead))
+    monkeypatch.setitem(sys.modules, "picamera2", fake_picamera2(IndexError("list index out of range")))
     with pytest.raises(MotorcadeError, match="cable"):
         find_camera()
 
@@ -191,7 +150,7 @@ def test_another_computers_camera_is_read_by_opencv(monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", fake_cv2())
     camera = find_camera()
     assert isinstance(camera, OpenCvCamera)
-    assert camera.jpeg() == b".jpg picture of 0"
+    assert camera.jpeg() == b".jpg picture"
     camera.close()
 
 

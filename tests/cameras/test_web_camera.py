@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motorcade.cameras import broadcast
 from motorcade.cameras.broadcast import Parts, WebCamera
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import https_context, visitor_context
@@ -34,8 +35,9 @@ def test_pictures_are_found_however_their_bytes_are_cut(pictures, tells_length, 
     assert found == pictures
 
 
-def test_a_part_without_an_end_is_given_up():
-    parts = Parts(BOUNDARY, most_bytes=1000)
+def test_a_part_without_an_end_is_given_up(monkeypatch):
+    monkeypatch.setattr(broadcast, "_MOST_BYTES", 1000)
+    parts = Parts(BOUNDARY)
     parts.receive_data(part(b"", tells_length=False) + bytes(900))
     with pytest.raises(ValueError, match="1000 bytes"):
         parts.receive_data(bytes(200))
@@ -51,9 +53,10 @@ def test_each_picture_is_a_new_one_of_any_kind_of_camera(kind, tells_length):
     assert server.asked[0] == "/camera?token=secret"
 
 
-def test_who_looks_again_after_a_while_sees_nothing_old():
+def test_who_looks_again_after_a_while_sees_nothing_old(monkeypatch):
+    monkeypatch.setattr(broadcast, "_IDLE_S", 0.05)
     with picture_server("stream") as server:
-        camera = WebCamera(server.url, patience_s=60, idle_s=0.05)
+        camera = WebCamera(server.url, patience_s=60)
         camera.jpeg()
         # Nobody asks: the connection ends, and nothing gathers in it.
         wait_until(lambda: all(thread.name != "web camera" for thread in threading.enumerate()))

@@ -9,7 +9,6 @@ import serial
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from motorcade.upload import check_request as asking
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from support.command_line import PARADE, Terminal, data, refusal, run, started
@@ -165,7 +164,7 @@ def test_a_project_is_compiled_and_then_uploaded(tmp_path):
 @posix_only
 def test_a_silent_board_is_exit_code_5_and_no_verify_promises_nothing(image, tmp_path, monkeypatch):
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 60)
-    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 60)
+    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 60)
     with contextlib.closing(PlayedCar("pty")) as board:
         said = refusal(5, "upload", image, "--port", board.port)
         assert "--no-verify" in said

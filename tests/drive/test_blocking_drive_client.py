@@ -28,16 +28,6 @@ def test_a_program_without_asyncio_drives_too(car):
     wait_until(lambda: car.board.setpoint == NEUTRAL)
 
 
-def test_a_blocking_program_that_hangs_lets_the_car_stop(patient_car):
-    car = patient_car
-    with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port, fresh_s=0.1) as driver:
-        wait_until(lambda: driver.drive(HALF) or car.board.has_moved())
-        wait_until(lambda: not car.board.moves)
-        for _ in range(3):
-            driver.next_telemetry()
-        assert not car.board.moves
-
-
 def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
     before = set(threading.enumerate())
     with deaf_port() as port:

@@ -1,6 +1,6 @@
 """The end that takes commands, with bytes cut, joined and made up in any way, and more clients than sessions."""
 
-from functools import partial
+from contextlib import nullcontext
 from itertools import accumulate, pairwise
 
 import pytest
@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from motorcade.drive.channels import MOST_WRONG
 from motorcade.drive.session import ControlSession
+from motorcade.drive.wire import DriveError
+from motorcade.words.formats import DRIVE
 from support.socketless_car import Car, command, receive
 
 
@@ -27,16 +29,7 @@ def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_
     assert len(expected) + channel.session.counts["superseded"] == len(angles)
 
 
-def test_of_what_has_gathered_the_newest_alone_is_executed() -> None:
-    car = Car()
-    channel, _ = car.commands()
-    receive(channel, command(90))
-    receive(channel, b"".join(command(angle) for angle in range(50)))
-    assert car.board.angles == [90, 49]
-    assert channel.session.counts["superseded"] == 49
-
-
-def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
+def test_of_what_has_gathered_the_end_alone_is_executed() -> None:
     car = Car()
     channel, _ = car.commands()
     receive(channel, command(90))
@@ -79,25 +72,6 @@ def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
     assert (told.refused, told.turned_away, told.driver) == (2 * MOST_WRONG - 1, 1, None)
 
 
-def test_a_client_that_only_connects_takes_no_place() -> None:
-    car = Car()
-    for port in range(30):
-        car.commands(port)
-    channel, _ = car.commands(99)
-    receive(channel, command(90))
-    assert car.board.angles == [90]
-
-
-def test_a_client_that_sends_only_nonsense_takes_no_place() -> None:
-    car = Car()
-    for port in range(30):
-        receive(car.commands(port)[0], b"GET ")
-    channel, _ = car.commands(99)
-    receive(channel, command(90))
-    assert car.board.angles == [90]
-    assert car.control.telemetry().refused == 30
-
-
 def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -> None:
     car = Car()
     channels = [car.commands(port) for port in range(9)]
@@ -114,31 +88,19 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
     assert [line.is_open for _, line in channels] == [True, False] + [True] * 7
 
 
-def test_a_client_that_has_all_places_gives_one_to_another_client_but_not_the_wheel() -> None:
+@pytest.mark.parametrize(
+    ("taken", "newcomer", "gives"),
+    [("eeeemmmmm", "e", None), ("eeebmmmmm", "e", "m"), ("eeemmmmmm", "e", "m"), ("eeeeeeeem", "lin", "e")],
+)
+def test_a_client_gets_a_place_of_one_that_has_two_more_but_not_the_wheel(taken, newcomer, gives) -> None:
+    """The sessions of a full car are told by the first letters of their clients; the first one drives."""
     car = Car()
-    greedy = [car.commands(port) for port in range(9)]
-    for channel, _ in greedy:
-        receive(channel, command(90, 100))
-    other, other_line = car.commands(1, "192.168.1.8")
-    receive(other, command(91))
-    assert other_line.is_open
-    assert [line.is_open for _, line in greedy].count(False) == 1
-    assert greedy[0][0].session.drives
-    # It doesn't get the place back by asking again.
-    again, again_line = car.commands(99)
-    receive(again, command(92))
-    assert (again_line.is_open, other_line.is_open) == (False, True)
-
-
-def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
-    car = Car()
-    given_up = []
-    for number in range(9):
-        gone = partial(given_up.append, number)
-        ControlSession(car.control, f"page {number}", f"192.168.1.{number}", replaced=gone).take_place()
-    car.now_ms = 5001
-    channel, line = car.commands()
-    receive(channel, command(90))
-    assert line.is_open
-    assert len(given_up) == 1
-    assert car.board.angles == [90]
+    sessions = [ControlSession(car.control, client, client) for client in taken]
+    sessions[0].command(DRIVE.encode(angle=90, direction=1, speed=100))
+    for session in sessions:
+        session.take_place()
+    comes = ControlSession(car.control, newcomer, newcomer)
+    with pytest.raises(DriveError, match="9 in all") if gives is None else nullcontext():
+        comes.take_place()
+    assert [each.client for each in sessions if not each.has_place] == ([gives] if gives else [])
+    assert sessions[0].drives

@@ -121,9 +121,9 @@ def test_a_stick_s_axes_become_the_fields_of_a_drive_word(throttle, steering, an
     assert (values.angle, values.direction, values.speed) == (angle, direction, speed)
 
 
-@pytest.mark.parametrize("wrong", [1.001, -2, float("nan"), float("inf")])
-def test_an_axis_out_of_range_is_refused_by_name(wrong):
-    with pytest.raises(ValueError, match="throttle is"):
-        stick_word(wrong, 0)
-    with pytest.raises(ValueError, match=r"steering is .*allowed: -1 to 1"):
-        stick_word(0, wrong)
+def test_an_axis_out_of_range_is_refused_by_name():
+    for wrong in (1.001, -2, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match="throttle is"):
+            stick_word(wrong, 0)
+        with pytest.raises(ValueError, match=r"steering is .*allowed: -1 to 1"):
+            stick_word(0, wrong)

@@ -7,10 +7,10 @@ import pytest
 
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
-from support.driven_car import NEUTRAL, DrivenCar, deaf_port
+from support.driven_car import NEUTRAL, deaf_port
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
-from support.waiting import until, wait_until
+from support.waiting import until
 from support.working_drivers import HALF, behind_proxies, client, come_and_drive, drive_on, driving
 
 AHEAD = (90, 1, 128)
@@ -20,8 +20,8 @@ AHEAD = (90, 1, 128)
 async def test_a_command_reaches_the_wheels_and_leaving_stops_them():
     async with loop_car() as car:
         async with client(car) as driver:
-            await driver.drive(throttle=0.4, steering=-0.2)
-            await until(lambda: car.board.setpoint == (108, 1, 102))
+            with pytest.raises(ValueError, match=r"throttle is 1\.1; allowed: -1 to 1"):
+                await driver.drive(throttle=1.1)
             async with driving(driver, 0.4, -0.2):
                 await until(lambda: driver.telemetry and driver.telemetry.state == "moving")
                 assert driver.telemetry[1:4] == (108, 1, 102)
@@ -69,47 +69,13 @@ async def test_a_caller_that_hangs_stops_the_car_though_the_connection_works():
 @mock_clock
 async def test_a_new_driver_drives_within_half_a_second():
     loop = asyncio.get_running_loop()
-    for wait_s in (0, 0.03, 0.07, 0.3, 9):
+    for wait_s in (0, 0.07, 5):
         async with loop_car() as car, client(car) as driver:
             await pass_time(wait_s)
             begin_s = loop.time()
             async with driving(driver, 0.5, 0):
                 await until(car.board.has_moved)
                 assert loop.time() - begin_s < 0.5
-
-
-@pytest.mark.soak
-@mock_clock
-async def test_after_a_long_rest_the_first_command_drives_within_half_a_second():
-    """A car believes stamps after a rest only when the client has answered its clock; the client does so by itself."""
-    loop = asyncio.get_running_loop()
-    async with loop_car() as car, client(car) as driver:
-        await driver.drive_for(0.2, 0.5)
-        await until(lambda: car.board.has_moved() and not car.board.moves)
-        for rest_s in (5, 8.3, 20):
-            rested_s = loop.time() + rest_s
-            await until(lambda end_s=rested_s: loop.time() >= end_s)
-            count, begin_s = len(car.board.notes), loop.time()
-            async with driving(driver, 0.5, 0):
-                await until(lambda begin=count: car.board.has_moved(begin))
-                assert loop.time() - begin_s < 0.5
-                assert driver.connected
-            await until(lambda: not car.board.moves)
-
-
-def test_a_program_that_freezes_as_a_whole_stops_the_car():
-    with DrivenCar() as car:
-
-        async def drive():
-            async with client(car) as driver:
-                while not car.board.moves:
-                    await driver.drive(HALF)
-                    await driver.next_telemetry()
-                failsafes = car.control.telemetry().failsafes
-                # The driver's loop is stuck here: the car itself has to notice.
-                wait_until(lambda: not car.board.moves and car.control.telemetry().failsafes > failsafes)
-
-        asyncio.run(drive())
 
 
 @mock_clock
@@ -144,21 +110,16 @@ async def test_two_drivers_hand_the_wheel_over_and_anyone_stops_the_car():
 
 
 @mock_clock
-async def test_a_car_that_refuses_gives_its_reason():
+async def test_a_car_that_refuses_gives_its_reason_and_one_without_telemetry_is_driven_too():
     async with loop_car() as car:
         async with client(car) as driver:
             with pytest.raises(CarRefusesError, match="no program") as refused:
                 await driver.resume_program()
             assert "程序" in refused.value.sentence("zh")
-        async with DriveClient("127.0.0.1", car.port, telemetry_port=0) as bare:
+        async with DriveClient("127.0.0.1", car.port, telemetry_port=0) as bare, driving(bare):
+            await until(lambda: car.board.setpoint == AHEAD)
             with pytest.raises(CarError, match="telemetry port"):
                 await bare.stop()
-
-
-@mock_clock
-async def test_a_car_without_telemetry_is_driven_too():
-    async with loop_car() as car, DriveClient("127.0.0.1", car.port, telemetry_port=0) as driver, driving(driver):
-        await until(lambda: car.board.setpoint == AHEAD)
 
 
 @mock_clock
@@ -197,16 +158,6 @@ async def test_a_car_that_stays_away_is_an_error_of_the_next_command():
             await driver.stop()
         with pytest.raises(CarError, match="away"):
             await driver.next_telemetry()
-
-
-@pytest.mark.parametrize("wrong", [{"throttle": 1.1}, {"steering": float("nan")}])
-@mock_clock
-async def test_a_command_out_of_range_is_refused_and_not_sent(wrong):
-    async with loop_car() as car, client(car) as driver:
-        with pytest.raises(ValueError, match="allowed: -1 to 1"):
-            await driver.drive(**wrong)
-        await driver.next_telemetry()
-        assert not car.board.has_moved()
 
 
 def test_a_freshness_far_beyond_the_failsafe_is_refused():

@@ -7,7 +7,7 @@ from motorcade.drive.keys import server_context
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock
 from support.waiting import until
-from support.working_drivers import behind_proxies, client, come_and_drive, driving
+from support.working_drivers import client, come_and_drive, driving
 
 
 @pytest.fixture
@@ -16,38 +16,18 @@ def tls(keys):
 
 
 @mock_clock
-async def test_with_keys_a_driver_drives_under_the_name_in_them(tls, keys):
+async def test_with_keys_a_driver_drives_under_the_name_in_them_and_goes_on_hearing(tls, keys):
     async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
         await until(lambda: driver.telemetry and driver.telemetry.driver)
         assert driver.telemetry.driver.startswith("lin")
         await until(lambda: car.board.moves)
-        await driver.stop()
-        await until(lambda: not car.board.moves)
-
-
-@mock_clock
-async def test_a_car_with_keys_goes_on_sending_telemetry(tls, keys):
-    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
-        await until(lambda: driver.you.get("drives"))
         names = set()
         for _ in range(8):
             await driver.next_telemetry()
             names.add(driver.you.get("name"))
         assert len(names) == 1
-
-
-@mock_clock
-async def test_a_cut_connection_by_tls_comes_back(tls, keys):
-    async with (
-        loop_car(tls) as car,
-        behind_proxies(car, keys=keys / "driver-lin.pem") as (driver, proxies),
-        driving(driver),
-    ):
-        await until(lambda: car.board.moves)
-        for proxy in proxies:
-            proxy.cut()
+        await driver.stop()
         await until(lambda: not car.board.moves)
-        await until(lambda: car.board.moves)
 
 
 @pytest.mark.parametrize(

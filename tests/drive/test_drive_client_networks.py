@@ -23,22 +23,6 @@ async def test_a_pulled_cable_is_noticed_and_the_client_gets_its_wheel_again():
 
 
 @mock_clock
-async def test_a_frozen_network_brings_no_old_commands_when_it_goes_on():
-    async with loop_car() as car, behind_proxies(car) as (driver, proxies), driving(driver):
-        await until(lambda: driver.you.get("drives") and car.board.moves)
-        for proxy in proxies:
-            proxy.hold(True)
-        await until(lambda: not car.board.moves)
-        # Longer than a client sends to a car without telemetry, and shorter than until it connects again.
-        await pass_time(1.0)
-        waiting = proxies[0].up_waiting
-        for proxy in proxies:
-            proxy.hold(False)
-        await until(lambda: car.board.moves)
-        assert 0 < waiting <= 15
-
-
-@mock_clock
 async def test_nothing_moves_or_sounds_before_the_client_has_answered_the_cars_clock():
     async with loop_car() as car, behind_proxies(car) as (driver, proxies):
         proxies[1].hold(True)

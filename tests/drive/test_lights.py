@@ -5,7 +5,6 @@ from starlette.testclient import TestClient
 
 from motorcade.boards.simulated_drive import SimulatedBoard
 from motorcade.car.drive_board import DriveBoard
-from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.deadman import DeadmanSwitch
 from motorcade.drive.motors import Switchboard
@@ -201,17 +200,6 @@ async def test_a_client_honks_while_it_commands_that_and_keeps_the_light():
             with pytest.raises(MotorcadeError, match="siren"):
                 await driver.drive(siren=True)
         await until(lambda: board.switched_on == set())
-
-
-def test_a_page_s_stick_switches_too(car):
-    car.driver.steer(0.5, 0, head_light=1)
-    assert (car.on, car.board.setpoint) == ({"head_light"}, (90, 1, 128))
-
-
-def test_a_pin_file_names_them():
-    text = 'format = "motorcade-pins/1"\nname = "x"\nchip = "raspberry-pi"\n[horn]\nsignal = 5\n'
-    pins = parse_pins(text, "pins.toml")
-    assert (pins.pin("horn", "signal"), pins.has("head_light")) == (5, False)
 
 
 def test_a_page_s_message_switches_the_car():

@@ -9,20 +9,15 @@ import pytest
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.arbiter import APPLIED, NEEDS_NEUTRAL, UNPOWERED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.drive_board import DriveBoard
 from motorcade.car.drive_limits import READINGS
-from motorcade.config.profile import Profile, built_in_profile
+from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import DriveError
 from motorcade.engine.world import World
 from motorcade.mats import playground
 from motorcade.words.formats import DRIVE
-from support.loop_car import loop_car
-from support.mock_clock import mock_clock
-from support.waiting import until
-from support.working_drivers import client, driving
+from support.driven_car import CLASSROOM, NEUTRAL, NotedBoard
 
-CLASSROOM = built_in_profile("classroom")
 AHEAD = DRIVE.encode(angle=90, direction=1, speed=255)
 BACK = DRIVE.encode(angle=90, direction=0, speed=255)
 STILL = DRIVE.encode(angle=90, direction=1, speed=0)
@@ -33,22 +28,13 @@ def limited(**keys: Any) -> Profile:
     return replace(CLASSROOM, drive=replace(CLASSROOM.drive, **keys))
 
 
-class Bench(DriveBoard):
+class Bench(NotedBoard):
     """Hardware with an ultrasonic sensor and a battery that the test sets."""
 
     has_program = True
-
-    def __init__(self) -> None:
-        self.applied: list[tuple[int, int, int]] = []
-        self.ahead_mm: int | None = NOTHING_IN_SIGHT_MM
-        self.voltage_mv: int | None = 7400
-        self.programs = 0
-
-    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self.applied.append((angle_deg, direction, speed))
-
-    def neutral(self) -> None:
-        self.applied.append((90, 1, 0))
+    ahead_mm: int | None = NOTHING_IN_SIGHT_MM
+    voltage_mv: int | None = 7400
+    programs = 0
 
     def obstacle_mm(self) -> int | None:
         if self.ahead_mm is not None and self.ahead_mm < 0:
@@ -79,7 +65,7 @@ class Car:
                 (session or self.session).command(word)
                 sent_ms = self.now_ms
             rest_ms = self.control.beat()
-            speeds.append(self.board.applied[-1][2])
+            speeds.append(self.board.setpoint[2])
             self.now_ms += min(rest_ms, 50)
         return speeds
 
@@ -102,24 +88,19 @@ def test_a_car_speeds_up_no_faster_than_its_profile_says_and_stops_at_once() -> 
     assert max(later - earlier for earlier, later in pairwise(speeds)) <= 6
     assert len(speeds) - speeds.count(255) == pytest.approx(50, abs=2)
     car.session.command(STILL)
-    assert car.board.applied[-1] == (90, 1, 0)
+    assert car.board.setpoint == NEUTRAL
     car.drive(AHEAD, 1200)
     car.session.stop()
-    assert car.board.applied[-1] == (90, 1, 0)
+    assert car.board.setpoint == NEUTRAL
 
 
-def test_the_failsafe_waits_for_no_limit() -> None:
-    car = Car(acceleration_max_mm_per_s2=300)
-    car.drive(AHEAD, 1200)
-    car.now_ms += 301
-    car.control.beat()
-    assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "failsafe")
-
-
-def test_telemetry_has_the_speed_that_is_applied() -> None:
+def test_the_failsafe_waits_for_no_limit_and_telemetry_has_the_speed_that_is_applied() -> None:
     car = Car(acceleration_max_mm_per_s2=300)
     car.drive(AHEAD, 500)
-    assert car.shown[1] == car.board.applied[-1][2] < 150
+    assert car.shown[1] == car.board.setpoint[2] < 150
+    car.now_ms += 301
+    car.control.beat()
+    assert (car.board.setpoint, car.shown[0]) == (NEUTRAL, "failsafe")
 
 
 # Obstacles
@@ -132,9 +113,9 @@ def test_an_obstacle_stops_the_driver_until_they_drive_backward_or_it_is_gone() 
     # The driver's command is the old one: the car looks by itself.
     car.now_ms += car.control.beat()
     car.control.beat()
-    assert (car.board.applied[-1], car.shown) == ((90, 1, 0), ("moving", 0, 140))
+    assert (car.board.setpoint, car.shown) == (NEUTRAL, ("moving", 0, 140))
     assert car.session.command(BACK) == APPLIED
-    assert (car.board.applied[-1], car.shown) == ((90, 0, 255), ("moving", 255, None))
+    assert (car.board.setpoint, car.shown) == ((90, 0, 255), ("moving", 255, None))
     assert car.drive(AHEAD, 100)[-1] == 0
     car.board.ahead_mm = NOTHING_IN_SIGHT_MM
     assert car.drive(AHEAD, 100)[-1] == 255
@@ -153,7 +134,7 @@ def test_a_sensor_that_fails_stops_the_car() -> None:
     car.control.beat()
     telemetry = car.control.telemetry()
     assert (telemetry.state, telemetry.last_fault) == ("failsafe", "the sensor is broken")
-    assert car.board.applied[-1] == (90, 1, 0)
+    assert car.board.setpoint == NEUTRAL
 
 
 def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> None:
@@ -162,7 +143,7 @@ def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> No
     board = driven.board(0, has_program=False)
     control = CarControl(board, lambda: at_ms[0], world.profile)
     session = ControlSession(control, "ada")
-    board.apply(90, 1, 0)
+    board.apply(*NEUTRAL)
     for _ in range(400):
         session.command(AHEAD)
         driven.steer(world)
@@ -181,30 +162,26 @@ def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> No
 # Battery
 
 
-def drained(car: Car, voltage_mv: int = 6000) -> None:
-    car.board.voltage_mv = voltage_mv
-
-
 def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is_charged() -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000, acceleration_max_mm_per_s2=600)
     car.drive(AHEAD, 2 * SECOND_MS)
-    drained(car)
+    car.board.voltage_mv = 6000
     speeds = car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
     falling = [speed for speed in speeds if 0 < speed < 255]
     # Half a second of 20 ms each, as fast as it may speed up.
     assert falling == sorted(falling, reverse=True)
     assert len(falling) == pytest.approx(25, abs=2)
-    assert (car.shown[0], car.board.applied[-1]) == ("discharged", (90, 1, 0))
+    assert (car.shown[0], car.board.setpoint) == ("discharged", NEUTRAL)
     assert car.session.command(AHEAD) == car.session.command(STILL) == UNPOWERED
     with pytest.raises(DriveError, match="battery"):
         car.session.resume_program()
-    drained(car, 6900)
+    car.board.voltage_mv = 6900
     car.drive(AHEAD, 5 * SECOND_MS)
     assert car.shown[0] == "discharged"
-    drained(car, 7000)
+    car.board.voltage_mv = 7000
     car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
     # A stick that is still held moves nothing.
-    assert (car.shown[0], car.board.applied[-1]) == ("failsafe", (90, 1, 0))
+    assert (car.shown[0], car.board.setpoint) == ("failsafe", NEUTRAL)
     assert car.session.command(STILL) == APPLIED
     assert car.drive(AHEAD, SECOND_MS)[-1] == 255
 
@@ -212,11 +189,11 @@ def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is
 def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000)
     car.drive(AHEAD, SECOND_MS)
-    drained(car)
-    while car.board.applied[-1][2] == 255:
+    car.board.voltage_mv = 6000
+    while car.board.setpoint[2] == 255:
         car.drive(AHEAD, 50)
     car.session.stop()
-    assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "stopped")
+    assert (car.board.setpoint, car.shown[0]) == (NEUTRAL, "stopped")
     car.session.clear()
     assert car.shown[0] == "discharged"
 
@@ -224,11 +201,11 @@ def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None
 def test_a_low_battery_stops_the_program_too() -> None:
     car = Car(battery_low_mv=6400, battery_charged_mv=7000)
     car.session.resume_program()
-    drained(car)
+    car.board.voltage_mv = 6000
     for _ in range(READINGS + 1):
         car.now_ms += SECOND_MS
         car.control.beat()
-    assert (car.shown[0], car.board.applied[-1], car.board.programs) == ("discharged", (90, 1, 0), 1)
+    assert (car.shown[0], car.board.setpoint, car.board.programs) == ("discharged", NEUTRAL, 1)
 
 
 def test_a_battery_that_can_not_be_read_any_more_counts_as_flat() -> None:
@@ -238,10 +215,10 @@ def test_a_battery_that_can_not_be_read_any_more_counts_as_flat() -> None:
     car.drive(AHEAD, (READINGS - 1) * SECOND_MS)
     assert car.shown[0] == "moving"
     car.drive(AHEAD, 4 * SECOND_MS)
-    assert (car.shown[0], car.board.applied[-1]) == ("discharged", (90, 1, 0))
+    assert (car.shown[0], car.board.setpoint) == ("discharged", NEUTRAL)
     assert car.control.telemetry().last_fault == "no answer from the sensor"
     del car.board.battery_mv
-    drained(car, 7100)
+    car.board.voltage_mv = 7100
     car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
     assert car.session.command(STILL) == APPLIED
     assert car.drive(AHEAD, SECOND_MS)[-1] == 255
@@ -269,14 +246,5 @@ def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> N
     car.session.release()
     other = ControlSession(car.control, "other")
     assert other.command(AHEAD) == NEEDS_NEUTRAL
-    assert car.board.applied[-1] == (90, 1, 0)
+    assert car.board.setpoint == NEUTRAL
     assert other.command(STILL) == other.command(AHEAD) == APPLIED
-
-
-@mock_clock
-async def test_a_client_arms_the_car_by_itself() -> None:
-    async with loop_car(profile=limited(arming=True)) as car, client(car) as driver:
-        async with driving(driver):
-            await until(car.board.has_moved)
-            await until(lambda: driver.you.get("applied"))
-        assert driver.you["needs-neutral"] == 0

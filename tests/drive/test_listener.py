@@ -5,7 +5,7 @@ import contextlib
 import gc
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from functools import partial
 
@@ -13,7 +13,7 @@ from motorcade.drive.listener import Listener, bind
 from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until
 
-STARTS, KNOCKS = 8, 5
+STARTS, KNOCKS = 3, 5
 
 
 def knock(port: int, ended: threading.Event, knocks: list[int]) -> None:
@@ -44,11 +44,9 @@ class Standing(asyncio.Protocol):
     holder = ""
     stays = False
 
-    def __init__(self, closed: Callable[[], None]) -> None:
-        self._closed = closed
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._closed()
+    def __init__(self, made: Callable[[asyncio.BaseTransport], None], closed: Callable[[], None]) -> None:
+        self.connection_made = made
+        self.connection_lost = lambda _: closed()
 
     def has_session(self) -> bool:
         return True
@@ -57,31 +55,31 @@ class Standing(asyncio.Protocol):
         pass
 
 
-class Answering(Standing):
-    """Notes of the connection whether what is sent in two parts is held back until the first part is acknowledged."""
-
-    def __init__(self, is_prompt: asyncio.Future[int], closed: Callable[[], None]) -> None:
-        super().__init__(closed)
-        self._is_prompt = is_prompt
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        line = transport.get_extra_info("socket")
-        self._is_prompt.set_result(line.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+@contextlib.asynccontextmanager
+async def listening(made: Callable[[asyncio.BaseTransport], None], count: int) -> AsyncIterator[None]:
+    """Accept ``count`` clients that came before, while the block runs."""
+    with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
+        listener = Listener(socket_of_listener, partial(Standing, made), lambda: None)
+        for _ in range(count):
+            held.enter_context(socket.create_connection(listener.address))
+        serving = asyncio.ensure_future(listener.serve())
+        async with asyncio.timeout(DEADLINE_S):
+            yield
+        listener.close_to_newcomers()
+        serving.cancel()
+        await asyncio.gather(serving, return_exceptions=True)
 
 
 def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged() -> None:
     async def accept() -> int:
         is_prompt = asyncio.get_running_loop().create_future()
-        with bind("127.0.0.1", 0) as socket_of_listener:
-            listener = Listener(socket_of_listener, partial(Answering, is_prompt), lambda: None)
-            serving = asyncio.ensure_future(listener.serve())
-            with socket.create_connection(listener.address):
-                async with asyncio.timeout(DEADLINE_S):
-                    prompt = await is_prompt
-            listener.close_to_newcomers()
-            serving.cancel()
-            await asyncio.gather(serving, return_exceptions=True)
-        return prompt
+
+        def made(transport: asyncio.BaseTransport) -> None:
+            line = transport.get_extra_info("socket")
+            is_prompt.set_result(line.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+
+        async with listening(made, 1):
+            return await is_prompt
 
     assert asyncio.run(accept())
 
@@ -97,23 +95,14 @@ def test_open_connections_get_a_turn_between_two_newcomers() -> None:
             turns += 1
             loop.call_soon(count_turn)
 
-        def accepted(closed) -> Standing:
+        def made(transport: asyncio.BaseTransport) -> None:
             turn_of_each.append(turns)
             if len(turn_of_each) == 12:
                 all_came.set()
-            return Standing(closed)
 
-        with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
-            listener = Listener(socket_of_listener, accepted, lambda: None)
-            for _ in range(12):
-                held.enter_context(socket.create_connection(listener.address))
+        async with listening(made, 12):
             count_turn()
-            serving = asyncio.ensure_future(listener.serve())
-            async with asyncio.timeout(DEADLINE_S):
-                await all_came.wait()
-            listener.close_to_newcomers()
-            serving.cancel()
-            await asyncio.gather(serving, return_exceptions=True)
+            await all_came.wait()
 
     asyncio.run(accept())
     assert len(set(turn_of_each)) == len(turn_of_each)

@@ -11,7 +11,6 @@ from pathlib import Path
 import psutil
 import pytest
 
-from motorcade.drive.motor_guard import MotorGuard
 from support.waiting import DEADLINE_S, wait_until
 
 TESTS = Path(__file__).parents[1]
@@ -58,14 +57,6 @@ def freeze_while_it_drives(process: subprocess.Popen, file: Path) -> None:
         os.killpg(process.pid, signal.SIGSTOP)
 
 
-def test_killing_the_process_stops_the_wheels(tmp_path: Path) -> None:
-    file = tmp_path / "wheels"
-    with driving(file) as process:
-        process.kill()
-        process.wait(DEADLINE_S)
-        wait_for_last(file, "rescue")
-
-
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
 def test_a_frozen_process_is_killed_and_its_wheels_are_stopped(tmp_path: Path) -> None:
     file = tmp_path / "wheels"
@@ -75,21 +66,16 @@ def test_a_frozen_process_is_killed_and_its_wheels_are_stopped(tmp_path: Path) -
         wait_for_last(file, "rescue")
 
 
-def test_a_process_that_ends_by_itself_needs_no_rescue(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("order", "status"), [("end", 0), ("fail", 1)])
+def test_a_process_that_ends_by_itself_or_by_an_exception_needs_no_rescue(
+    tmp_path: Path, order: str, status: int
+) -> None:
     file = tmp_path / "wheels"
     with driving(file) as process:
-        process.communicate("end\n", DEADLINE_S)
-        assert process.returncode == 0
+        process.communicate(f"{order}\n", DEADLINE_S)
+        assert process.returncode == status
         assert calls(file)[-1] == "neutral"
         assert "try" not in calls(file)
-
-
-def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: Path) -> None:
-    file = tmp_path / "wheels"
-    with driving(file) as process:
-        process.communicate("fail\n", DEADLINE_S)
-        assert process.returncode == 1
-        assert calls(file)[-1] == "neutral"
 
 
 def guard_of(process: subprocess.Popen | psutil.Process) -> psutil.Process:
@@ -98,7 +84,7 @@ def guard_of(process: subprocess.Popen | psutil.Process) -> psutil.Process:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only POSIX lets a pipe's writer see that it is full")
-def test_a_log_that_nobody_reads_keeps_no_guard_from_the_wheels(tmp_path: Path) -> None:
+def test_killing_the_process_stops_the_wheels_also_where_nobody_reads_the_log(tmp_path: Path) -> None:
     file, (reader, writer) = tmp_path / "wheels", os.pipe()
     os.set_blocking(writer, False)
     with suppress(BlockingIOError):
@@ -136,22 +122,3 @@ def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
         count = len(calls(file))
         process.communicate("end\n", DEADLINE_S)
         assert "apply" not in calls(file)[count:]
-
-
-def beat_often(guard: MotorGuard) -> None:
-    """Send more signs of life than a pipe can hold."""
-    for _ in range(1 << 21):
-        guard.beat(False)
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
-def test_a_guard_that_hangs_counts_as_gone() -> None:
-    guard = MotorGuard(("json:dumps", ("",)), 300)
-    process = guard_of(psutil.Process())
-    process.suspend()
-    try:
-        with pytest.raises(OSError, match="is gone"):
-            beat_often(guard)
-    finally:
-        process.kill()
-        guard.dismiss()

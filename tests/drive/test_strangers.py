@@ -7,6 +7,7 @@ import ssl
 import struct
 import threading
 from contextlib import contextmanager, suppress
+from itertools import product
 
 import pytest
 
@@ -18,7 +19,7 @@ from support.waiting import DEADLINE_S, wait_until
 
 MOVE = struct.pack(">I", DRIVE.encode(angle=41, direction=1, speed=99))
 HALF = (90, 1, 128)
-TRIES = 40
+TRIES = 10
 GARBAGE_BYTES = 10_000_000
 
 
@@ -77,25 +78,20 @@ def trusting(keys=None, highest=ssl.TLSVersion.TLSv1_3):
     return context
 
 
-STRANGERS = {
-    "another authority's": lambda keys: trusting(keys / "others" / "driver-mallory.pem"),
-    "a car's own": lambda keys: trusting(keys / "car-ada.pem"),
-    "none": lambda keys: trusting(),
-    "old TLS": lambda keys: trusting(keys / "driver-lin.pem", ssl.TLSVersion.TLSv1_2),
-}
-
-
-@pytest.mark.parametrize("who", STRANGERS)
-def test_a_client_with_the_wrong_certificate_sends_nothing_to_the_wheels(driven, keys, who):
+def test_a_client_with_the_wrong_certificate_sends_nothing_to_the_wheels(driven, keys):
     car, _ = driven
-    context = STRANGERS[who](keys)
+    strangers = [
+        trusting(keys / "others" / "driver-mallory.pem"),
+        trusting(keys / "car-ada.pem"),
+        trusting(),
+        trusting(keys / "driver-lin.pem", ssl.TLSVersion.TLSv1_2),
+    ]
     turned_away = car.control.telemetry().turned_away
-    for number in range(TRIES):
-        port = (car.port, car.telemetry_port)[number % 2]
+    for context, port in product(strangers, (car.port, car.telemetry_port) * TRIES):
         with suppress(OSError), context.wrap_socket(socket.create_connection(("127.0.0.1", port), DEADLINE_S)) as line:
             line.sendall(MOVE)
             assert not line.recv(1), "it was let in"
-    wait_until(lambda: car.control.telemetry().turned_away >= turned_away + TRIES)
+    wait_until(lambda: car.control.telemetry().turned_away >= turned_away + len(strangers) * 2 * TRIES)
 
 
 def test_ten_million_bytes_that_are_no_tls_are_hung_up(driven):
@@ -109,20 +105,14 @@ def test_ten_million_bytes_that_are_no_tls_are_hung_up(driven):
 
 def test_unfinished_handshakes_make_room_for_others(driven, keys):
     car, _ = driven
-    hello = ssl.MemoryBIO()
-    shaking = client_context(keys / "driver-lin.pem").wrap_bio(ssl.MemoryBIO(), hello, server_hostname="ada")
-    with suppress(ssl.SSLWantReadError):
-        shaking.do_handshake()
-    first = hello.read()
 
     async def dawdle():
         lines = []
         for number in range(100):
             _, writer = await asyncio.open_connection("127.0.0.1", (car.port, car.telemetry_port)[number % 2])
             lines.append(writer)
-            # A byte now and a byte then, and never all.
-            for at in range(3):
-                writer.write(first[at : at + 1])
+            # The beginning of a handshake, and never all.
+            writer.write(b"\x16\x03\x01")
         async with asyncio.timeout(DEADLINE_S):
             reader, writer = await asyncio.open_connection(
                 "127.0.0.1", car.telemetry_port, ssl=client_context(keys / "driver-lin.pem"), server_hostname="ada"
@@ -132,21 +122,3 @@ def test_unfinished_handshakes_make_room_for_others(driven, keys):
             each.transport.abort()
 
     asyncio.run(dawdle())
-
-
-@pytest.mark.parametrize(
-    "sent", [b"\xff\xff\xff\xff", b"\x00\x00\x00\x02{}", b"\x00\x00\x00\x01", b"\x00\x00\x00\x05\xff\xfe\xfd\xfc\xfb"]
-)
-def test_nonsense_of_a_driver_is_answered_or_waited_for(driven, keys, sent):
-    car, _ = driven
-
-    async def ask():
-        async with asyncio.timeout(DEADLINE_S):
-            reader, writer = await asyncio.open_connection(
-                "127.0.0.1", car.telemetry_port, ssl=client_context(keys / "driver-lin.pem"), server_hostname="ada"
-            )
-            writer.write(sent)
-            assert await reader.readexactly(4)
-            writer.transport.abort()
-
-    asyncio.run(ask())

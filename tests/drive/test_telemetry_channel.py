@@ -4,8 +4,6 @@ import struct
 from typing import get_args, get_type_hints
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from motorcade.drive.motors import NEUTRAL_SETPOINT
 from motorcade.drive.wire import MOST_REQUEST_BYTES, Request
@@ -88,18 +86,6 @@ def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes()
     assert car.control.telemetry().watchers == 0
 
 
-def test_a_channel_finds_the_connection_that_its_client_makes_anew() -> None:
-    car = Car()
-    _, first = car.commands(7)
-    channel, line = car.telemetry()
-    ask(channel, line, do="join", port=7)
-    first.abort()
-    receive(car.commands(8)[0], command(90, 100))
-    assert ask(channel, line, do="join", port=8)["ok"]
-    car.tell()
-    assert line.frames()[-1]["you"]["drives"]
-
-
 def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
     car = Car()
     _, first = car.commands(7)
@@ -155,19 +141,6 @@ def test_an_emergency_stop_from_a_watcher_latches() -> None:
     assert car.control.telemetry().state == "moving"
 
 
-def test_the_wheel_is_asked_for_and_given_back() -> None:
-    car = Car()
-    channels = {port: car.commands(port)[0] for port in (1, 2)}
-    lines = {port: car.telemetry(port + 10) for port in (1, 2)}
-    for port, (channel, line) in lines.items():
-        ask(channel, line, do="join", port=port)
-    receive(channels[1], command(90, 100))
-    assert ask(*lines[2], do="request") == {"kind": "answer", "do": "request", "ok": True, "has_wheel": False}
-    assert ask(*lines[1], do="release")["ok"]
-    assert car.control.telemetry().driver == "192.168.1.7:2"
-    assert ask(*lines[2], do="resume")["code"] == "no-program"
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -189,28 +162,6 @@ def test_a_frame_that_is_too_long_is_answered_and_ends_the_connection() -> None:
     channel.data_received(struct.pack(">I", MOST_REQUEST_BYTES + 1))
     assert line.frames()[0]["code"] == "too-long"
     assert not line.is_open
-
-
-@given(st.lists(st.binary(max_size=600), max_size=20))
-def test_made_up_requests_never_break_a_channel_nor_the_drive(chunks: list[bytes]) -> None:
-    car = Car()
-    driver, _ = car.commands(1)
-    receive(driver, command(90, 100))
-    channel, line = car.telemetry()
-    for chunk in chunks:
-        if line.is_open:
-            channel.data_received(chunk)
-    assert car.control.telemetry().state == "moving"
-
-
-@pytest.mark.parametrize("size", [1, 3, 30, 1000])
-def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
-    car = Car()
-    channel, line = car.telemetry()
-    data = b"".join(struct.pack(">I", len(text)) + text for text in [b'{"do": "stop"}', b'{"do": "clear"}'] * 3)
-    for at in range(0, len(data), size):
-        channel.data_received(data[at : at + size])
-    assert [answer["do"] for answer in line.frames()] == ["stop", "clear"] * 3
 
 
 def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
@@ -257,15 +208,3 @@ def test_every_request_there_is_has_an_answer() -> None:
         car.commands(5)
         channel, line = car.telemetry()
         assert ask(channel, line, do=what, port=5)["do"] == what
-
-
-def test_a_client_that_leaves_frees_its_place() -> None:
-    car = Car()
-    channel, line = car.telemetry()
-    ask(channel, line, do="release")
-    commands, commands_line = car.commands(1)
-    receive(commands, command(90, 100))
-    line.abort()
-    commands_line.abort()
-    told = car.control.telemetry()
-    assert (told.watchers, told.driver, told.state) == (0, None, "failsafe")

@@ -13,7 +13,6 @@ from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import client_context, https_context, peer_name, server_context
 
 NOW = datetime.now(UTC)
-posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file modes")
 
 
 @pytest.fixture(scope="module")
@@ -45,37 +44,10 @@ def shake(client, server, host):
     "host", ["ada", "ada.local", "192.168.1.20", "ada.school.example", "localhost", "127.0.0.1", "::1"]
 )
 def test_a_car_and_a_driver_of_one_authority_know_each_other_by_name(folder, host):
-    client, server = client_context(folder / "driver-lin.pem"), server_context(folder / "car-ada.pem")
+    client, server = client_context(folder / "driver-小林.pem"), server_context(folder / "car-ada.pem")
     driver_end, car_end = shake(client, server, host)
     assert driver_end.version() == car_end.version() == "TLSv1.3"
-    assert (peer_name(driver_end), peer_name(car_end)) == ("ada", "lin")
-
-
-def test_a_driver_may_have_a_chinese_name(folder):
-    _, car_end = shake(client_context(folder / "driver-小林.pem"), server_context(folder / "car-ada.pem"), "ada")
-    assert peer_name(car_end) == "小林"
-
-
-def test_a_car_at_another_address_than_its_certificate_names_is_not_believed(folder):
-    client, server = client_context(folder / "driver-lin.pem"), server_context(folder / "car-ada.pem")
-    with pytest.raises(ssl.SSLCertVerificationError, match=r"192\.168\.1\.21"):
-        shake(client, server, "192.168.1.21")
-
-
-def test_nobody_drives_with_keys_of_another_authority_none_or_a_car_s(folder, tmp_path):
-    make_keys(tmp_path, [CarKeys("ada")], ["lin"], NOW)
-    server = server_context(folder / "car-ada.pem")
-    foreign = client_context(tmp_path / "driver-lin.pem")
-    with pytest.raises(ssl.SSLCertVerificationError):
-        shake(foreign, server, "ada")
-    for keys in (tmp_path / "driver-lin.pem", folder / "car-ada.pem", None):
-        trusting = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-        trusting.check_hostname = False
-        trusting.verify_mode = ssl.CERT_NONE
-        if keys:
-            trusting.load_cert_chain(keys)
-        with pytest.raises(ssl.SSLError, match=r"(?i)verify failed|did not return a certificate"):
-            shake(trusting, server, None)
+    assert (peer_name(driver_end), peer_name(car_end)) == ("ada", "小林")
 
 
 def test_a_driver_can_not_pose_as_a_car(folder):
@@ -97,14 +69,6 @@ def test_keys_that_are_over_or_not_yet_valid_are_refused_and_a_slow_clock_is_not
                 shake(client, server, "ada")
 
 
-def test_older_tls_is_refused(folder):
-    old = client_context(folder / "driver-lin.pem")
-    old.minimum_version = ssl.TLSVersion.TLSv1_2
-    old.maximum_version = ssl.TLSVersion.TLSv1_2
-    with pytest.raises(ssl.SSLError, match="UNSUPPORTED_PROTOCOL"):
-        shake(old, server_context(folder / "car-ada.pem"), "ada")
-
-
 def test_a_browser_that_trusts_the_authority_gets_the_page_and_shows_nothing(folder):
     browser = ssl.create_default_context(cafile=folder / "authority.crt")
     # What Python 3.13 demands of certificates, and browsers too.
@@ -113,13 +77,7 @@ def test_a_browser_that_trusts_the_authority_gets_the_page_and_shows_nothing(fol
     assert peer_name(car_end) is None
 
 
-def test_more_keys_come_from_the_same_authority(folder):
-    made = make_keys(folder, [], ["mei"], NOW)
-    assert made == [folder / "driver-mei.pem"]
-    shake(client_context(folder / "driver-mei.pem"), server_context(folder / "car-ada.pem"), "ada")
-
-
-@posix_only
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file modes")
 def test_only_the_owner_may_read_what_is_secret(tmp_path):
     before = os.umask(0)
     try:

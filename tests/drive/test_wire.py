@@ -7,32 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.wire import (
-    FrameReader,
-    FrameTooLongError,
-    WordReader,
     newest_of_each_code,
     pack_frame,
     pack_word,
+    take_frames,
     unpack_frame,
 )
 from support.socketless_car import Car, command, receive
 
 words = st.lists(st.integers(0, (1 << 32) - 1), max_size=50)
-
-
-def chunks(data: bytes, size: int) -> list[bytes]:
-    return [data[at : at + size] for at in range(0, len(data), size)]
-
-
-@given(words, st.integers(1, 9))
-def test_words_are_read_however_their_bytes_are_cut(sent: list[int], size: int) -> None:
-    reader = WordReader()
-    found = [word for chunk in chunks(b"".join(map(pack_word, sent)), size) for word in reader.receive_data(chunk)]
-    assert found == sent
-
-
-def test_words_are_read_in_the_other_byte_order_too() -> None:
-    assert WordReader("little").receive_data(struct.pack("<I", 0x12ACB000)) == [0x12ACB000]
 
 
 @given(words)
@@ -55,19 +38,12 @@ def test_a_command_counts_though_a_word_of_another_code_came_behind_it() -> None
 
 @given(st.lists(st.dictionaries(st.text(max_size=5), st.integers()), max_size=8), st.integers(1, 40))
 def test_frames_are_read_however_their_bytes_are_cut(sent: list[dict], size: int) -> None:
-    reader, found = FrameReader(1 << 16), []
-    for chunk in chunks(b"".join(map(pack_frame, sent)), size):
-        reader.receive_data(chunk)
-        while (text := reader.next_frame()) is not None:
-            found.append(struct.pack(">I", len(text)) + text)
+    received, found = bytearray(), []
+    data = b"".join(map(pack_frame, sent))
+    for at in range(0, len(data), size):
+        received += data[at : at + size]
+        found += [struct.pack(">I", len(text)) + text for text in take_frames(received, 1 << 16)]
     assert found == list(map(pack_frame, sent))
-
-
-def test_a_frame_that_announces_too_many_bytes_is_an_error_at_once() -> None:
-    reader = FrameReader(10)
-    reader.receive_data(struct.pack(">I", 11))
-    with pytest.raises(FrameTooLongError, match="11 bytes"):
-        reader.next_frame()
 
 
 @pytest.mark.parametrize("text", [b"", b"[]", b"{", b"\xff", b'{"a":' * 2000])

@@ -48,11 +48,11 @@ BREAKS = (
         "outcome = yield from self._send_image(EITHER)",
         "outcome = yield from self._send_image(OLD)",
     ),
-    Break("no-settling", "uploads", "upload/transfer.py", "SETTLE_MS = SILENCE_MS + 100", "SETTLE_MS = 0"),
+    Break("no-settling", "uploads", "upload/transfer.py", "SETTLE_MS = upload.SILENCE_MS + 100", "SETTLE_MS = 0"),
     Break(
         "a-bad-line-for-an-old-car",
         "uploads",
-        "upload/check_request.py",
+        "upload/transfer.py",
         "    if len(reasons) < 2 or set(reasons) != {reason} or not reason or reason",
         "    if False and reason",
     ),

@@ -147,40 +147,22 @@ class SimpleCar:
         self._back.put(ok_line(image) if reason is None else error_line(reason), now_ms)
 
 
-def talk_through(talks, car, there, backs, start_ms=0, most_ms=120_000):
-    """Let uploaders talk with a car at one line until all are done and the last byte has arrived.
+def talk_through(talk, car, there, back, most_ms=120_000):
+    """Let an uploader talk with a car until it is done and the last byte has arrived.
 
-    Each of ``talks`` hears one of ``backs``. Time leaps to the next moment at which anybody may act. Gives the talks
-    in the order in which they ended.
+    Time leaps to the next moment at which anybody may act.
     """
-    now, last_byte_ms, ended = start_ms, start_ms, []
-    while len(ended) < len(talks):
-        assert now < start_ms + most_ms, "the talk goes on for ever"
-        for talk, back in zip(talks, backs, strict=True):
-            if talk.outcome is None:
-                there.put(talk.step(back.take(now), now & TICKS_MASK), now)
-                if talk.outcome is not None:
-                    ended.append(talk)
+    now, last_byte_ms = 0, 0
+    while talk.outcome is None:
+        assert now < most_ms, "the talk goes on for ever"
+        there.put(talk.step(back.take(now), now & TICKS_MASK), now)
         if there.next_ms() == now:
             last_byte_ms = now
         car.tick(now)
-        moments = [way.next_ms() for way in (there, *backs)]
-        moments += [now + talk.rest_ms for talk in talks if talk.outcome is None]
+        moments = [there.next_ms(), back.next_ms(), now + talk.rest_ms]
         moments += [last_byte_ms + SILENCE_MS] if last_byte_ms + SILENCE_MS > now else []
-        now = min((max(each, now + 1) for each in moments if each is not None), default=now)
+        now = min(max(each, now + 1) for each in moments if each is not None)
     while there.next_ms() is not None:
         now = max(now, there.next_ms())
         car.tick(now)
     car.tick(now + SILENCE_MS)
-    return ended
-
-
-class Party:
-    """A way back that several hear."""
-
-    def __init__(self, *backs):
-        self._backs = backs
-
-    def put(self, data, now_ms):
-        for back in self._backs:
-            back.put(data, now_ms)

@@ -31,18 +31,11 @@ def found(monkeypatch):
     ("vid", "pid", "board"),
     [
         (0x1A86, 0x7523, "CH340"),
-        (0x1A86, 0x55D4, "CH9102"),
         (0x10C4, 0xEA60, "CP210x"),
-        (0x0403, 0x6001, "FTDI"),
-        (0x2341, 0x0001, "Arduino Uno"),
-        (0x2341, 0x0043, "Arduino Uno"),
         (0x2341, 0x0243, "Arduino Uno"),
-        (0x2341, 0x0010, "Arduino Mega"),
         (0x2341, 0x0042, "Arduino Mega"),
         (0x2341, 0x0058, "Arduino"),
         (0x2E8A, 0x0005, "Raspberry Pi Pico"),
-        (0x303A, 0x1001, "Espressif"),
-        (0x239A, 0x80F4, "Adafruit"),
     ],
 )
 def test_the_usual_boards_are_known_by_their_usb_ids(found, vid, pid, board):

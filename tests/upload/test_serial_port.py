@@ -14,7 +14,6 @@ from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import NO_ANSWER, PORT_BUSY, PORT_FORBIDDEN, PORT_NOT_FOUND, REFUSED, VERIFICATION, WENT_AWAY
-from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
@@ -86,18 +85,16 @@ def test_a_simulated_car_takes_an_image_and_gives_it_back(kind, image, tmp_path,
 
 
 @every_line
-@pytest.mark.parametrize("before", [b"", b"\xff~\x00\x80", b"battery 97 %\nERROR\n", b"\n\n"])
-@pytest.mark.parametrize("behind", [b"\n", b"\r\n", b"\n\xff\x00ERR", b"\nrunning\nERR low battery\n"])
+@pytest.mark.parametrize(
+    ("before", "behind"),
+    [
+        (b"\xff~\x00\x80", b"\r\n"),
+        (b"battery 97 %\nERROR\n", b"\n\xff\x00ERR"),
+        (b"\n\n", b"\nrunning\nERR low battery\n"),
+    ],
+)
 def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, behind):
     car.take(before + OK.strip() + behind)
-    assert upload(car.port) == OK.decode().strip()
-
-
-@every_line
-def test_an_answer_may_come_byte_by_byte(car, monkeypatch):
-    line_class = type(serial.serial_for_url(car.port, do_not_open=True))
-    monkeypatch.setattr(line_class, "in_waiting", 0)
-    car.take(b"boot\n" + OK)
     assert upload(car.port) == OK.decode().strip()
 
 
@@ -120,7 +117,6 @@ BAD_ANSWERS = {
     "changed": (b"ERR the checksum is 0badcafe, fcf9a423 was announced\n", VERIFICATION, "0badcafe"),
     "ERR": (b"ERR the image could not be stored\n", REFUSED, "refused: the image could not be stored"),
     "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", REFUSED, "refused: ?]0;owned??"),
-    "silent": (b"", NO_ANSWER, "no answer within"),
     "half a line": (b"OK words=2 crc32=fcf9", NO_ANSWER, "no answer within"),
     "chatter": (b"~~~~~~\n" * 100, NO_ANSWER, "no answer within"),
 }
@@ -132,25 +128,23 @@ BAD_IMAGES = {
     "chatter": (b"hello, this is no car\n", VERIFICATION, "no image"),
     "bad word": (bytes.fromhex("01000000 64800001"), VERIFICATION, "parity is 1"),
 }
-
-
-@pytest.fixture
-def impatient(monkeypatch):
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 200)
+BAD = [pytest.param(True, *bad, id=f"upload: {name}") for name, bad in BAD_ANSWERS.items()]
+BAD += [pytest.param(False, *bad, id=f"readback: {name}") for name, bad in BAD_IMAGES.items()]
 
 
 @every_line
-@pytest.mark.parametrize("name", BAD_ANSWERS)
-def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
-    answer, exit_code, says = BAD_ANSWERS[name]
+@pytest.mark.parametrize(("uploads", "answer", "exit_code", "says"), BAD)
+def test_a_bad_answer(car, monkeypatch, uploads, answer, exit_code, says):
     if exit_code == NO_ANSWER:
         monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    car.take(answer)
-    sentence = refused(exit_code, upload, car.port)
+    if uploads:
+        car.take(answer)
+    else:
+        car.answer(answer, to=READBACK_REQUEST)
+    sentence = refused(exit_code, upload if uploads else readback, car.port)
     assert says in sentence
-    # The car could still say what it holds, and was asked for that.
-    assert "keeps the image that it had" in sentence
+    # Whoever uploads asks the car what it holds now; who reads asks for no change.
+    assert ("keeps the image that it had" in sentence) == uploads
 
 
 @every_line
@@ -162,7 +156,8 @@ def test_a_car_that_is_busy_is_not_asked_again(car):
 
 
 @every_line
-def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, impatient):
+def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, monkeypatch):
+    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 200)
     sentence = refused(NO_ANSWER, upload, car.port)
     assert "no answer within" in sentence
     assert "keeps the image that it had" in sentence
@@ -181,19 +176,6 @@ def test_what_arrives_changed_is_sent_again_and_each_try_is_told(car):
     assert told == [("sends-again", 2, 3), ("sends-again", 3, 3)]
 
 
-@every_line
-@pytest.mark.parametrize("name", BAD_IMAGES)
-def test_a_bad_answer_to_a_readback(car, name, monkeypatch):
-    answer, exit_code, says = BAD_IMAGES[name]
-    if exit_code == NO_ANSWER:
-        monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    car.answer(answer, to=READBACK_REQUEST)
-    sentence = refused(exit_code, readback, car.port)
-    assert says in sentence
-    # Nobody asked the car to take another image.
-    assert "keeps the image that it had" not in sentence
-
-
 @pytest.fixture
 def left_sockets():
     """pyserial leaves a socket to the garbage collector where the other end has reset it."""
@@ -208,21 +190,18 @@ def hangs_up(test):
 
 
 @hangs_up
-@pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
-def test_a_car_that_goes_away_in_the_middle_keeps_what_it_had(car, image):
-    car.play(lambda: (car.get_ready(), car.receive(6), car.hang_up()))
+@pytest.mark.parametrize(
+    ("image", "says"),
     # The line has slack: this much is under way when the other end is gone.
+    [(IMAGE, "holds the image that it had or the new one"), (LARGEST, "keeps the image that it had")],
+    ids=["two words", "511 words"],
+)
+def test_a_car_that_goes_away_in_the_middle_of_an_upload(car, image, says):
+    car.play(lambda: (car.get_ready(), car.receive(6), car.hang_up()))
     slow = 9600 if image is LARGEST else 115200
     sentence = refused(WENT_AWAY, serial_port.upload, car.port, image=image, baud=slow)
     assert "went away in the middle" in sentence
-    assert ("keeps the image that it had" in sentence) == (image is LARGEST)
-
-
-@hangs_up
-def test_a_car_that_goes_away_with_the_whole_image_may_hold_it(car):
-    car.play(lambda: (car.get_ready(), car.receive(len(IMAGE)), car.hang_up()))
-    sentence = refused(WENT_AWAY, upload, car.port)
-    assert "holds the image that it had or the new one" in sentence
+    assert says in sentence
 
 
 @hangs_up
@@ -259,13 +238,7 @@ def test_a_port_that_is_not_there(port):
             sentence = refused(PORT_NOT_FOUND, action, port)
             assert port in sentence
             assert " ." not in sentence
-
-
-def test_an_address_without_a_car_is_not_called_a_cable():
-    with deaf_port() as free:
-        sentence = refused(PORT_NOT_FOUND, upload, f"socket://127.0.0.1:{free}")
-    assert "No car answers" in sentence
-    assert "cable" not in sentence
+            assert "cable" not in sentence or "://" not in port
 
 
 @POSIX_ONLY

@@ -1,4 +1,4 @@
-"""Talks with all kinds of cars, in virtual time: boards that know no checks, two uploaders at once, slow lines."""
+"""Talks with all kinds of cars, in virtual time: boards that know no checks, slow lines."""
 
 from random import Random
 from zlib import crc32
@@ -23,7 +23,7 @@ from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.request import CHECK_BYTES, check_words, held_checksum, ready_line
 from motorcade.words.upload import IMAGE, MISMATCH, NOT_VERIFIED, REFUSED, SILENT, VERIFIED, ok_line
 from support.check_requests import read_check
-from support.faulty_line import Faults, Party, RealCar, SimpleCar, Way, talk_through
+from support.faulty_line import Faults, RealCar, SimpleCar, Way, talk_through
 
 BAUD = 115200
 FIRST = bytes.fromhex("01000000 64800000")
@@ -70,7 +70,7 @@ def takes_all(image):
 def test_a_car_that_knows_no_checks_is_sent_the_image_as_it_is(judge, image):
     there, back = ways()
     talk, car = UploadTransfer(image, BAUD), SimpleCar(FIRST, there, back, judge)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert talk.outcome == (VERIFIED, ok_line(image).decode().strip())
     assert talk.holds == NEW
     assert car.holds == image
@@ -84,7 +84,7 @@ def test_to_a_car_that_knows_no_checks_changed_bytes_are_sent_again_until_it_hol
     told = Told()
     there, back = ways(Faults(flipped_at=IN_THE_TRIES[:2]))
     talk, car = UploadTransfer(SECOND, BAUD, retrying=told), SimpleCar(FIRST, there, back, takes_all)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert (talk.holds, car.holds, told) == (NEW, SECOND, [SENDS_AGAIN, SENDS_AGAIN])
 
 
@@ -99,7 +99,7 @@ def test_to_a_car_that_knows_no_checks_changed_bytes_are_sent_again_until_it_hol
 def test_what_a_car_that_knows_no_checks_may_hold_is_told(there, back, holds, kind):
     there, back = ways(there, back)
     talk, car = UploadTransfer(SECOND, BAUD), SimpleCar(FIRST, there, back, takes_all)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert (talk.outcome.kind, talk.holds) == (kind, holds)
     assert (car.holds == SECOND) == (kind == SILENT)
 
@@ -109,7 +109,7 @@ def test_a_refusal_of_a_car_that_knows_no_checks_is_final():
     told = Told()
     talk = UploadTransfer(SECOND, BAUD, retrying=told)
     car = SimpleCar(FIRST, there, back, lambda image: "battery low")
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert talk.outcome == (REFUSED, "battery low")
     assert (talk.holds, car.holds) == (OLD, FIRST)
     assert told == [ASKS_AGAIN, ASKS_AGAIN]
@@ -130,7 +130,7 @@ def test_without_verifying_nothing_but_the_image_is_sent():
 def test_a_line_with_a_stuck_bit_makes_no_car_look_as_if_it_knew_no_checks(bit):
     there, back = ways(Faults(stuck=1 << bit))
     talk, car = UploadTransfer(SECOND, BAUD), RealCar(FIRST, there, back)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert (talk.outcome.kind, talk.holds, car.holds) == (REFUSED, OLD, FIRST)
 
 
@@ -138,7 +138,7 @@ def test_an_image_that_the_car_can_not_hold_is_sent_once_and_the_car_keeps_its_o
     there, back = ways()
     told = Told()
     talk, car = UploadTransfer(LARGEST, BAUD, retrying=told), RealCar(FIRST, there, back, most_words=126)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert (talk.outcome, talk.holds, car.holds) == ((REFUSED, "image-too-large most=126 words=511"), OLD, FIRST)
     assert told == []
     assert "this car holds at most 126" in str(upload_error("port", talk.outcome, talk.holds))
@@ -172,38 +172,6 @@ def test_an_answer_to_an_earlier_request_is_no_answer():
     assert (talk.outcome.kind, talk.holds) == (SILENT, OLD)
 
 
-class Late:
-    """An uploader that comes a while after the other one."""
-
-    def __init__(self, talk, begin_ms):
-        self.talk, self._begin_ms = talk, begin_ms
-        self.rest_ms = 0
-
-    def step(self, data, now_ms):
-        self.rest_ms = self._begin_ms - now_ms
-        if self.rest_ms > 0:
-            return b""
-        sent = self.talk.step(data, now_ms)
-        self.rest_ms = self.talk.rest_ms
-        return sent
-
-    @property
-    def outcome(self):
-        return self.talk.outcome
-
-
-@pytest.mark.parametrize("begin_ms", range(0, 1500, 25))
-def test_of_two_uploaders_at_once_the_last_that_is_verified_has_the_car(begin_ms):
-    (there, back), (_, other_back) = ways(), ways()
-    images = {UploadTransfer(SECOND, BAUD, number=1): SECOND, UploadTransfer(THIRD, 1200, number=1): THIRD}
-    late = [Late(talk, begin_ms * place) for place, talk in enumerate(images)]
-    car = RealCar(FIRST, there, Party(back, other_back))
-    ended = [each.talk for each in talk_through(late, car, there, [back, other_back])]
-    verified = [talk for talk in ended if talk.outcome.kind == VERIFIED]
-    assert all((talk.holds == NEW) == (talk in verified) for talk in ended)
-    assert car.holds == (images[verified[-1]] if verified else FIRST)
-
-
 # Readback
 
 
@@ -211,7 +179,7 @@ def test_an_image_that_comes_back_damaged_is_read_again():
     there, back = ways(back=Faults(dead_until=5, dead_from=3))
     told = Told()
     talk = ReadbackTransfer(BAUD, told)
-    talk_through([talk], RealCar(SECOND, there, back), there, [back])
+    talk_through(talk, RealCar(SECOND, there, back), there, back)
     assert talk.outcome == (IMAGE, SECOND)
     assert told == [READS_AGAIN]
 
@@ -244,7 +212,7 @@ def test_the_answer_is_awaited_from_when_the_last_byte_has_left_a_slow_line():
     # 2,044 bytes take 17 s.
     there, back = ways()
     talk, car = UploadTransfer(LARGEST, 1200), RealCar(FIRST, there, back)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert (talk.holds, car.holds) == (NEW, LARGEST)
 
 
@@ -265,5 +233,5 @@ class ChattyCar(RealCar):
 def test_a_board_that_never_stops_talking_is_talked_to_nevertheless():
     there, back = ways()
     talk, car = UploadTransfer(SECOND, BAUD), ChattyCar(FIRST, there, back)
-    talk_through([talk], car, there, [back])
+    talk_through(talk, car, there, back)
     assert (talk.holds, car.holds) == (NEW, SECOND)

@@ -7,12 +7,14 @@ request.
 import asyncio
 import http.client
 import io
+import re
 import ssl
 import threading
 import time
 from collections.abc import AsyncGenerator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing, closing
+from functools import partial
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
@@ -29,6 +31,7 @@ _IDLE_S = 1.0
 _AGAIN_S = 0.5
 _MOST_BYTES = 1 << 22
 _CHUNK_BYTES = 1 << 16
+_LENGTH = re.compile(rb"^content-length[ \t]*:[ \t]*([0-9]{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _MULTIPART, _JPEG = "multipart/x-mixed-replace", "image/jpeg"
 
 
@@ -48,7 +51,6 @@ class Camera:
     Args:
         source: where its pictures come from.
         rate_hz: the most pictures a second.
-        clock: gives the time in seconds, which never goes back.
         patience_s: how long a viewer waits for a picture before an error.
 
     Attributes:
@@ -56,16 +58,9 @@ class Camera:
         viewers: number of viewers now.
     """
 
-    def __init__(
-        self,
-        source: Source,
-        rate_hz: float = RATE_HZ,
-        clock: Callable[[], float] = time.monotonic,
-        patience_s: float = 5.0,
-    ) -> None:
+    def __init__(self, source: Source, rate_hz: float = RATE_HZ, patience_s: float = 5.0) -> None:
         self._source = source
         self._rate_hz = rate_hz
-        self._clock = clock
         self._patience_s = patience_s
         # A thread of its own: a viewer that leaves doesn't wait for a picture, and only one is taken at a time.
         self._thread = ThreadPoolExecutor(1, "camera")
@@ -87,13 +82,13 @@ class Camera:
         self.viewers += 1
         if self._taking is None:
             self._taking = asyncio.create_task(self._take())
-        seen = self.taken
+        seen, clock = self.taken, asyncio.get_running_loop().time
         try:
             while True:
-                due_s = self._clock() + 1 / rate_hz
+                due_s = clock() + 1 / rate_hz
                 yield await self._after(seen)
                 seen = self.taken
-                await asyncio.sleep(due_s - self._clock())
+                await asyncio.sleep(due_s - clock())
         finally:
             self.viewers -= 1
             if not self.viewers and self._taking:
@@ -124,10 +119,11 @@ class Camera:
         return self._newest
 
     async def _take(self) -> None:
-        due_s = self._clock()
+        loop = asyncio.get_running_loop()
+        due_s = loop.time()
         while True:
             try:
-                picture = await asyncio.get_running_loop().run_in_executor(self._thread, self._source.jpeg)
+                picture = await loop.run_in_executor(self._thread, self._source.jpeg)
             except (OSError, MotorcadeError) as problem:
                 self._problem = problem
             else:
@@ -135,8 +131,8 @@ class Camera:
                     self._newest, self._problem = picture, None
                     self.taken += 1
                     self._has_new.notify_all()
-            due_s = max(due_s + 1 / self._rate_hz, self._clock())
-            await asyncio.sleep(due_s - self._clock())
+            due_s = max(due_s + 1 / self._rate_hz, loop.time())
+            await asyncio.sleep(due_s - loop.time())
 
 
 class PiCamera:
@@ -214,15 +210,12 @@ def find_camera() -> Source:
 class Parts:
     """Split a body of multipart/x-mixed-replace into its pictures, however its bytes are cut. Pure.
 
-    Args:
-        boundary: of its parts, without the leading hyphens.
-        most_bytes: the longest part, with its headers.
+    ``boundary`` is that of its parts, without the leading hyphens.
     """
 
-    def __init__(self, boundary: str, most_bytes: int = _MOST_BYTES) -> None:
+    def __init__(self, boundary: str) -> None:
         # Some servers name the boundary with its hyphens.
         self._boundary = b"--" + boundary.removeprefix("--").encode("latin-1")
-        self._most_bytes = most_bytes
         self._rest = bytearray()
 
     def receive_data(self, data: bytes) -> list[bytes]:
@@ -231,8 +224,8 @@ class Parts:
         pictures = []
         while (picture := self._next()) is not None:
             pictures.append(picture)
-        if len(self._rest) > self._most_bytes:
-            raise ValueError(f"more than {self._most_bytes} bytes without an end")
+        if len(self._rest) > _MOST_BYTES:
+            raise ValueError(f"more than {_MOST_BYTES} bytes without an end")
         return pictures
 
     def _next(self) -> bytes | None:
@@ -241,21 +234,14 @@ class Parts:
         if begin < 0 or head_end < 0:
             return None
         body = head_end + 4
-        length = _length(bytes(self._rest[begin:head_end]))
+        found = _LENGTH.search(self._rest, begin, head_end)
+        length = int(found[1]) if found else None
         end = self._rest.find(self._boundary, body) if length is None else body + length
         if end < body or end > len(self._rest):
             return None
         picture = bytes(self._rest[body:end])
         del self._rest[:end]
         return picture if length is not None else picture.removesuffix(b"\r\n")
-
-
-def _length(head: bytes) -> int | None:
-    for line in head.split(b"\r\n"):
-        name, _, value = line.partition(b":")
-        if name.strip().lower() == b"content-length" and value.strip().isdigit():
-            return int(value)
-    return None
 
 
 class WebCamera:
@@ -265,19 +251,12 @@ class WebCamera:
         url: http:// or https://, with all that it needs, such as ``token=``.
         trust: the authorities for an https:// address; those that this computer trusts, unless given.
         patience_s: how long `jpeg` waits for a picture before an error.
-        idle_s: the connection ends when nobody has asked for so long.
 
     Raises:
         MotorcadeError: "not-a-camera-address".
     """
 
-    def __init__(
-        self,
-        url: str,
-        trust: ssl.SSLContext | None = None,
-        patience_s: float = _PATIENCE_S,
-        idle_s: float = _IDLE_S,
-    ) -> None:
+    def __init__(self, url: str, trust: ssl.SSLContext | None = None, patience_s: float = _PATIENCE_S) -> None:
         try:
             parts = urlsplit(url)
             self._host, self._port = parts.hostname or "", parts.port
@@ -288,9 +267,10 @@ class WebCamera:
         self._path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
         # Shown in errors, without the token, which is a secret.
         self._shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
-        self._tls = (trust or ssl.create_default_context()) if parts.scheme == "https" else None
+        self._connect: Callable[..., http.client.HTTPConnection] = http.client.HTTPConnection
+        if parts.scheme == "https":
+            self._connect = partial(http.client.HTTPSConnection, context=trust or ssl.create_default_context())
         self._patience_s = patience_s
-        self._idle_s = idle_s
         self._changed = threading.Condition()
         self._reader: threading.Thread | None = None
         self._asked_s = 0.0
@@ -345,14 +325,14 @@ class WebCamera:
             self._newest = picture
             self._count += 1
             self._changed.notify_all()
-            is_wanted = not self._closed and time.monotonic() - self._asked_s < self._idle_s
+            is_wanted = not self._closed and time.monotonic() - self._asked_s < _IDLE_S
             if not is_wanted:
                 self._reader = None
             return is_wanted
 
     def _pictures(self) -> Iterator[bytes]:
         """The camera's pictures as they come. Raises OSError, HTTPException, ValueError."""
-        with closing(self._connection()) as connection:
+        with closing(self._connect(self._host, self._port, timeout=self._patience_s)) as connection:
             while True:
                 connection.request("GET", self._path)
                 answer = connection.getresponse()
@@ -360,7 +340,10 @@ class WebCamera:
                     raise OSError(f"{answer.status} {answer.reason}"[:60])
                 kind = answer.headers.get_content_type()
                 if kind == _MULTIPART:
-                    yield from _parts_of(answer)
+                    splitter = Parts(str(answer.headers.get_param("boundary", "")))
+                    while data := answer.read1(_CHUNK_BYTES):
+                        # Of pictures that come together only the newest counts.
+                        yield from splitter.receive_data(data)[-1:]
                     return
                 if kind != _JPEG:
                     raise OSError(f"{kind[:40]} is no picture")
@@ -369,15 +352,3 @@ class WebCamera:
                     raise OSError(f"more than {_MOST_BYTES} bytes")
                 yield picture
                 time.sleep(1 / RATE_HZ)
-
-    def _connection(self) -> http.client.HTTPConnection:
-        if self._tls:
-            return http.client.HTTPSConnection(self._host, self._port, timeout=self._patience_s, context=self._tls)
-        return http.client.HTTPConnection(self._host, self._port, timeout=self._patience_s)
-
-
-def _parts_of(answer: http.client.HTTPResponse) -> Iterator[bytes]:
-    parts = Parts(str(answer.headers.get_param("boundary", "")))
-    while data := answer.read1(_CHUNK_BYTES):
-        # Of pictures that come together only the newest counts.
-        yield from parts.receive_data(data)[-1:]

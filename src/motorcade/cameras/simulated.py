@@ -59,14 +59,6 @@ class _Billboard(NamedTuple):
     colour: RGB
 
 
-class _Seen(NamedTuple):
-    """A wall or an obstacle in each column: its distance ahead (inf where it isn't), its brightness, its colour."""
-
-    far_m: Floats
-    light: Floats
-    colour: RGB
-
-
 class _DarkFloor(NamedTuple):
     """What is dark on the floor, from above: the lower left corner, the cells in a metre, and the cells' darkness."""
 
@@ -172,47 +164,46 @@ class Scene:
         picture[self._floor_rows] = _hazy(shaded, np.broadcast_to(ahead, lines.shape))
 
     def _draw_walls(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> Floats:
-        """Draw the nearest wall or obstacle of each column; return its distance ahead."""
-        depths = np.full(WIDTH, np.inf)
-        colours = np.zeros((WIDTH, 3), np.float32)
-        for far, light, colour in (*self._seen_walls(x, y, cos, sin), *self._seen_discs(x, y, cos, sin)):
-            nearer = far < depths
-            depths[nearer] = far[nearer]
-            colours[nearer] = (np.array(colour, np.float32) * light[:, None])[nearer]
+        """Draw the nearest wall or obstacle of each column; return its distance ahead, inf where there is none."""
+        seen = [self._seen_walls(x, y, cos, sin), self._seen_discs(x, y, cos, sin)]
+        nowhere = np.full((1, WIDTH), np.inf)
+        far = np.concatenate([nowhere, *(far_m for far_m, _ in seen)])
+        shown = np.concatenate([np.zeros((1, WIDTH, 3)), *(colours for _, colours in seen)])
+        nearest = far.argmin(axis=0), np.arange(WIDTH)
+        depths: Floats = far[nearest]
+        colours = shown[nearest].astype(np.float32)
         solid = np.flatnonzero(np.isfinite(depths))
         if len(solid):
             rows = np.arange(HEIGHT)[:, None] + 0.5 - self._horizon
             scale = self._focus / depths[solid]
             stands = (rows >= (_CAMERA_M - _WALL_M) * scale) & (rows <= _CAMERA_M * scale)
-            shown = np.broadcast_to(_hazy(colours[solid], depths[solid]), (HEIGHT, len(solid), 3))
-            picture[:, solid] = np.where(stands[..., None], shown, picture[:, solid])
+            picture[:, solid] = np.where(stands[..., None], _hazy(colours[solid], depths[solid]), picture[:, solid])
         return depths
 
-    def _seen_walls(self, x: float, y: float, cos: float, sin: float) -> list[_Seen]:
-        seen: list[_Seen] = []
-        for x0, y0, x1, y1, solid in self._walls:
-            ahead_0, aside_0 = (x0 - x) * cos + (y0 - y) * sin, (y0 - y) * cos - (x0 - x) * sin
-            ahead, aside = (x1 - x0) * cos + (y1 - y0) * sin, (y1 - y0) * cos - (x1 - x0) * sin
-            with np.errstate(divide="ignore", invalid="ignore"):
-                part = (ahead_0 * self._slopes - aside_0) / (aside - ahead * self._slopes)
-                far = ahead_0 + part * ahead
-            hits = (part >= 0) & (part <= 1) & (far > _NEAR_M)
-            light = np.full(WIDTH, 0.75 + 0.25 * abs(ahead) / math.hypot(ahead, aside))
-            seen.append(_Seen(np.where(hits, far, np.inf), light, _OBSTACLE if solid else _WALL))
-        return seen
+    def _seen_walls(self, x: float, y: float, cos: float, sin: float) -> tuple[Floats, Floats]:
+        """How far ahead each wall is in each column, inf where it isn't seen, and its colour there."""
+        x0, y0, x1, y1, solid = self._walls.T[..., None]
+        ahead_0, aside_0 = (x0 - x) * cos + (y0 - y) * sin, (y0 - y) * cos - (x0 - x) * sin
+        ahead, aside = (x1 - x0) * cos + (y1 - y0) * sin, (y1 - y0) * cos - (x1 - x0) * sin
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = (ahead_0 * self._slopes - aside_0) / (aside - ahead * self._slopes)
+            far = ahead_0 + part * ahead
+        hits = (part >= 0) & (part <= 1) & (far > _NEAR_M)
+        light = 0.75 + 0.25 * np.abs(ahead) / np.hypot(ahead, aside)
+        colours = np.where(solid, _OBSTACLE, _WALL) * light
+        return np.where(hits, far, np.inf), np.broadcast_to(colours[:, None], (*far.shape, 3))
 
-    def _seen_discs(self, x: float, y: float, cos: float, sin: float) -> list[_Seen]:
-        seen: list[_Seen] = []
-        for disc_x, disc_y, radius in self._discs:
-            ahead, aside = (disc_x - x) * cos + (disc_y - y) * sin, (disc_y - y) * cos - (disc_x - x) * sin
-            a = 1 + self._slopes**2
-            b = ahead + aside * self._slopes
-            root = b * b - a * (ahead * ahead + aside * aside - radius * radius)
-            far = (b - np.sqrt(np.maximum(root, 0))) / a
-            off = np.clip((far * self._slopes - aside) / radius, -1, 1)
-            hits = (root > 0) & (far > _NEAR_M)
-            seen.append(_Seen(np.where(hits, far, np.inf), 1 - 0.45 * np.abs(off), _OBSTACLE))
-        return seen
+    def _seen_discs(self, x: float, y: float, cos: float, sin: float) -> tuple[Floats, Floats]:
+        """The same of each round obstacle."""
+        disc_x, disc_y, radius = self._discs.T[..., None]
+        ahead, aside = (disc_x - x) * cos + (disc_y - y) * sin, (disc_y - y) * cos - (disc_x - x) * sin
+        a = 1 + self._slopes**2
+        b = ahead + aside * self._slopes
+        root = b * b - a * (ahead * ahead + aside * aside - radius * radius)
+        far = (b - np.sqrt(np.maximum(root, 0))) / a
+        off = np.clip((far * self._slopes - aside) / radius, -1, 1)
+        hits = (root > 0) & (far > _NEAR_M)
+        return np.where(hits, far, np.inf), np.array(_OBSTACLE) * (1 - 0.45 * np.abs(off))[..., None]
 
     def _billboards(self, now: Moment, car: int, x: float, y: float, cos: float, sin: float) -> list[_Billboard]:
         """The billboards of cars and people in view, the farthest first."""
@@ -229,9 +220,8 @@ class Scene:
         for person_x, person_y in self._about.people_at(now.t_ms):
             to_x, to_y = person_x - x, person_y - y
             half_m, high_m = _PERSON_M
-            billboards.append(
-                _Billboard(to_x * cos + to_y * sin, to_y * cos - to_x * sin, half_m, 0.0, high_m, _PERSON)
-            )
+            at = to_x * cos + to_y * sin, to_y * cos - to_x * sin
+            billboards.append(_Billboard(*at, half_m, 0.0, high_m, _PERSON))
         return sorted((each for each in billboards if each.ahead > _NEAR_M), key=lambda each: -each.ahead)
 
     def _car(self, now: Moment, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Billboard]:

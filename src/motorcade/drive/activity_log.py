@@ -138,8 +138,8 @@ class _Repeats:
     """Let the first record of a kind through, and count those that equal it but for the client's port. Pure."""
 
     def __init__(self) -> None:
-        self._since: dict[tuple[str, ...], datetime] = {}
-        self._more: dict[tuple[str, ...], dict[str, Any]] = {}
+        # When the first record of a kind came, and what stands for those behind it, or nothing.
+        self._kinds: dict[tuple[str, ...], tuple[datetime, dict[str, Any]]] = {}
 
     def take(self, record: dict[str, Any], now: datetime) -> list[dict[str, Any]]:
         """What is to be written now that ``record`` came."""
@@ -147,19 +147,18 @@ class _Repeats:
         # A user of a page may have any name before the address.
         client = record["who"].rpartition(" · ")[2].rpartition(":")[0]
         kind = (record.get("car", ""), record["did"], client)
-        if kind not in self._since:
-            self._since[kind] = now
+        if kind not in self._kinds:
+            self._kinds[kind] = now, {}
             return [*due, record]
-        more = self._more.get(kind, {}).get("more", 0) + 1
-        self._more[kind] = record | {"more": more, "in_s": TOGETHER_S}
+        since, counted = self._kinds[kind]
+        self._kinds[kind] = since, record | {"more": counted.get("more", 0) + 1, "in_s": TOGETHER_S}
         return due
 
     def counts(self, now: datetime, everything: bool = False) -> list[dict[str, Any]]:
         """The counts whose time is over, or ``everything``."""
-        over = [kind for kind, since in self._since.items() if everything or now - since >= timedelta(0, TOGETHER_S)]
-        for kind in over:
-            del self._since[kind]
-        return [self._more.pop(kind) for kind in over if kind in self._more]
+        together = timedelta(seconds=TOGETHER_S)
+        over = [kind for kind, (since, _) in self._kinds.items() if everything or now - since >= together]
+        return [counted for kind in over if (counted := self._kinds.pop(kind)[1])]
 
 
 @contextmanager

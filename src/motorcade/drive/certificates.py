@@ -35,9 +35,14 @@ _NAMES = {
     DRIVER: re.compile(r"\w([\w-]{0,38}\w)?"),
 }
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,250}[A-Za-z0-9])?")
+_USES = (
+    *("digital_signature", "content_commitment", "key_encipherment", "data_encipherment", "key_agreement"),
+    *("key_cert_sign", "crl_sign", "encipher_only", "decipher_only"),
+)
 # So that a car can be tried on its own computer.
 _OWN = ("localhost", "127.0.0.1", "::1")
 _MOST_BYTES = 1 << 20
+_PEM = serialization.Encoding.PEM
 
 
 class CarKeys(NamedTuple):
@@ -99,7 +104,7 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             _write_secret(made[-1], title(role, name), own, authority)
             issued.append(own.certificate)
         with (folder / ISSUED).open("ab") as opened:
-            opened.write(b"".join(each.public_bytes(serialization.Encoding.PEM) for each in issued))
+            opened.write(b"".join(each.public_bytes(_PEM) for each in issued))
     except OSError:
         # Half a file would be in the way of the next try.
         for file in made:
@@ -112,7 +117,14 @@ def list_keys(folder: Path) -> list[IssuedKeys]:
     """Return all keys of the authority in ``folder``, the oldest first. Raises MotorcadeError where there is none."""
     _read_authority(folder / AUTHORITY)
     revoked = read_revoked(folder / REVOKED) if (folder / REVOKED).exists() else frozenset()
-    return [_described(each, each.serial_number in revoked) for each in _certificates(folder / ISSUED)]
+    keys = []
+    for each in _certificates(folder / ISSUED):
+        purposes = each.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
+        role = DRIVER if ExtendedKeyUsageOID.CLIENT_AUTH in purposes else CAR
+        (name,) = each.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+        number, until = each.serial_number, each.not_valid_after_utc
+        keys.append(IssuedKeys(role, str(name.value), number, until, number in revoked))
+    return keys
 
 
 def revoke_drivers(folder: Path, drivers: Sequence[str]) -> Path:
@@ -153,14 +165,6 @@ def _certificates(file: Path) -> list[x509.Certificate]:
         raise MotorcadeError("not-a-keys-file", file=file, reason="PEM") from None
 
 
-def _described(certificate: x509.Certificate, is_revoked: bool) -> IssuedKeys:
-    purposes = certificate.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
-    role = DRIVER if ExtendedKeyUsageOID.CLIENT_AUTH in purposes else CAR
-    (name,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
-    number, until = certificate.serial_number, certificate.not_valid_after_utc
-    return IssuedKeys(role, str(name.value), number, until, is_revoked)
-
-
 def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:
     hosts = (car.name, f"{car.name}.local", *_OWN, *car.hosts)
     named = x509.SubjectAlternativeName([_general_name(host) for host in dict.fromkeys(hosts)])
@@ -180,8 +184,7 @@ def _found_authority(folder: Path, now: datetime) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     authority = _certified(f"Motorcade authority {folder.resolve().name}"[:64], now, _AUTHORITY_DAYS)
     _write_secret(folder / AUTHORITY, "Motorcade authority: whoever has this file can make keys", authority)
-    public = authority.certificate.public_bytes(serialization.Encoding.PEM)
-    (folder / AUTHORITY_PUBLIC).write_bytes(public)
+    (folder / AUTHORITY_PUBLIC).write_bytes(authority.certificate.public_bytes(_PEM))
 
 
 def _read_authority(file: Path) -> _Authority:
@@ -208,9 +211,10 @@ def _certified(
     key = ec.generate_private_key(ec.SECP256R1())
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     issuer, issuer_key = (authority.certificate.subject, authority.key) if authority else (subject, key)
+    use = "digital_signature" if authority else "key_cert_sign"
     critical = (
         x509.BasicConstraints(ca=not authority, path_length=None if authority else 0),
-        _usage(signs_certificates=not authority),
+        x509.KeyUsage(**{each: each == use for each in _USES}),
     )
     others = (
         x509.SubjectKeyIdentifier.from_public_key(key.public_key()),
@@ -224,28 +228,9 @@ def _certified(
     return _Authority(key, builder.sign(issuer_key, hashes.SHA256()))
 
 
-def _usage(signs_certificates: bool) -> x509.KeyUsage:
-    return x509.KeyUsage(
-        digital_signature=not signs_certificates,
-        key_cert_sign=signs_certificates,
-        crl_sign=False,
-        content_commitment=False,
-        key_encipherment=False,
-        data_encipherment=False,
-        key_agreement=False,
-        encipher_only=False,
-        decipher_only=False,
-    )
-
-
 def _write_secret(file: Path, first_line: str, own: _Authority, authority: _Authority | None = None) -> None:
     """Key, certificate and the authority's certificate, in a new file that only its owner may read."""
-    parts = [f"{first_line}\n".encode()]
-    parts.append(
-        own.key.private_bytes(
-            serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-        )
-    )
-    parts.extend(each.certificate.public_bytes(serialization.Encoding.PEM) for each in (own, authority) if each)
+    key = own.key.private_bytes(_PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
+    certificates = (each.certificate.public_bytes(_PEM) for each in (own, authority) if each)
     with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
-        opened.write(b"".join(parts))
+        opened.write(b"".join([f"{first_line}\n".encode(), key, *certificates]))

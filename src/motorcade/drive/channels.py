@@ -8,22 +8,21 @@ from motorcade.drive.keys import RevokedKeys, peer_name, peer_number
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
+    WORDS,
     DriveError,
-    FrameReader,
-    FrameTooLongError,
     Request,
-    WordReader,
     newest_of_each_code,
     pack_frame,
     read_request,
+    take_frames,
 )
 from motorcade.locales import languages
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 
 PERIOD_S = 0.1
-# A thousand commands; nobody sends so many between two reads but by mistake.
-_BUFFER_BYTES = 4096
+# All that the system keeps of a connection (`motorcade.drive.listener`): newer commands never lie behind it.
+_BUFFER_BYTES = 1 << 15
 MOST_WRONG = 16
 _MOST_REQUESTS_PER_S = 20
 # A client has so many periods to name the connection that its telemetry channel belongs to.
@@ -56,28 +55,6 @@ class Clients:
         self.channels: list[TelemetryChannel] = []
         self.has_channels = asyncio.Event()
 
-    def find_commands(self, channel: "TelemetryChannel", by_port: bool) -> "CommandChannel | None":
-        """The connection for commands of the same client; None where there is no such.
-
-        Args:
-            channel: for telemetry.
-            by_port: the one at the port that ``channel`` names; else the only one that has no telemetry channel.
-        """
-        of_client = [each for each in self.commands if each.client == channel.client]
-        if not by_port:
-            taken = [each.commands for each in self.channels]
-            free = [each for each in of_client if each not in taken]
-            return free[0] if len(free) == 1 else None
-        found = next((each for each in of_client if each.port == channel.port_named), None)
-        for other in self.channels:
-            if found and other.commands is found:
-                other.commands = None
-        return found
-
-    def count_watchers(self, client: str) -> int:
-        """How many telemetry channels of a client have a place that no connection for commands shares."""
-        return sum(each.own.has_place and each.client == client for each in self.channels)
-
 
 class Channel(asyncio.BaseProtocol):
     """A connection of a client, as a `motorcade.drive.listener.Listener` accepts it.
@@ -85,19 +62,22 @@ class Channel(asyncio.BaseProtocol):
     Args:
         clients: of the car.
         closed: called when the connection is lost.
-        watches: whether its session won't drive.
 
     Attributes:
         line: the transport; None before the connection is made and after it is lost.
         client: the name in the client's certificate, or the address that it comes from.
         port: the port that it comes from.
         own: its own session.
+        commands: where this one is for telemetry, the client's connection for commands, once it is found; both then
+            share its session.
     """
 
     holder = ""
     stays = False
+    # Whether its session won't drive.
     watches = False
     own: ControlSession
+    commands: "CommandChannel | None" = None
 
     def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
         self.clients = clients
@@ -105,13 +85,14 @@ class Channel(asyncio.BaseProtocol):
         self.line: asyncio.Transport | None = None
         self.client = ""
         self.port = 0
+        self._alike: list[Any] = clients.channels if self.watches else clients.commands
         self._keys_number: int | None = None
         self._closed = closed
 
     @property
     def session(self) -> ControlSession:
         """The client's session."""
-        return self.own
+        return self.commands.own if self.commands else self.own
 
     def has_session(self) -> bool:
         """Whether the client drives or watches."""
@@ -119,6 +100,7 @@ class Channel(asyncio.BaseProtocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Find out who the client is, and make its session, which has no place yet."""
+        self._alike.append(self)
         self.line = transport  # type: ignore[assignment]
         address = transport.get_extra_info("peername") or ("?", 0)
         line = transport.get_extra_info("ssl_object")
@@ -126,11 +108,14 @@ class Channel(asyncio.BaseProtocol):
         self.port = int(address[1])
         self._keys_number = peer_number(line)
         name = f"{self.client}:{self.port}"
-        self.own = ControlSession(self.control, name, self.client, watches=self.watches, replaced=self._replaced)
+        # A watcher that has lost its place to a newcomer goes on watching without one.
+        replaced = (lambda: None) if self.watches else self._hang_up
+        self.own = ControlSession(self.control, name, self.client, watches=self.watches, replaced=replaced)
         self.check_keys()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End the session: the wheels stand still if it moved them."""
+        self._alike.remove(self)
         self.line = None
         self.own.leave()
         self._closed()
@@ -149,30 +134,17 @@ class Channel(asyncio.BaseProtocol):
         self.control.turned_away += 1
         self.drop()
 
-    def _replaced(self) -> None:
-        """The session has lost its place to a newcomer."""
-        self._hang_up()
-
 
 class CommandChannel(Channel, asyncio.BufferedProtocol):
     """Take one client's commands; nothing is sent back. Arguments as of `Channel`."""
 
     def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
         super().__init__(clients, closed)
-        self._reader = WordReader(clients.byte_order)
+        self._word = WORDS[clients.byte_order]
+        self._rest = b""
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
         self._wrong = 0
         self._received = 0
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to take commands."""
-        self.clients.commands.append(self)
-        super().connection_made(transport)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """End the session: the wheels stand still if it moved them."""
-        self.clients.commands.remove(self)
-        super().connection_lost(exc)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         """Where the next bytes go."""
@@ -180,71 +152,46 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
 
     def buffer_updated(self, nbytes: int) -> None:
         """Obey the newest command of each code among those that have come."""
-        words = self._reader.receive_data(self._buffer[:nbytes])
+        data = self._rest + self._buffer[:nbytes]
+        whole = len(data) // self._word.size * self._word.size
+        self._rest = data[whole:]
+        words = [word for (word,) in self._word.iter_unpack(data[:whole])]
         before, self._received = self._received, self._received + len(words)
-        if nbytes == _BUFFER_BYTES:
-            # Newer commands lie behind a full buffer.
-            self.own.counts["superseded"] += len(words)
-            if words:
-                self._take(words[-1], self._received, is_newest=False)
-            return
         newest = newest_of_each_code(words)
         self.own.counts["superseded"] += len(words) - len(newest)
         for index in newest:
-            self._take(words[index], before + index + 1)
-
-    def _take(self, word: int, number: int, is_newest: bool = True) -> None:
-        try:
-            if is_newest:
-                self.own.command(word, number)
-            else:
-                self.own.check(word)
-            self._wrong = 0
-        except WordError:
-            self._wrong += 1
-            if self._wrong >= MOST_WRONG:
+            try:
+                self.own.command(words[index], before + index + 1)
+                self._wrong = 0
+            except WordError:
+                self._wrong += 1
+                if self._wrong >= MOST_WRONG:
+                    self._hang_up()
+            except DriveError:
                 self._hang_up()
-        except DriveError:
-            self._hang_up()
 
 
 class TelemetryChannel(Channel, asyncio.Protocol):
-    """Send telemetry to one client, and answer its requests. Arguments as of `Channel`.
-
-    Attributes:
-        port_named: the port of the client's connection for commands, as the client names it.
-        commands: that connection, once it is found; both then share its session.
-    """
+    """Send telemetry to one client, and answer its requests. Arguments as of `Channel`."""
 
     watches = True
 
     def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
         super().__init__(clients, closed)
-        self.port_named = 0
-        self.commands: CommandChannel | None = None
-        self._reader = FrameReader(MOST_REQUEST_BYTES)
+        # Of the client's connection for commands, as the client names it.
+        self._port_named = 0
+        self._received = bytearray()
         self._rate = RateLimit(_MOST_REQUESTS_PER_S, 1000)
         self._is_slow = self._is_joining = False
         self._periods = 0
-
-    @property
-    def session(self) -> ControlSession:
-        """The session that the client's connection for commands shares, or its own."""
-        return self.commands.own if self.commands else self.own
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin to send telemetry."""
         assert isinstance(transport, asyncio.Transport)
         # At most one frame waits here for a slow reader. With a limit of 0 TLS would never report an empty buffer.
         transport.set_write_buffer_limits(1)
-        self.clients.channels.append(self)
         self.clients.has_channels.set()
         super().connection_made(transport)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """End the channel's own session."""
-        self.clients.channels.remove(self)
-        super().connection_lost(exc)
 
     def pause_writing(self) -> None:
         """The client reads slowly: send no telemetry."""
@@ -256,13 +203,14 @@ class TelemetryChannel(Channel, asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Answer the requests that are whole."""
-        self._reader.receive_data(data)
+        self._received += data
         try:
-            while self.line and (text := self._reader.next_frame()) is not None:
+            for text in take_frames(self._received, MOST_REQUEST_BYTES):
                 self._answer(text)
-        except FrameTooLongError:
-            self._refuse(None, DriveError("too-long", most=MOST_REQUEST_BYTES))
-            self._close()
+                if self.line is None:
+                    return
+        except DriveError as problem:
+            self._close(problem)
 
     def end_period(self, telemetry: dict[str, Any]) -> None:
         """Send ``telemetry`` at the end of a period, unless the last frame still waits."""
@@ -270,8 +218,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         try:
             self._settle()
         except DriveError as problem:
-            self._refuse(None, problem)
-            self._close()
+            self._close(problem)
             return
         if not self._is_slow:
             self._send({"kind": "telemetry"} | telemetry | {"you": self._you()})
@@ -284,7 +231,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             return
         if self._is_joining:
             self._is_joining = False
-            self._refuse("join", DriveError("no-such-connection", port=self.port_named))
+            self._refuse("join", DriveError("no-such-connection", port=self._port_named))
         self._take_place()
 
     def _has_partner(self) -> bool:
@@ -293,24 +240,37 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         return self.commands is not None
 
     def _found(self, by_port: bool) -> bool:
-        """Look for the client's connection for commands, and share its session where it is found."""
-        self.commands = self.clients.find_commands(self, by_port)
-        if self.commands:
-            self.control.end(self.own)
-        if self.commands and self._is_joining:
+        """Look for the client's connection for commands, and share its session where it is found.
+
+        It is the one at the port that the client names, or the only one that has no telemetry channel.
+        """
+        channels = self.clients.channels
+        found = [each for each in self.clients.commands if each.client == self.client]
+        if by_port:
+            found = [each for each in found if each.port == self._port_named][:1]
+        else:
+            taken = [each.commands for each in channels]
+            found = [each for each in found if each not in taken]
+        if len(found) != 1:
+            self.commands = None
+            return False
+        for other in channels:
+            if other.commands is found[0]:
+                other.commands = None
+        self.commands = found[0]
+        self.control.end(self.own)
+        if self._is_joining:
             self._is_joining = False
             self._send({"kind": "answer", "do": "join", "ok": True})
-        return self.commands is not None
+        return True
 
     def _take_place(self) -> None:
         """Take a place for the session by which the client asks, unless it has one. Raises DriveError."""
-        is_alone = not self._has_partner() and not self._found(by_port=False)
-        if is_alone and not self.own.has_place and self.clients.count_watchers(self.client) >= MOST_WATCHERS:
-            raise DriveError("enough-of-you", most=MOST_WATCHERS)
+        if not (self._has_partner() or self._found(by_port=False) or self.own.has_place):
+            watching = [each for each in self.clients.channels if each.own.has_place and each.client == self.client]
+            if len(watching) >= MOST_WATCHERS:
+                raise DriveError("enough-of-you", most=MOST_WATCHERS)
         self.session.take_place()
-
-    def _replaced(self) -> None:
-        """A watcher that has lost its place goes on watching without one."""
 
     def _you(self) -> dict[str, Any] | None:
         if self.commands:
@@ -323,43 +283,34 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         try:
             request = read_request(text)
             what = request.do
-            # A request that stops is never over the rate.
-            if not is_in_rate and what != "stop":
-                self._refuse(what, DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S))
-                return
-            result = self._do(request)
+            result = self._do(request, is_in_rate)
         except DriveError as problem:
             self._refuse(what, problem)
             return
         if result is not None:
             self._send({"kind": "answer", "do": what, "ok": True} | result)
 
-    def _do(self, request: Request) -> dict[str, Any] | None:
+    def _do(self, request: Request, is_in_rate: bool) -> dict[str, Any] | None:
         """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
-        what = request.do
-        if what == "join":
-            self.port_named = request.port
-            self.commands = None
+        if request.do == "stop":
+            # It needs no place and is never over the rate, so that nobody can keep the others from stopping the car.
+            self.session.stop()
+            return {}
+        if not is_in_rate:
+            raise DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S)
+        if request.do == "join":
+            self._port_named = request.port
             self._periods, self._is_joining = 0, True
             self._found(by_port=True)
             return None
-        if what == "stop":
-            # It needs no place, so that nobody can keep the others from stopping the car.
-            self.session.stop()
-            return {}
         self._take_place()
         session = self.session
-        if what == "sync":
-            session.answer_clock(request.clock, request.words, request.stamp)
-            return {}
-        if what == "request":
+        if request.do == "request":
             return {"has_wheel": session.request()}
-        actions = {
-            "release": session.release,
-            "clear": session.clear,
-            "resume": session.resume_program,
-        }
-        actions[what]()
+        if request.do == "sync":
+            session.answer_clock(request.clock, request.words, request.stamp)
+        else:
+            {"release": session.release, "clear": session.clear, "resume": session.resume_program}[request.do]()
         return {}
 
     def _refuse(self, what: str | None, problem: DriveError) -> None:
@@ -373,8 +324,9 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         if self.line.get_write_buffer_size() > _MOST_WAITING_BYTES:
             self.drop()
 
-    def _close(self) -> None:
-        """Hang up when what was sent has left."""
+    def _close(self, problem: DriveError) -> None:
+        """Say why, and hang up when that has left."""
+        self._refuse(None, problem)
         self.control.turned_away += 1
         if self.line:
             self.line.close()

@@ -13,7 +13,7 @@ from motorcade.drive.connection import Address, CarError, CarRefusesError, Conne
 from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
 from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.wire import Telemetry, stick_word
+from motorcade.drive.wire import DriveError, Telemetry, stick_word
 from motorcade.errors import Phrase
 from motorcade.sockets import DRIVE_PORT
 from motorcade.timing import to_ticks
@@ -23,7 +23,6 @@ FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
 _PERIOD_S = PERIOD_MS / 1000
 # A car takes 100 commands a second.
 _SHORTEST_PERIOD_S = 0.0125
-_CONNECT_S = 3.0
 # The car sends telemetry ten times a second. While it doesn't, a command would only wait and arrive too late.
 _SILENT_S, _LOST_S = 0.5, 2.0
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
@@ -226,33 +225,23 @@ class DriveClient:
         pause_s = _FIRST_PAUSE_S
         while True:
             try:
-                async with connected(self._address, _CONNECT_S) as connection:
-                    self._begin(connection)
+                async with connected(self._address) as connection:
+                    self._connection, self._has_telemetry, self._has_answered = connection, False, False
+                    self._begun_s = self._received_s = _now_s()
+                    self._switch.lose()
+                    self._changed.set()
                     await self._use(connection)
-            except (OSError, EOFError, ValueError, CarError) as problem:
+            except (OSError, EOFError, ValueError, DriveError, CarError) as problem:
                 self._problem = to_error(self._address, problem, self._has_telemetry)
-            if self._end():
-                pause_s = _FIRST_PAUSE_S
+            was_proven = self._is_proven
+            self._was_reached |= was_proven or self._has_telemetry
+            if was_proven:
+                self._away_since_s, pause_s = _now_s(), _FIRST_PAUSE_S
+            self._connection = self.telemetry = None
+            self._changed.set()
             # Random, so that the drivers of a car that is switched on again don't all connect at once.
             await asyncio.sleep(pause_s * random.uniform(0.5, 1.0))
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
-
-    def _begin(self, connection: Connection) -> None:
-        self._connection, self._has_telemetry, self._has_answered = connection, False, False
-        self._begun_s = self._received_s = _now_s()
-        self._switch.lose()
-        connection.join()
-        self._changed.set()
-
-    def _end(self) -> bool:
-        """Note that the connection is over. Returns whether it was proven."""
-        was_proven = self._is_proven
-        if was_proven:
-            self._away_since_s = _now_s()
-        self._was_reached |= was_proven or self._has_telemetry
-        self._connection = self.telemetry = None
-        self._changed.set()
-        return was_proven
 
     async def _use(self, connection: Connection) -> None:
         """Drive by ``connection`` until it ends, which raises."""
@@ -291,7 +280,7 @@ class DriveClient:
             if self.telemetry.state in ("failsafe", "disarmed"):
                 self._switch.receive_failsafe(_ticks())
             if (clock := self.you.get("clock")) is not None:
-                connection.answer_clock(clock, stamp_at(_now_ms()))
+                connection.answer_clock(clock, _stamp())
                 self._switch.stand_first()
                 self._has_answered = True
             self._changed.set()
@@ -329,7 +318,7 @@ class DriveClient:
 
     def _stamped(self, word: int) -> int:
         """A word with its stamp, which only a car with telemetry can ask to be answered for after a silence."""
-        return word if self._address.telemetry_port is None else word | stamp_at(_now_ms())
+        return word if self._address.telemetry_port is None else word | _stamp()
 
     @property
     def _is_proven(self) -> bool:
@@ -380,8 +369,8 @@ def _ticks() -> int:
     return to_ticks(_now_s())
 
 
-def _now_ms() -> int:
-    return int(_now_s() * 1000)
+def _stamp() -> int:
+    return stamp_at(int(_now_s() * 1000))
 
 
 def _now_s() -> float:

@@ -8,10 +8,10 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, NamedTuple
 
-from motorcade.drive.wire import MOST_FRAME_BYTES, FrameReader, pack_frame, pack_word, unpack_frame
+from motorcade.drive.wire import MOST_FRAME_BYTES, DriveError, pack_frame, pack_word, take_frames, unpack_frame
 from motorcade.errors import MotorcadeError, Phrase
 
-_ANSWER_S = 3.0
+_CONNECT_S = _ANSWER_S = 3.0
 _CHUNK_BYTES = 1 << 12
 _JOIN = "join"
 
@@ -30,12 +30,11 @@ class CarSentence:
     def __init__(self, answer: dict[str, Any]) -> None:
         self._sentences = answer
 
-    def __str__(self) -> str:
-        return self.sentence()
-
     def sentence(self, language: str = "en") -> str:
         """The sentence in ``language``, or in English."""
         return str(self._sentences.get(language) or self._sentences.get("en"))
+
+    __str__ = sentence
 
 
 class Address(NamedTuple):
@@ -64,7 +63,7 @@ _Stream = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 class Connection:
     """Both connections, open; `connected` opens and closes them."""
 
-    def __init__(self, address: Address, commands: _Stream, telemetry: _Stream | None) -> None:
+    def __init__(self, address: Address, commands: _Stream, telemetry: _Stream | None = None) -> None:
         self._address = address
         self._commands = commands
         self._telemetry = telemetry
@@ -107,29 +106,25 @@ class Connection:
         """Answer the car's clock with ``stamp`` and the number of words sent, so that it believes stamps again."""
         self.send_request(do="sync", clock=clock, words=self._sent, stamp=stamp)
 
-    def join(self) -> None:
-        """Tell the car that both connections belong to one client; behind a proxy it finds that out by itself."""
-        # The socket has no address any more where the car hung up at once.
-        here = self._commands[1].get_extra_info("sockname")
-        if self._telemetry and here:
-            self.send_request(do=_JOIN, port=here[1])
-
     async def telemetry(self) -> AsyncIterator[dict[str, Any]]:
-        """The car's telemetry, frame by frame, until the connection ends. Raises EOFError, OSError, ValueError."""
+        """The car's telemetry, frame by frame, until the connection ends.
+
+        Raises EOFError, OSError, ValueError, DriveError.
+        """
         if self._telemetry is None:
             return
-        reader, frames = self._telemetry[0], FrameReader(MOST_FRAME_BYTES)
-        while data := await reader.read(_CHUNK_BYTES):
-            frames.receive_data(data)
-            while (text := frames.next_frame()) is not None:
+        received = bytearray()
+        while data := await self._telemetry[0].read(_CHUNK_BYTES):
+            received += data
+            for text in take_frames(received, MOST_FRAME_BYTES):
                 frame = unpack_frame(text)
                 if frame.get("kind") == "telemetry":
                     yield frame
                 elif frame.get("do") is None:
                     raise _refusal(self._address, frame)
-                elif frame["do"] != _JOIN:
-                    # The answer to "join" may come after those to later requests.
-                    self._receive_answer(frame)
+                # The car answers in order, also requests whose sender no longer waits; but "join" maybe later.
+                elif frame["do"] != _JOIN and self._answers and not (answer := self._answers.popleft()).done():
+                    answer.set_result(frame)
         raise EOFError("the connection ended")
 
     async def ended(self) -> None:
@@ -139,24 +134,23 @@ class Connection:
             pass
         raise EOFError("the connection ended")
 
-    def _receive_answer(self, frame: dict[str, Any]) -> None:
-        # The car answers in order, also requests whose sender no longer waits.
-        answer = self._answers.popleft() if self._answers else None
-        if answer and not answer.done():
-            answer.set_result(frame)
-
 
 @asynccontextmanager
-async def connected(address: Address, timeout_s: float) -> AsyncIterator[Connection]:
+async def connected(address: Address) -> AsyncIterator[Connection]:
     """Connect to a car while the block runs. Raises what `to_error` translates."""
     streams: list[_Stream] = []
     try:
-        async with asyncio.timeout(timeout_s):
+        async with asyncio.timeout(_CONNECT_S):
             for port in (address.port, address.telemetry_port):
                 if port is not None:
                     opening = asyncio.open_connection(address.host, port, ssl=address.tls, server_hostname=address.name)
                     streams.append(await opening)
-        yield Connection(address, streams[0], streams[1] if len(streams) > 1 else None)
+        connection = Connection(address, *streams)
+        # So the car knows that both belong to one client, which it finds out by itself behind a proxy. The socket has
+        # no address any more where the car hung up at once.
+        if len(streams) > 1 and (here := streams[0][1].get_extra_info("sockname")):
+            connection.send_request(do=_JOIN, port=here[1])
+        yield connection
     finally:
         for _, writer in streams:
             # What hasn't been sent yet would only arrive too late.
@@ -178,7 +172,7 @@ def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarEr
         return CarError("speaks-no-tls", car=car, detail=reason)
     if isinstance(problem, socket.gaierror | UnicodeError):
         return CarError("no-such-host", car=address.host)
-    if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError):
+    if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError | DriveError):
         if address.tls and not has_telemetry:
             # By TLS 1.3 a car checks a driver's keys when the connection is made already, and hangs up.
             return CarRefusesError("keys-refused", car=car, detail=Phrase("hangs-up"))

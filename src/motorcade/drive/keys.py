@@ -3,7 +3,7 @@
 A keys file is one PEM file for each person or car, made by `motorcade drive keys` (`motorcade.drive.certificates`): its
 private key, its certificate, and the certificate of the authority that both ends trust. Only that authority counts, not
 those that the computer trusts: nobody drives with a web site's certificate. The drivers' keys that a car no longer
-takes are in a text file of serial numbers, which is read again whenever it changes.
+takes are in a text file of serial numbers, which is read again and again.
 """
 
 import re
@@ -16,7 +16,6 @@ from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError, Phrase
 
 CAR, DRIVER = "car", "driver"
-_TITLE = "Motorcade keys of {role} {name}"
 _CERTIFICATE = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\s]+-----END CERTIFICATE-----")
 REVOKED = "revoked.txt"
 _HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"
@@ -26,14 +25,10 @@ _NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
 _PART = re.compile(r"-----BEGIN [A-Z ]+-----\s([A-Za-z0-9+/=\s]+)-----END")
 _MOST_BYTES = 1 << 20
 
-_Stamp = tuple[int, int, int]
-
 
 def server_context(keys: Path) -> ssl.SSLContext:
     """TLS 1.3 for a car: drivers have to show a certificate of the same authority. Raises MotorcadeError."""
-    context = https_context(keys)
-    _trust(context, keys)
-    return context
+    return _trust(https_context(keys), keys)
 
 
 def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
@@ -45,8 +40,7 @@ def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
     if takes_chips:
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_ciphers("ECDHE+AESGCM")
-    _trust(context, keys)
-    return context
+    return _trust(context, keys)
 
 
 def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
@@ -76,24 +70,23 @@ def visitor_context(keys: Path | None) -> ssl.SSLContext:
     Raises MotorcadeError.
     """
     context = ssl.create_default_context()
-    if keys:
-        _trust(context, keys)
-    return context
+    return _trust(context, keys) if keys else context
 
 
 def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
     """The name in the certificate of the other end of a TLS connection; None where it has shown none."""
-    certificate = line.getpeercert() if line else None
-    subject = certificate.get("subject", ()) if certificate else ()
-    names = (value for parts in subject for key, value in parts if key == "commonName")  # type: ignore[str-unpack]
-    return next((str(name) for name in names), None)
+    subject = _peer(line).get("subject", ())
+    return next((str(value) for parts in subject for key, value in parts if key == "commonName"), None)
 
 
 def peer_number(line: ssl.SSLObject | ssl.SSLSocket | None) -> int | None:
     """The serial number of the certificate of the other end of a TLS connection; None where it has shown none."""
-    certificate = line.getpeercert() if line else None
-    number = certificate.get("serialNumber") if certificate else None
-    return int(str(number), 16) if number else None
+    number = _peer(line).get("serialNumber")
+    return int(number, 16) if number else None
+
+
+def _peer(line: ssl.SSLObject | ssl.SSLSocket | None) -> dict[str, Any]:
+    return (line and line.getpeercert()) or {}
 
 
 def name_in(keys: Path | None) -> str:
@@ -103,13 +96,12 @@ def name_in(keys: Path | None) -> str:
 
 def title(role: str, name: str) -> str:
     """The first line of a keys file."""
-    return _TITLE.format(role=role, name=name)
+    return f"Motorcade keys of {role} {name}"
 
 
 def _context(protocol: int, keys: Path, role: str) -> ssl.SSLContext:
-    first = _text(keys).partition("\n")[0]
     other = DRIVER if role == CAR else CAR
-    if first.startswith(_TITLE.format(role=other, name="")):
+    if _text(keys).startswith(title(other, "")):
         found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
         raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
     context = ssl.SSLContext(protocol)
@@ -127,7 +119,7 @@ def _no_password() -> str:
     raise MotorcadeError("keys-locked")
 
 
-def _trust(context: ssl.SSLContext, keys: Path) -> None:
+def _trust(context: ssl.SSLContext, keys: Path) -> ssl.SSLContext:
     certificates = _CERTIFICATE.findall(_text(keys))
     if len(certificates) < 2:
         raise MotorcadeError("keys-without-authority", file=keys)
@@ -136,16 +128,17 @@ def _trust(context: ssl.SSLContext, keys: Path) -> None:
     except ssl.SSLError:
         raise MotorcadeError("authority-certificate-unreadable", file=keys) from None
     context.verify_mode = ssl.CERT_REQUIRED
+    return context
 
 
-def _text(keys: Path) -> str:
+def _text(file: Path, unreadable: str = "keys-unreadable", no_text: str = "not-a-keys-file") -> str:
     try:
-        with keys.open("rb") as file:
-            return file.read(_MOST_BYTES).decode()
+        with file.open("rb") as opened:
+            return opened.read(_MOST_BYTES).decode()
     except OSError as problem:
-        raise MotorcadeError("keys-unreadable", file=keys, reason=problem) from None
+        raise MotorcadeError(unreadable, file=file, reason=problem) from None
     except UnicodeDecodeError:
-        raise MotorcadeError("not-a-keys-file", file=keys, reason=Phrase("is-no-text")) from None
+        raise MotorcadeError(no_text, file=file, reason=Phrase("is-no-text")) from None
 
 
 def number_of(text: str) -> int | None:
@@ -158,17 +151,11 @@ def read_revoked(file: Path) -> frozenset[int]:
 
     Raises MotorcadeError where the file can't be read or has another line.
     """
-    try:
-        with file.open("rb") as opened:
-            lines = opened.read(_MOST_BYTES).decode().splitlines()
-    except (OSError, UnicodeDecodeError) as problem:
-        reason = problem if isinstance(problem, OSError) else Phrase("is-no-text")
-        raise MotorcadeError("revoked-keys-unreadable", file=file, reason=reason) from None
-    numbers = set()
-    for at, line in enumerate(lines, 1):
+    unreadable, numbers = "revoked-keys-unreadable", set()
+    for at, line in enumerate(_text(file, unreadable, unreadable).splitlines(), 1):
         if text := line.partition("#")[0].strip():
             if (number := number_of(text)) is None:
-                raise MotorcadeError("revoked-keys-unreadable", file=file, reason=Phrase("revoked-line", line=at))
+                raise MotorcadeError(unreadable, file=file, reason=Phrase("revoked-line", line=at))
             numbers.add(number)
     return frozenset(numbers)
 
@@ -193,33 +180,21 @@ class RevokedKeys:
     def __init__(self, file: Path, is_expected: bool = True) -> None:
         self.problem: MotorcadeError | None = None
         self._file = file
+        self._is_expected = is_expected
         self._numbers: frozenset[int] = frozenset()
-        self._stamp: _Stamp | None = None
-        if is_expected or file.exists():
-            self._read()
+        self.reload()
 
     def __contains__(self, number: int | None) -> bool:
         """Whether the keys whose certificate has this serial number are revoked."""
         return number in self._numbers
 
     def reload(self) -> bool:
-        """Read the list again where its file has changed. Returns whether the list or `problem` is another one now."""
-        return _stamp_of(self._file) != self._stamp and self._read()
-
-    def _read(self) -> bool:
+        """Read the list again, once there is one. Returns whether the list or `problem` is another one now."""
+        self._is_expected = self._is_expected or self._file.exists()
         before = self._numbers, str(self.problem)
-        # The file may change while it is read: then it is read once more.
-        self._stamp = _stamp_of(self._file)
-        try:
-            self._numbers, self.problem = read_revoked(self._file), None
-        except MotorcadeError as problem:
-            self.problem = problem
+        if self._is_expected:
+            try:
+                self._numbers, self.problem = read_revoked(self._file), None
+            except MotorcadeError as problem:
+                self.problem = problem
         return (self._numbers, str(self.problem)) != before
-
-
-def _stamp_of(file: Path) -> _Stamp | None:
-    try:
-        found = file.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size, found.st_ino

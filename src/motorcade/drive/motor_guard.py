@@ -63,10 +63,12 @@ class MotorGuard:
             # So that Ctrl-C and Ctrl-Z in a terminal don't reach the guard.
             start_new_session=True,
         )
+        assert self._process.stdin
+        assert self._process.stdout
+        self._reports, self._answers = self._process.stdin, self._process.stdout
         if os.name == "posix":
             # A guard that hangs counts as gone, and mustn't block this process.
-            assert self._process.stdin
-            os.set_blocking(self._process.stdin.fileno(), False)
+            os.set_blocking(self._reports.fileno(), False)
         self._answer_s = patience_ms / 2000
         # When the oldest report was sent that has no answer.
         self._asked_s: float | None = None
@@ -98,39 +100,30 @@ class MotorGuard:
         """End the guard without a rescue; the wheels stand still already."""
         with suppress(OSError):
             self._write(_END)
-        assert self._process.stdin
-        assert self._process.stdout
-        self._process.stdin.close()
+        self._reports.close()
         try:
             self._process.wait(_END_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
         self._reader.join()
-        self._process.stdout.close()
+        self._answers.close()
 
     def _read(self) -> None:
-        assert self._process.stdout
-        while os.read(self._process.stdout.fileno(), 64):
+        while os.read(self._answers.fileno(), 64):
             self._asked_s = None
             self._is_ready.set()
         self._is_ready.set()
 
     def _write(self, report: int) -> None:
-        assert self._process.stdin
         try:
-            os.write(self._process.stdin.fileno(), _REPORT.pack(report))
+            os.write(self._reports.fileno(), _REPORT.pack(report))
         except OSError:
             raise _gone() from None
 
 
 def _gone() -> OSError:
     return OSError(str(MotorcadeError("motor-guard-gone")))
-
-
-def _waiting_s(patience_ms: int) -> float:
-    """How long a guard waits for a report: the rest of the patience is for a busy computer, and for the rescue."""
-    return patience_ms / 1000 - min(_RESCUE_S, patience_ms / 3000)
 
 
 class _PipeReader:
@@ -200,11 +193,6 @@ def hurry() -> None:
         os.nice(-_PRIORITY)
 
 
-def _print(phrase: Phrase) -> None:
-    # This process doesn't know what --language is.
-    print(f"motorcade: {phrase.sentence(system_language())}", file=sys.stderr)
-
-
 def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
     """Guard the process ``pid``.
 
@@ -216,10 +204,13 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     module, _, function = call.partition(":")
     rescue = getattr(importlib.import_module(module), function)
-    # After the death of that process there is no time for reading files.
-    catalogue(system_language())
+    # This process doesn't know what --language is; after the death of that one there is no time for reading files.
+    language = system_language()
+    catalogue(language)
     hurry()
-    outcome = _PipeReader(sys.stdin.buffer, sys.stdout.buffer).outcome(_waiting_s(int(patience_ms)))
+    # The rest of the patience is for a busy computer, and for the rescue.
+    waiting_s = int(patience_ms) / 1000 - min(_RESCUE_S, int(patience_ms) / 3000)
+    outcome = _PipeReader(sys.stdin.buffer, sys.stdout.buffer).outcome(waiting_s)
     if outcome == "dismissed":
         return 0
     if outcome == "frozen":
@@ -227,9 +218,11 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
         with suppress(OSError):
             os.kill(int(pid), _KILL)
     problem = _rescue(rescue, arguments)
-    _print(Phrase(f"guard-server-{outcome}"))
+    phrases = [Phrase(f"guard-server-{outcome}")]
     if problem:
-        _print(Phrase("guard-wheels-may-turn", reason=problem))
+        phrases.append(Phrase("guard-wheels-may-turn", reason=problem))
+    for phrase in phrases:
+        print(f"motorcade: {phrase.sentence(language)}", file=sys.stderr)
     return 2 if problem else 1
 
 

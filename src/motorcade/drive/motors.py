@@ -46,7 +46,16 @@ class Wheels:
     def __init__(self, board: DriveBoard, profile: Profile, now: int) -> None:
         drive = profile.drive
         self.board = board
-        self.limiter = limiter_of(profile)
+        gain_per_s = duty_per_s(drive.acceleration_max_mm_per_s2, profile.speeds_mm_s[-1], profile.motor.pwm_max)
+        self.limiter = DutyLimiter(
+            gain_per_s,
+            # Without a limit of acceleration a low battery ends in a stop within 1 s.
+            gain_per_s or profile.motor.pwm_max,
+            profile.motor.pwm_max,
+            drive.obstacle_stop_mm,
+            drive.battery_low_mv,
+            drive.battery_charged_mv,
+        )
         self.battery_mv: int | None = None
         self.applied = NEUTRAL_SETPOINT
         self.faults = 0
@@ -112,8 +121,7 @@ class Wheels:
             if state in (STANDING, MOVING):
                 limited = self._limited(setpoint, now) if self._is_limited else setpoint
                 if is_fresh or limited != self.applied:
-                    if self._is_programmed:
-                        self._end_program()
+                    self._end_program()
                     self._leave_neutral()
                     self.board.apply(*limited)
                     self.applied = limited
@@ -153,8 +161,7 @@ class Wheels:
         self._may_move = False
         self.applied = NEUTRAL_SETPOINT
         try:
-            if self._is_programmed:
-                self._end_program()
+            self._end_program()
         finally:
             if not self.is_neutral:
                 self.board.neutral()
@@ -167,8 +174,9 @@ class Wheels:
         self.board.begin_program()
 
     def _end_program(self) -> None:
-        self.board.end_program()
-        self._is_programmed = False
+        if self._is_programmed:
+            self.board.end_program()
+            self._is_programmed = False
 
     def _leave_neutral(self) -> None:
         # Also where the board has refused to be neutral: whoever is asked may be gone meanwhile.
@@ -208,7 +216,7 @@ class Switchboard:
 
     def leave(self, session: int) -> None:
         """Switch off what a session has switched on that leaves."""
-        self._switch_off([name for name, by in self._by.items() if by == session])
+        self.values |= {name: 0 for name, by in self._by.items() if by == session}
 
     def follow(self, arbiter: Arbiter, now: int, count_fault: Callable[[Exception], None]) -> int:
         """Switch off what is no longer held, and write to the board what it hasn't yet; it may fail.
@@ -218,7 +226,7 @@ class Switchboard:
         held = [name for name in self._held if self.values[name]]
         age_ms = elapsed_ms(now, self._commanded_ms)
         is_over = arbiter.state in (FAILSAFE, STOPPED, DISCHARGED, PROGRAM) or age_ms > self._fresh_ms
-        self._switch_off([name for name in held if is_over or arbiter.driver != self._by.get(name, NOBODY)])
+        self.values |= {name: 0 for name in held if is_over or arbiter.driver != self._by.get(name, NOBODY)}
         for name, value in self.values.items():
             if value != self._written.get(name, 0):
                 try:
@@ -227,23 +235,6 @@ class Switchboard:
                 except OSError as problem:
                     count_fault(problem)
         return self._fresh_ms + 1 - age_ms if any(self.values[name] for name in held) else _BATTERY_MS
-
-    def _switch_off(self, names: list[str]) -> None:
-        self.values |= dict.fromkeys(names, 0)
-
-
-def limiter_of(profile: Profile) -> DutyLimiter:
-    """The limits of a driver's commands. Without a limit of acceleration a low battery ends in a stop within 1 s."""
-    drive, most_duty = profile.drive, profile.motor.pwm_max
-    gain_per_s = duty_per_s(drive.acceleration_max_mm_per_s2, profile.speeds_mm_s[-1], most_duty)
-    return DutyLimiter(
-        gain_per_s,
-        gain_per_s or most_duty,
-        most_duty,
-        drive.obstacle_stop_mm,
-        drive.battery_low_mv,
-        drive.battery_charged_mv,
-    )
 
 
 @lru_cache(_REMEMBERED_WORDS)

@@ -42,17 +42,15 @@ async def _send_telemetry(clients: Clients) -> None:
 
 async def _check_revoked(clients: Clients) -> None:
     """Look for newly revoked keys twice a second, until cancelled; a list that can't be read is a fault."""
-    control, revoked = clients.control, clients.revoked
-    if revoked and revoked.problem:
-        control.fail(revoked.problem, stops=False)
+    revoked, has_changed = clients.revoked, True
     while revoked:
+        if has_changed and revoked.problem:
+            clients.control.fail(revoked.problem, stops=False)
+        for channel in [*clients.commands, *clients.channels]:
+            channel.check_keys()
         await asyncio.sleep(_REVOKED_EVERY_S)
         # The file may be on a slow card.
-        if await asyncio.to_thread(revoked.reload):
-            if revoked.problem:
-                control.fail(revoked.problem, stops=False)
-            for channel in [*clients.commands, *clients.channels]:
-                channel.check_keys()
+        has_changed = await asyncio.to_thread(revoked.reload)
 
 
 @asynccontextmanager

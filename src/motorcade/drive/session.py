@@ -5,6 +5,7 @@ Every method may be called from any thread. `CarControl.beat` has to be called i
 """
 
 import threading
+from collections import Counter
 from collections.abc import Callable
 from itertools import count
 from typing import Any, TypeVar
@@ -14,7 +15,6 @@ from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile
 from motorcade.drive.activity_log import Record
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Command, Setpoint, Switchboard, Wheels, command_in
-from motorcade.drive.places import who_gives_way
 from motorcade.drive.stamps import STAMP_MASK, Freshness
 from motorcade.drive.wire import COUNTS, NO_HARDWARE, OUTCOMES, OVER_RATE, STALE, DriveError, Telemetry, stick_word
 from motorcade.timing import RateLimit
@@ -22,6 +22,7 @@ from motorcade.words.field import WordError
 from motorcade.words.formats import switch_words
 from motorcade.words.ticks import elapsed_ms
 
+MOST_SESSIONS = 9
 _RATE_WINDOW_MS = 100
 _LOCK_PATIENCE_S = 0.05
 
@@ -65,21 +66,36 @@ class CarControl:
         self.record: Record = lambda did, who: None
 
     def take_place(self, session: "ControlSession") -> None:
-        """Give a session one of the nine places, unless it has one or is over (`motorcade.drive.places`).
-
-        Raises DriveError: "full".
-        """
+        """Give a session one of the nine places, unless it has one or is over. Raises DriveError: "full"."""
         with self._lock:
             if session.has_place or session.is_over or self._is_closed:
                 return
-            driver, hand_over_ms = self.arbiter.driver, self.limits.hand_over_ms
-            loser = who_gives_way(list(self._sessions.values()), session, driver, hand_over_ms)
-            if loser:
+            if loser := self._who_gives_way(session):
                 self._end(loser)
             session.commanded_ms, session.has_place = self.clock(), True
             self._sessions[session.number] = session
         if loser:
             loser.replaced()
+
+    def _who_gives_way(self, newcomer: "ControlSession") -> "ControlSession | None":
+        """The session that gives its place to a newcomer; None where a place is free. Raises DriveError: "full".
+
+        Where all are taken it is the one that sent no command for longest, if that is more than ``hand_over_ms``; else
+        one of the client that has the most, but not the driver's, if that client has two more than the newcomer. A
+        session that only watches replaces none for its silence, and while nobody drives one place is kept for a driver.
+        """
+        sessions, driver = list(self._sessions.values()), self.arbiter.driver
+        if len(sessions) + (newcomer.watches and not driver) < MOST_SESSIONS:
+            return None
+        longest = max(sessions, key=lambda session: session.silent_ms)
+        if not newcomer.watches and longest.silent_ms > self.limits.hand_over_ms:
+            return longest
+        places = Counter(session.client for session in sessions)
+        most = max(places.values())
+        if most < places[newcomer.client] + 2:
+            raise DriveError("full", sessions=MOST_SESSIONS)
+        others = [each for each in sessions if places[each.client] == most and each.number != driver]
+        return max(others, key=lambda session: session.silent_ms)
 
     def change(self, session: "ControlSession | None", action: Callable[[Arbiter, int], _Result]) -> _Result | None:
         """Call ``action`` with the arbiter and the time, and make the wheels follow; not where ``session`` is over.
@@ -134,8 +150,7 @@ class CarControl:
         with self._lock:
             now, arbiter = self.clock(), self.arbiter
             self.wheels.read_battery(now)
-            driver = self._sessions.get(arbiter.driver)
-            wanted_by = self._sessions.get(arbiter.wanted_by)
+            driver, wanted_by = (self._sessions.get(number) for number in (arbiter.driver, arbiter.wanted_by))
             return Telemetry(
                 STATES[arbiter.state][0],
                 *self.wheels.applied,
@@ -261,16 +276,13 @@ class ControlSession:
         left: Callable[[], None] = lambda: None,
     ) -> None:
         self.number = next(control.numbers)
-        self.name = name
-        self.client = client
-        self.watches = watches
+        self.name, self.client, self.watches = name, client, watches
         self.replaced, self._left = replaced, left
-        limits = control.limits
-        self.rate = RateLimit(max(1, limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
+        self.rate = RateLimit(max(1, control.limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_refusal = ""
         self.commanded_ms = control.clock()
-        self.freshness = Freshness(limits.stale_ms)
+        self.freshness = Freshness(control.limits.stale_ms)
         self.has_place = self.is_over = False
         self._control = control
 
@@ -294,16 +306,6 @@ class ControlSession:
         for word in switch_words(switches, self._control.switchboard.values):
             self.command(word)
 
-    def check(self, word: int) -> Command:
-        """What a DRIVE word commands. Raises WordError, and counts it, where the word is none."""
-        try:
-            return command_in(word & ~STAMP_MASK)
-        except WordError as problem:
-            self._control.refused += 1
-            self.counts["refused"] += 1
-            self.last_refusal = str(problem)
-            raise
-
     def command(self, word: int, number: int = 0) -> int:
         """Take a DRIVE word that came just now. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`.
 
@@ -315,7 +317,13 @@ class ControlSession:
             WordError: it is no DRIVE word, which is counted.
             DriveError: "full".
         """
-        command = self.check(word)
+        try:
+            command = command_in(word & ~STAMP_MASK)
+        except WordError as problem:
+            self._control.refused += 1
+            self.counts["refused"] += 1
+            self.last_refusal = str(problem)
+            raise
         self.take_place()
         outcome = self._control.apply(self, word, command, number)
         self.counts[OUTCOMES[outcome]] += 1

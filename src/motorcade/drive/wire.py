@@ -4,6 +4,7 @@ Both ends use it. Pure: axes, bytes, words and frames in and out; no sockets.
 """
 
 import struct
+from collections.abc import Iterator
 from typing import Any, Literal, NamedTuple
 
 import msgspec
@@ -11,7 +12,6 @@ import msgspec
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 
-WORD_BYTES = 4
 # The longest JSON text of a client's request, and of what a car sends.
 MOST_REQUEST_BYTES = 1024
 MOST_FRAME_BYTES = 1 << 16
@@ -23,23 +23,17 @@ OUTCOMES = (
 # What is counted of a session's words, by name: also those that were no DRIVE words, and those that were not looked at,
 # because newer ones of their code had come with them.
 COUNTS = (*OUTCOMES, "refused", "superseded")
-OVER_RATE = 6
-STALE = 7
-NO_HARDWARE = 8
+OVER_RATE, STALE, NO_HARDWARE = 6, 7, 8
 
 _FULL_DUTY = 255
 _CENTRE_DEG = 90
 _CODE_AT = DRIVE.field("code").low
 _LENGTH = struct.Struct(">I")
-_WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
+WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
 
 
 class DriveError(MotorcadeError):
     """A car that is driven refuses a session or a request; its codes travel over the network."""
-
-
-class FrameTooLongError(ValueError):
-    """A frame announces more bytes than its reader takes."""
 
 
 class Request(msgspec.Struct):
@@ -62,47 +56,21 @@ _REQUESTS = msgspec.json.Decoder(Request)
 _DOCUMENTS = msgspec.json.Decoder(dict[str, Any])
 
 
-class WordReader:
-    """Read words from a stream of bytes, however it is cut. ``byte_order`` is "big" or "little"."""
+def take_frames(received: bytearray, most_bytes: int) -> Iterator[bytes]:
+    """Take the JSON texts of the whole frames out of what was received, however it is cut.
 
-    def __init__(self, byte_order: str = "big") -> None:
-        self._word = _WORDS[byte_order]
-        self._rest = b""
-
-    def receive_data(self, data: bytes | bytearray | memoryview) -> list[int]:
-        """The words that are whole now, the oldest first."""
-        if len(data) == WORD_BYTES and not self._rest:
-            return [self._word.unpack(data)[0]]
-        joined = self._rest + bytes(data)
-        whole = len(joined) // WORD_BYTES * WORD_BYTES
-        self._rest = joined[whole:]
-        return [word for (word,) in self._word.iter_unpack(joined[:whole])]
-
-
-class FrameReader:
-    """Read frames from a stream of bytes, however it is cut, with JSON texts of at most ``most_bytes``."""
-
-    def __init__(self, most_bytes: int) -> None:
-        self._most_bytes = most_bytes
-        self._received = bytearray()
-
-    def receive_data(self, data: bytes) -> None:
-        """Take the bytes that came."""
-        self._received += data
-
-    def next_frame(self) -> bytes | None:
-        """The JSON text of the next frame; None until it is whole. Raises FrameTooLongError."""
-        if len(self._received) < _LENGTH.size:
-            return None
-        (size,) = _LENGTH.unpack_from(self._received)
-        if size > self._most_bytes:
-            raise FrameTooLongError(f"a frame of {size} bytes; at most {self._most_bytes} are taken")
+    Raises DriveError: "too-long", where a text has more than ``most_bytes``.
+    """
+    while len(received) >= _LENGTH.size:
+        (size,) = _LENGTH.unpack_from(received)
+        if size > most_bytes:
+            raise DriveError("too-long", most=most_bytes)
         end = _LENGTH.size + size
-        if len(self._received) < end:
-            return None
-        text = bytes(self._received[_LENGTH.size : end])
-        del self._received[:end]
-        return text
+        if len(received) < end:
+            return
+        text = bytes(received[_LENGTH.size : end])
+        del received[:end]
+        yield text
 
 
 def stick_word(throttle: float, steering: float) -> int:
@@ -129,7 +97,7 @@ def stick_word(throttle: float, steering: float) -> int:
 
 def pack_word(word: int) -> bytes:
     """A DRIVE word as the four bytes of a command, most significant first."""
-    return _WORDS["big"].pack(word)
+    return WORDS["big"].pack(word)
 
 
 def pack_frame(document: dict[str, Any]) -> bytes:

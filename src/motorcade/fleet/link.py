@@ -100,15 +100,6 @@ class Link(asyncio.Protocol):
         peer = self._transport.get_extra_info("peername")
         return network_place(*peer[:2]).address if peer else ""
 
-    async def secure(self, transport: asyncio.WriteTransport, tls: ssl.SSLContext, name: str) -> None:
-        """Go on by TLS; ``name`` is in the car's keys: its own, or its address. Raises OSError."""
-        starting = self.ended.get_loop().start_tls(
-            transport, self, tls, server_hostname=name, ssl_handshake_timeout=_HANDSHAKE_S
-        )
-        secured = await starting
-        assert secured
-        self._transport = secured
-
     def close(self) -> None:
         """End the connection."""
         self._transport.abort()
@@ -182,7 +173,12 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
         async with asyncio.timeout(CONNECT_S):
             transport, link = await loop.create_connection(lambda: Link(0), place.host, place.port)
         if tls:
-            await link.secure(transport, tls, place.keys or place.name or place.host)
+            # In the car's keys is its own name, or its address.
+            name = place.keys or place.name or place.host
+            starting = loop.start_tls(transport, link, tls, server_hostname=name, ssl_handshake_timeout=_HANDSHAKE_S)
+            secured = await starting
+            assert secured
+            link.connection_made(secured)
     except ssl.SSLError:
         raise MotorcadeError("car-keys-refused", address=place.address) from None
     except (OSError, UnicodeError):

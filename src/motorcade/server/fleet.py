@@ -13,8 +13,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
-from motorcade.drive.places import MOST_SESSIONS
-from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.session import MOST_SESSIONS, CarControl, ControlSession
 from motorcade.drive.wire import DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote_messages import ListedCar

@@ -143,12 +143,9 @@ def _described(port: ListPortInfo) -> PortInfo:
         # A mainboard's port has its own name for a description, or none.
         bare = (description in ("", port.name) and "/rfcomm" not in port.device) or hardware.startswith("ACPI")
         return PortInfo(port.device, description, hardware, rank=BARE if bare else OTHER)
-    board = _board(port.vid, port.pid or 0)
+    ids = ((name, pids) for name, vid, pids in _BOARDS if vid == port.vid)
+    board = next((name for name, pids in ids if not pids or port.pid in pids), "")
     return PortInfo(port.device, description, hardware, board, BOARD if board else USB)
-
-
-def _board(vendor: int, product: int) -> str:
-    return next((name for name, vid, pids in _BOARDS if vid == vendor and (not pids or product in pids)), "")
 
 
 def upload(

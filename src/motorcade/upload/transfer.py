@@ -10,33 +10,17 @@ from collections.abc import Callable, Generator, Iterator
 from typing import NamedTuple
 
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.upload import check_request
-from motorcade.upload.check_request import READY, TAKEN, CheckRequestEnd, knows_no_checks
 from motorcade.words import upload
 from motorcade.words.image import WORD_BYTES, refused_image
+from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
 from motorcade.words.ticks import elapsed_ms
-from motorcade.words.upload import (
-    CANT_STORE,
-    IMAGE,
-    MISMATCH,
-    NOT_VERIFIED,
-    OTHER_CHECKSUM,
-    READBACK_REQUEST,
-    REFUSED,
-    SILENCE_MS,
-    SILENT,
-    TOO_LARGE,
-    VERIFIED,
-    Outcome,
-    ReadbackEnd,
-    UploaderEnd,
-)
+from motorcade.words.upload import Outcome, ReadbackEnd, UploaderEnd
 
 # How often an image is sent, and how often it is announced before each time.
 TRIES = 3
 # An uploader is silent for so long before it begins that the car's receiver resets; the rest of an upload that broke
 # off would else become the beginning of the image.
-SETTLE_MS = SILENCE_MS + 100
+SETTLE_MS = upload.SILENCE_MS + 100
 # Opening the port restarts an Arduino, whose boot loader swallows what comes for up to 2 s. Where the car answers, a
 # further try is enough.
 BOOT_MS = 2100
@@ -44,6 +28,21 @@ BOOT_MS = 2100
 _LONGEST_SETTLE_MS = 3000
 _AHEAD_BYTES = 64
 _BITS_A_BYTE = 10
+# Two tries take as long as a boot loader, which opening the port starts on some boards.
+CHECKED_WITHIN_MS = 1000
+
+# What may come of a check request besides REFUSED and SILENT: the car will take the announced image only; or it took
+# the request as an image, so it knows no check requests.
+READY = "ready"
+TAKEN = "taken"
+_REASONS_OF_CARS_WITH_CHECKS = (
+    upload.CUT_OFF,
+    upload.NOT_EMPTY,
+    upload.CHANGED_REQUEST,
+    upload.OTHER_CHECKSUM,
+    upload.CANT_STORE,
+    upload.TOO_LARGE,
+)
 
 # What the car holds, as far as its answers tell.
 OLD = "old"
@@ -68,6 +67,44 @@ class Retry(NamedTuple):
     def sentence(self, language: str = "en") -> str:
         """A sentence for the user, in ``language``."""
         return Phrase(f"upload-{self.reason}", number=self.number, of=self.of).sentence(language)
+
+
+class CheckRequestEnd(UploaderEnd):
+    """Announce an image by a check request (`motorcade.words.request`), and understand the answer.
+
+    The outcome is READY with the car's line, REFUSED with the reason, TAKEN or SILENT.
+
+    Args:
+        image: its bytes.
+        number: 0 to 255, tells requests apart.
+
+    Attributes:
+        request: the bytes to send.
+        held: the CRC-32 of the image that the car holds, where the answer is READY.
+    """
+
+    def __init__(self, image: bytes, number: int):
+        self.request = check_request(crc32(image), number)
+        super().__init__(self.request)
+        self.held = 0
+        self._expected = check_words(crc32(image), number)
+
+    def receive_data(self, data: bytes, now_ms: int) -> None:
+        for line in self._lines.split(data):
+            self._outcome = self._outcome or self._to_answer(line)
+        is_late = self._sent_ms is not None and elapsed_ms(now_ms, self._sent_ms) >= CHECKED_WITHIN_MS
+        if self._outcome is None and is_late:
+            self._outcome = Outcome(upload.SILENT, Phrase("no-answer-within", duration_ms=CHECKED_WITHIN_MS))
+
+    def _to_answer(self, line: bytes) -> Outcome | None:
+        held = held_checksum(line, self._expected)
+        if held is not None:
+            self.held = held
+            return Outcome(READY, upload.printable(line[line.find(self._expected) :]))
+        if upload.ok_line(self.request).strip().lower() in line.lower():
+            return Outcome(TAKEN, "")
+        reason = upload.refusal(line)
+        return None if reason is None else Outcome(upload.REFUSED, reason)
 
 
 Steps = Generator[bytes, None, None]
@@ -114,9 +151,7 @@ class Transfer(ABC):
                 self._retrying(Retry(reason, number, TRIES))
             yield number
 
-    def _receive(
-        self, end: UploaderEnd | ReadbackEnd | CheckRequestEnd, within_ms: int
-    ) -> Generator[bytes, None, Outcome]:
+    def _receive(self, end: UploaderEnd | ReadbackEnd, within_ms: int) -> Generator[bytes, None, Outcome]:
         """Give received bytes to ``end`` until it has an outcome, at the latest after ``within_ms``."""
         begin_ms = self._now_ms
         while (result := end.next_event()) is None:
@@ -138,29 +173,23 @@ class Transfer(ABC):
             if self._data:
                 quiet_ms = self._now_ms
 
-    def _send(
-        self, data: bytes, end: UploaderEnd | CheckRequestEnd, sent: Callable[[int], None] = lambda count: None
-    ) -> Steps:
+    def _send(self, data: bytes, end: UploaderEnd, sent: Callable[[int], None] = lambda count: None) -> Steps:
         """Send ``data`` as fast as the line carries it, so that the answer's deadline counts from its end.
 
         The operating system takes it all at once, and a pseudo-terminal reports at once that it has been sent.
         """
         begin_ms, count = self._now_ms, 0
-        if not self._baud:
-            sent(len(data))
-            yield data
-            end.receive_data(self._data, self._now_ms)
-            end.finish_sending(self._now_ms)
-            return
-        needed_ms = -(-len(data) * _BITS_A_BYTE * 1000 // self._baud)
+        # A network takes all at once.
+        ahead_bytes = _AHEAD_BYTES if self._baud else len(data)
+        needed_ms = -(-len(data) * _BITS_A_BYTE * 1000 // self._baud) if self._baud else 0
         while (rest_ms := needed_ms - elapsed_ms(self._now_ms, begin_ms)) > 0 or count < len(data):
             due_bytes = elapsed_ms(self._now_ms, begin_ms) * self._baud // (_BITS_A_BYTE * 1000)
-            piece = data[count : due_bytes + _AHEAD_BYTES]
+            piece = data[count : due_bytes + ahead_bytes]
             count += len(piece)
             if piece:
                 sent(count)
-            ahead_ms = -(-_AHEAD_BYTES * _BITS_A_BYTE * 500 // self._baud)
-            self.rest_ms = rest_ms if count == len(data) else ahead_ms
+            is_all = count == len(data)
+            self.rest_ms = rest_ms if is_all else -(-_AHEAD_BYTES * _BITS_A_BYTE * 500 // self._baud)
             yield piece
             end.receive_data(self._data, self._now_ms)
         end.finish_sending(self._now_ms)
@@ -173,10 +202,10 @@ class ReadbackTransfer(Transfer):
         for _ in self._tries(READS_AGAIN):
             yield from self._settle(SETTLE_MS)
             end = ReadbackEnd(self._now_ms)
-            yield READBACK_REQUEST
+            yield upload.READBACK_REQUEST
             end.receive_data(self._data, self._now_ms)
             outcome = yield from self._receive(end, upload.ANSWER_WITHIN_MS)
-            if outcome.kind == IMAGE or is_busy(outcome):
+            if outcome.kind == upload.IMAGE or is_busy(outcome):
                 break
         self.outcome = outcome
 
@@ -215,13 +244,13 @@ class UploadTransfer(Transfer):
         self._sent = sent
         # The checksum of the image that the car holds, by its last answer.
         self._held = 0
-        self._last: Outcome = Outcome(SILENT, "")
+        self._last: Outcome = Outcome(upload.SILENT, "")
 
     def _run(self) -> Steps:
         if not self._verify:
             yield from self._settle(BOOT_MS)
             yield from self._send_image(UNKNOWN)
-            self.outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
+            self.outcome = Outcome(upload.NOT_VERIFIED, Phrase("sent-not-verified"))
             return
         answer, reasons = yield from self._announce()
         if answer.kind == READY:
@@ -230,7 +259,7 @@ class UploadTransfer(Transfer):
             # The car took the request as an image in which nothing moves.
             self.holds = NEITHER
             yield from self._send_plain()
-        elif knows_no_checks(reasons):
+        elif _knows_no_checks(reasons):
             yield from self._send_plain()
         self.outcome = self._last
 
@@ -242,11 +271,11 @@ class UploadTransfer(Transfer):
             end = CheckRequestEnd(self._image, self._number)
             self._number = self._number + 1 & 255
             yield from self._send(end.request, end)
-            answer = yield from self._receive(end, check_request.ANSWER_WITHIN_MS)
+            answer = yield from self._receive(end, CHECKED_WITHIN_MS)
             if answer.kind in (READY, TAKEN):
                 self._held = end.held
                 break
-            reasons.append(str(answer.detail) if answer.kind == REFUSED else "")
+            reasons.append(str(answer.detail) if answer.kind == upload.REFUSED else "")
             self._last = answer
             if is_busy(self._last):
                 break
@@ -256,37 +285,37 @@ class UploadTransfer(Transfer):
         held_first = self._held
         for _ in self._tries(SENDS_AGAIN):
             outcome = yield from self._send_image(EITHER)
-            if outcome.kind == VERIFIED:
+            if outcome.kind == upload.VERIFIED:
                 self.holds, self._last = NEW, outcome
                 return
             answer, _ = yield from self._announce()
             if answer.kind != READY:
                 return
             if self._held == crc32(self._image):
-                self.holds, self._last = NEW, Outcome(VERIFIED, answer.detail)
+                self.holds, self._last = NEW, Outcome(upload.VERIFIED, answer.detail)
                 return
             self.holds, self._last = OLD if self._held == held_first else NEITHER, outcome
-            if CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
+            if upload.CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
                 return
 
     def _is_too_large(self, outcome: Outcome) -> bool:
         """Whether the car refused the image because it can't hold that many words."""
-        error = refused_image(str(outcome.detail)) if outcome.kind == REFUSED else None
+        error = refused_image(str(outcome.detail)) if outcome.kind == upload.REFUSED else None
         words = len(self._image) // WORD_BYTES
-        return error is not None and error.code == TOO_LARGE and error.details["words"] == words
+        return error is not None and error.code == upload.TOO_LARGE and error.details["words"] == words
 
     def _send_plain(self) -> Steps:
         held = self.holds
         for _ in self._tries(SENDS_AGAIN):
             yield from self._settle(SETTLE_MS)
             self._last = yield from self._send_image(UNKNOWN)
-            if self._last.kind == VERIFIED:
+            if self._last.kind == upload.VERIFIED:
                 self.holds = NEW
                 return
-            if self._last.kind == REFUSED:
+            if self._last.kind == upload.REFUSED:
                 self.holds = held
                 return
-            held = self.holds = NEITHER if self._last.kind == MISMATCH else UNKNOWN
+            held = self.holds = NEITHER if self._last.kind == upload.MISMATCH else UNKNOWN
 
     def _send_image(self, holds: str) -> Generator[bytes, None, Outcome]:
         """Send the image and wait for the answer; from the last bytes on the car may hold what ``holds`` tells."""
@@ -301,19 +330,31 @@ class UploadTransfer(Transfer):
         return (yield from self._receive(end, upload.answer_within_ms(self._image)))
 
 
+def _knows_no_checks(reasons: list[str]) -> bool:
+    """Whether a car that refused several check requests, for ``reasons``, doesn't know them.
+
+    A car that knows them refuses only what was changed on the way: for a reason of its own, or with the word that it
+    received instead.
+    """
+    reason = reasons[0]
+    if len(reasons) < 2 or set(reasons) != {reason} or not reason or reason.startswith(_REASONS_OF_CARS_WITH_CHECKS):
+        return False
+    return "0x" not in reason or f"0x{CHECK_HEADER:08x}" in reason.lower()
+
+
 def is_busy(outcome: Outcome) -> bool:
     """Whether the car refused because of another uploader."""
-    return outcome.kind == REFUSED and str(outcome.detail).startswith("busy")
+    return outcome.kind == upload.REFUSED and str(outcome.detail).startswith("busy")
 
 
 def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | None:
     """The error for `Transfer.outcome` and `Transfer.holds` of an upload; None where it succeeded."""
     kind, detail = outcome
-    if kind == SILENT:
+    if kind == upload.SILENT:
         return MotorcadeError("no-answer", port=port, detail=detail, holds=holds_phrase(holds))
-    if kind == MISMATCH or (kind == REFUSED and str(detail).startswith(OTHER_CHECKSUM)):
+    if kind == upload.MISMATCH or (kind == upload.REFUSED and str(detail).startswith(upload.OTHER_CHECKSUM)):
         return MotorcadeError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
-    if kind != REFUSED:
+    if kind != upload.REFUSED:
         return None
     if is_busy(outcome):
         # The other upload will replace the image that the car has.
@@ -324,9 +365,9 @@ def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | No
 def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
     """The error for a readback's outcome; None where it succeeded."""
     kind, detail = outcome
-    if kind == IMAGE:
+    if kind == upload.IMAGE:
         return None
-    if kind == SILENT:
+    if kind == upload.SILENT:
         return MotorcadeError("nothing-to-read", port=port, detail=detail)
     if is_busy(outcome):
         return MotorcadeError("car-busy", port=port, holds="")

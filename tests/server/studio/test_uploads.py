@@ -12,7 +12,6 @@ from starlette.websockets import WebSocketDisconnect
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio import uploads
 from motorcade.server.studio.app import Settings, make_app
-from motorcade.upload import check_request as asking
 from motorcade.upload import transfer as talk
 from motorcade.upload.serial_port import BARE, BOARD, PortInfo
 from motorcade.upload.transfer import holds_phrase
@@ -33,7 +32,7 @@ def no_pauses(monkeypatch) -> None:
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(talk, "BOOT_MS", 0)
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
-    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 300)
+    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 300)
 
 
 @pytest.fixture
