@@ -117,10 +117,9 @@ def expected_faults(word_format, words, strict):
         faults[refused & (faults == 0)] = names.index(name) + 1
 
     for field in word_format.fields:
-        if field.restricted:
-            # Of the values that occur, and not of all that a wide field could hold.
-            found, where = np.unique(columns[field.name], return_inverse=True)
-            note(field.name, ~np.array([field.allows(int(raw)) for raw in found])[where])
+        # Of the values that occur, and not of all that a wide field could hold.
+        found, where = np.unique(columns[field.name], return_inverse=True)
+        note(field.name, ~np.array([field.allows(int(raw)) for raw in found])[where])
     for field in word_format.paired:
         note(field.name, (columns[field.name] == 0) != (columns[field.goes_with] == 0))
     for field in word_format.fields:

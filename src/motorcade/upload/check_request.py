@@ -2,23 +2,18 @@
 
 from binascii import crc32
 
-from motorcade.errors import Phrase
 from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
-from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import (
     CANT_STORE,
     CHANGED_REQUEST,
     CUT_OFF,
     NOT_EMPTY,
     OTHER_CHECKSUM,
-    REFUSED,
-    SILENT,
     TOO_LARGE,
-    Lines,
+    LineEnd,
     Outcome,
     ok_line,
     printable,
-    refusal,
 )
 
 # Two tries take as long as a boot loader, which opening the port starts on some boards.
@@ -32,7 +27,7 @@ TAKEN = "taken"
 _REASONS_OF_CARS_WITH_CHECKS = (CUT_OFF, NOT_EMPTY, CHANGED_REQUEST, OTHER_CHECKSUM, CANT_STORE, TOO_LARGE)
 
 
-class CheckRequestEnd:
+class CheckRequestEnd(LineEnd):
     """Announce an image and understand the answer.
 
     Args:
@@ -45,37 +40,19 @@ class CheckRequestEnd:
     """
 
     def __init__(self, image: bytes, number: int):
+        super().__init__(ANSWER_WITHIN_MS)
         self.request = check_request(crc32(image), number)
         self.held = 0
         self._expected = check_words(crc32(image), number)
-        self._lines = Lines()
-        self._sent_ms: int | None = None
-        self._answer: Outcome | None = None
 
-    def finish_sending(self, now_ms: int) -> None:
-        """Note that the last byte of ``request`` was sent at ``now_ms`` (ticks)."""
-        self._sent_ms = now_ms
-
-    def receive_data(self, data: bytes, now_ms: int) -> None:
-        """Take the bytes that came by ``now_ms`` (ticks), also none, so that a missing answer is noticed."""
-        for line in self._lines.split(data):
-            self._answer = self._answer or self._to_answer(line)
-        if self._answer is None and self._sent_ms is not None and elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
-            self._answer = Outcome(SILENT, Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS))
-
-    def next_event(self) -> Outcome | None:
-        """The answer: READY with the car's line, REFUSED with the reason, TAKEN or SILENT; None while it may come."""
-        return self._answer
-
-    def _to_answer(self, line: bytes) -> Outcome | None:
+    def _outcome_of(self, line: bytes) -> Outcome | None:
         held = held_checksum(line, self._expected)
         if held is not None:
             self.held = held
             return Outcome(READY, printable(line[line.find(self._expected) :]))
         if ok_line(self.request).strip().lower() in line.lower():
             return Outcome(TAKEN, "")
-        reason = refusal(line)
-        return None if reason is None else Outcome(REFUSED, reason)
+        return super()._outcome_of(line)
 
 
 def knows_no_checks(reasons: list[str]) -> bool:

@@ -27,6 +27,7 @@ from motorcade.words.upload import (
     SILENT,
     TOO_LARGE,
     VERIFIED,
+    LineEnd,
     Outcome,
     ReadbackEnd,
     UploaderEnd,
@@ -114,12 +115,10 @@ class Transfer(ABC):
                 self._retrying(Retry(reason, number, TRIES))
             yield number
 
-    def _receive(
-        self, end: UploaderEnd | ReadbackEnd | CheckRequestEnd, within_ms: int
-    ) -> Generator[bytes, None, Outcome]:
+    def _receive(self, end: LineEnd | ReadbackEnd, within_ms: int) -> Generator[bytes, None, Outcome]:
         """Give received bytes to ``end`` until it has an outcome, at the latest after ``within_ms``."""
         begin_ms = self._now_ms
-        while (result := end.next_event()) is None:
+        while (result := end.outcome) is None:
             self.rest_ms = max(1, within_ms - elapsed_ms(self._now_ms, begin_ms))
             yield b""
             end.receive_data(self._data, self._now_ms)
@@ -138,9 +137,7 @@ class Transfer(ABC):
             if self._data:
                 quiet_ms = self._now_ms
 
-    def _send(
-        self, data: bytes, end: UploaderEnd | CheckRequestEnd, sent: Callable[[int], None] = lambda count: None
-    ) -> Steps:
+    def _send(self, data: bytes, end: LineEnd, sent: Callable[[int], None] = lambda count: None) -> Steps:
         """Send ``data`` as fast as the line carries it, so that the answer's deadline counts from its end.
 
         The operating system takes it all at once, and a pseudo-terminal reports at once that it has been sent.
@@ -220,8 +217,7 @@ class UploadTransfer(Transfer):
     def _run(self) -> Steps:
         if not self._verify:
             yield from self._settle(BOOT_MS)
-            yield from self._send_image(UNKNOWN)
-            self.outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
+            self.outcome = yield from self._send_image(UNKNOWN)
             return
         answer, reasons = yield from self._announce()
         if answer.kind == READY:
@@ -296,8 +292,10 @@ class UploadTransfer(Transfer):
                 self.holds = holds
             self._sent(count)
 
-        end = UploaderEnd(self._image, self._verify)
+        end = UploaderEnd(self._image)
         yield from self._send(self._image, end, sent)
+        if not self._verify:
+            return Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
         return (yield from self._receive(end, upload.answer_within_ms(self._image)))
 
 

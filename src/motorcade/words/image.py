@@ -132,5 +132,5 @@ def refused_image(reason: str) -> "ImageError | None":
     except ImageError as error:
         return error
     except (KeyError, ValueError):
-        return None
+        pass
     return None
