@@ -165,26 +165,20 @@ class Expander:
         if seconds is None:
             return
         duration_ms = to_ms(seconds)
-        if duration_ms is None or not is_sum(duration_ms, self._levels_ms):
-            place = path if position is None else f"{path}.together[{position}]"
-            self.diagnostics.append(self.not_expressible(seconds, place, step.id or step_id))
-
-    def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
-        """Return the Diagnostic for a duration that no levels add up to; it names the nearest possible ones."""
+        if duration_ms is not None and is_sum(duration_ms, self._levels_ms):
+            return
+        place = path if position is None else f"{path}.together[{position}]"
         below, above = nearest_sums(seconds, self._levels_ms)
-        problem = error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=either(below, above))
+        nearest = Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
+        problem = error("duration-not-expressible", place, step.id or step_id, seconds=f"{seconds:g}", nearest=nearest)
         # 0 s is possible, yet nobody means it who writes half a second.
-        return problem.with_fixes(*(Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S))
+        fixes = (Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S)
+        self.diagnostics.append(problem.with_fixes(*fixes))
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
     """The lengths of the states that a leader's step becomes; None where the levels can't express it."""
     return cut(item.durations_ms, levels_ms[1:], levels_ms)
-
-
-def either(below: float, above: float) -> Phrase:
-    """One of two durations, in seconds."""
-    return Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
 
 
 class Round(NamedTuple):
@@ -221,11 +215,6 @@ def longest_dwell_ms(items: list[Item], profile: Profile, tagged: bool) -> int |
     shared = [dwell for dwell in profile.dwell_ms if all(item.total_ms % dwell == 0 for item in items)]
     filled = (dwell for dwell in shared if dwell <= longest_ms or round_with(items, dwell, profile, tagged))
     return max(filled, default=None)
-
-
-def can_be_sent(item: Item, profile: Profile, tagged: bool) -> bool:
-    """Whether any dwell can express this step alone."""
-    return any(round_with([item], dwell_ms, profile, tagged) for dwell_ms in profile.dwell_ms)
 
 
 def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool) -> Round | None:

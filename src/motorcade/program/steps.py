@@ -7,6 +7,7 @@ the bits of a word and the step that a word holds (`program.parts`), the blocks 
 docs/programs.md (`scripts/step_files.py`).
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
@@ -44,7 +45,7 @@ class Step:
     Attributes:
         id: the block that it came from.
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
-        kind: the kind's name in JSON, in a block's type and in locales.
+        kind: the kind's name in JSON, in a block's type and in locales: ``follow_line`` for the class FollowLineStep.
         names: its names in Python, a class or functions of this module, each with the fields that the name decides.
         category: the category of the page's toolbox that has its block; blocks of one category have one colour.
         icon: the path of its block's icon, in a square of 24.
@@ -73,7 +74,8 @@ class Step:
     forward: bool | None = None
 
     def __init_subclass__(cls) -> None:
-        """Give a kind that a device declares its attributes, and its fields their schemas."""
+        """Name the kind, and give one that a device declares its attributes, and its fields their schemas."""
+        cls.kind = re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__.removesuffix("Step")).lower()
         # A dataclass with slots is made twice; the second time its fields are done.
         if cls.kind not in _DECLARED or "__dataclass_fields__" in vars(cls):
             return
@@ -95,9 +97,7 @@ class Step:
     def of_checked(cls, values: dict[str, Any]) -> "Step":
         """Return a step of values that fit already: to check a large program again takes a fifth of its time."""
         step = object.__new__(cls)
-        if cls not in _defaults:
-            _defaults[cls] = [(each.name, each.default) for each in fields(cls)]
-        for name, default in _defaults[cls]:
+        for name, default in _DEFAULTS[cls]:
             object.__setattr__(step, name, values.get(name, default))
         return step
 
@@ -125,16 +125,9 @@ class AccompanyingStep(Step):
     seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
-# By kind; mypy takes no class of dataclasses for an argument of functools.cache.
-_own_fields: dict[type[Step], tuple[Any, ...]] = {}
-_defaults: dict[type[Step], list[tuple[str, Any]]] = {}
-
-
 def own_fields(kind: type[Step]) -> tuple[Any, ...]:
     """Return the dataclass fields of a kind that have a schema: all but id, the settings and the steps inside."""
-    if kind not in _own_fields:
-        _own_fields[kind] = tuple(each for each in fields(kind) if "schema" in each.metadata)
-    return _own_fields[kind]
+    return _OWN_FIELDS[kind]
 
 
 def first_value(kind: type[Step], name: str) -> Any:
@@ -150,7 +143,6 @@ def first_value(kind: type[Step], name: str) -> Any:
 class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
-    kind: ClassVar[str] = "drive"
     direction: str
     speed: int
     seconds: float
@@ -160,7 +152,6 @@ class DriveStep(Step):
 class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
-    kind: ClassVar[str] = "wait"
     seconds: float
 
 
@@ -168,7 +159,6 @@ class WaitStep(Step):
 class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
-    kind: ClassVar[str] = "led"
     which: int
     seconds: float
 
@@ -177,7 +167,6 @@ class LedStep(Step):
 class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
-    kind: ClassVar[str] = "avoid"
     radius: int
     seconds: float
 
@@ -186,21 +175,16 @@ class AvoidStep(Step):
 class VoiceStep(AccompanyingStep):
     """Listen for 'stop' and 'go' (c6)."""
 
-    kind: ClassVar[str] = "voice"
-
 
 @dataclass(frozen=True, slots=True)
 class PirStep(AccompanyingStep):
     """Stand still while a person is sensed (c7)."""
-
-    kind: ClassVar[str] = "pir"
 
 
 @dataclass(frozen=True, slots=True)
 class FollowLineStep(Step):
     """Drive along a dark line for some seconds (c3 forward with the bit floor)."""
 
-    kind: ClassVar[str] = "follow_line"
     speed: int
     seconds: float
 
@@ -209,7 +193,6 @@ class FollowLineStep(Step):
 class TurnToLineStep(Step):
     """Turn until a line is under the car, then stand (c3 left or right with the bit floor)."""
 
-    kind: ClassVar[str] = "turn_to_line"
     direction: str
     speed: int
     seconds: float
@@ -219,7 +202,6 @@ class TurnToLineStep(Step):
 class StopOnDarkStep(Step):
     """Drive on with random turns, but stand on a dark floor (c3 random with the bit floor)."""
 
-    kind: ClassVar[str] = "stop_on_dark"
     speed: int
     seconds: float
 
@@ -227,8 +209,6 @@ class StopOnDarkStep(Step):
 @dataclass(frozen=True, slots=True)
 class FloorStep(AccompanyingStep):
     """Mind the floor: what the motor does beside it obeys dark and light (the bit floor)."""
-
-    kind: ClassVar[str] = "floor"
 
 
 SIMPLE_KINDS: tuple[type[Step], ...] = (
@@ -300,7 +280,6 @@ def stop_on_dark(seconds: float, speed: int = 2, **more: Any) -> StopOnDarkStep:
 class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
-    kind: ClassVar[str] = "together"
     in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"together": {}}
     inside_at: ClassVar[str] = "together"
@@ -323,7 +302,6 @@ class TogetherStep(Step):
 class RepeatStep(Step):
     """Steps done over and over."""
 
-    kind: ClassVar[str] = "repeat"
     in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"repeat": {}}
     inside_at: ClassVar[str] = "repeat.steps"
@@ -339,6 +317,8 @@ class RepeatStep(Step):
 
 _ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, RepeatStep, TogetherStep)
 KINDS = {kind.kind: kind for kind in _ALL_KINDS}
+_OWN_FIELDS = {kind: tuple(each for each in fields(kind) if "schema" in each.metadata) for kind in _ALL_KINDS}
+_DEFAULTS = {kind: [(each.name, each.default) for each in fields(kind)] for kind in _ALL_KINDS}
 
 
 def together(*steps: Step, **more: Any) -> TogetherStep:
