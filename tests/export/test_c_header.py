@@ -16,9 +16,7 @@ from support.soak import SOAK
 HERE = Path(__file__).parent
 WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]
 SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
-RANDOM_WORDS = 1_000_000 if SOAK else 100_000
-# Python's own decode of each, one by one.
-COMPARED_ONE_BY_ONE = 5_000
+RANDOM_WORDS = 200_000 if SOAK else 10_000
 every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
 
 
@@ -107,27 +105,6 @@ def mixed_words(word_format, count):
     return words
 
 
-def expected_faults(word_format, words, strict):
-    """For each word the first field at fault, from 1, or 0: by Field.allows, which Python's own decode asks too."""
-    columns = {field.name: words >> np.uint32(field.low) & np.uint32(field.raw_mask) for field in word_format.fields}
-    names = [field.name for field in word_format.fields]
-    faults = np.zeros(len(words), np.uint8)
-
-    def note(name, refused):
-        faults[refused & (faults == 0)] = names.index(name) + 1
-
-    for field in word_format.fields:
-        # Of the values that occur, and not of all that a wide field could hold.
-        found, where = np.unique(columns[field.name], return_inverse=True)
-        note(field.name, ~np.array([field.allows(int(raw)) for raw in found])[where])
-    for field in word_format.paired:
-        note(field.name, (columns[field.name] == 0) != (columns[field.goes_with] == 0))
-    for field in word_format.fields:
-        if field.reserved and strict:
-            note(field.name, columns[field.name] > field.defined)
-    return faults
-
-
 def fault_by_python(word_format, word, strict):
     names = [field.name for field in word_format.fields]
     try:
@@ -142,12 +119,8 @@ def test_many_words_mean_the_same_in_c(word_format, probe):
     words = mixed_words(word_format, RANDOM_WORDS)
     found = run(probe, word_format, "decode", big_endian(words))
     assert len(found) == len(words)
-    assert np.array_equal(found["fault"], expected_faults(word_format, words, strict=False))
-    assert np.array_equal(found["strict"], expected_faults(word_format, words, strict=True))
-    one_by_one = words[:COMPARED_ONE_BY_ONE].tolist()
     for strict, column in ((False, "fault"), (True, "strict")):
-        by_python = [fault_by_python(word_format, word, strict) for word in one_by_one]
-        assert found[column][:COMPARED_ONE_BY_ONE].tolist() == by_python
+        assert found[column].tolist() == [fault_by_python(word_format, word, strict) for word in words.tolist()]
 
     good = found["fault"] == 0
     for field in word_format.fields:
@@ -161,7 +134,7 @@ def test_many_words_mean_the_same_in_c(word_format, probe):
 
 
 def test_c_completes_frames_and_finds_wrong_checks_and_parities(probe):
-    words = mixed_words(FRAME, COMPARED_ONE_BY_ONE)
+    words = mixed_words(FRAME, RANDOM_WORDS)
     # Every fourth word is right, every other fourth of them but for one bit.
     right = np.array([FRAME.complete(word) for word in words[::4].tolist()], np.uint32)
     words[::4] = right

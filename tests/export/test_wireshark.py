@@ -7,7 +7,7 @@ import pytest
 from scripts.exports.wireshark import wireshark
 
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
+from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.captures import RAW_IP, USER0, segments, write_pcap
@@ -219,13 +219,3 @@ def test_garbage_is_no_error_of_ours(dissect, link_type, options):
     rows = dissect(link_type, packets, ["_ws.expert.message", "_ws.lua.text", "_ws.malformed"], *options)
     assert len(rows) == len(GARBAGE)
     assert [row for row in rows if "Lua" in str(row) or row[1:] != [[], []]] == []
-
-
-def test_the_tree_names_the_fingerprint(tshark, folder, tmp_path):
-    write_pcap(tmp_path / "it.pcap", RAW_IP, segments([words_to_bytes((GOOD[0],))], PORT))
-    script = f"lua_script:{folder / 'motorcade_words.lua'}"
-    command = [str(tshark), "-X", script, "-r", str(tmp_path / "it.pcap"), "-O", "motorcade_drive"]
-    shown = subprocess.check_output(command, encoding="utf-8", stderr=subprocess.DEVNULL, timeout=300)
-    assert f"fingerprint 0x{fingerprint(DRIVE):08X}" in shown
-    assert "= angle: 40 deg" in shown
-    assert "= code: speed and direction (1)" in shown
