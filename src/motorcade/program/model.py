@@ -210,8 +210,8 @@ def program_from_dict(document: Any) -> Program:
         raise ProgramError(_diagnostic(fault, document) for fault in faults)
     followers = checked["followers"]
     return Program(
-        leader=_steps_from(checked["leader"]),
-        followers=followers and Followers(**{**followers, "steps": _steps_from(followers["steps"])}),
+        leader=map(_step_from, checked["leader"]),
+        followers=followers and Followers(**{**followers, "steps": [_step_from(each) for each in followers["steps"]]}),
         profile=checked["profile"],
     )
 
@@ -253,17 +253,13 @@ def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
     return found
 
 
-def _steps_from(documents: list[dict[str, Any]]) -> list[Step]:
-    return [_step_from(document) for document in documents]
-
-
 def _step_from(document: dict[str, Any]) -> Step:
     kind = next(key for key in document if key in KINDS)
     content = document[kind]
     if kind == TogetherStep.kind:
-        content = {"steps": tuple(_steps_from(content))}
+        content = {"steps": tuple(map(_step_from, content))}
     elif kind == RepeatStep.kind:
-        content["steps"] = tuple(_steps_from(content["steps"]))
+        content["steps"] = tuple(map(_step_from, content["steps"]))
     return KINDS[kind].of_checked({**document, **content})
 
 

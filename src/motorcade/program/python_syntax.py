@@ -212,8 +212,6 @@ def _syntax_fixes(source: PythonSource, reason: str, start: int, sign: str) -> I
 
 def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple[int, int, str]]:
     """Yield the edits to try, each as its first character, the one behind its last, and the new text."""
-    line_end = text.find("\n", start) if "\n" in text[start:] else len(text)
-    last = len(text.rstrip())
     closers = _CLOSERS.get(sign, "")
     match reason:
         case "python-bad-character":
@@ -224,24 +222,14 @@ def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple
             for found in islice(re.finditer(r"(?<=[\w)\]\"'])\s+(?=[\w\"'])", text[start:]), _MOST_TRIES):
                 yield start + found.start(), start + found.start(), ","
         case "python-not-closed":
-            yield from ((at, at, closers) for at in (line_end, last))
+            line_end = text.find("\n", start) if "\n" in text[start:] else len(text)
+            yield from ((at, at, closers) for at in (line_end, len(text.rstrip())))
         case "python-other-bracket":
             yield start, start, closers
             yield start, start + 1, closers
             yield start, start + 1, ""
         case "python-not-opened":
             yield start, start + 1, ""
-        case "python-open-string":
-            code = text[start:line_end].rstrip()
-            ends = (len(code.rstrip(")],")), *range(len(code.rstrip(")],")) + 1, len(code) + 1))
-            yield from ((start + at, start + at, text[start]) for at in ends)
-        case "python-bad-indent":
-            first = text.rfind("\n", 0, start) + 1
-            yield first, first + len(text[first:line_end]) - len(text[first:line_end].lstrip()), ""
-        case "python-bad-number":
-            digits = re.match(r"0+(?=\d)", text[start:])
-            if digits:
-                yield start, start + digits.end(), ""
 
 
 def _is_python(text: str) -> bool:
@@ -308,23 +296,23 @@ def with_imports(source: PythonSource, statement: ast.ImportFrom | None, names: 
     return replacement(source, at, at, f"from {_PACKAGE} import {text}\n\n")
 
 
-def right_import(source: PythonSource, statement: ast.Import | ast.ImportFrom) -> list[Fix]:
-    """Return the edit that corrects a misspelt import, or deletes another one."""
-    start, end = source.extent(statement)
-    module = statement.module if isinstance(statement, ast.ImportFrom) else statement.names[0].name
-    if not get_close_matches(module or "", [_PACKAGE], 1):
-        return without_lines(source, statement)
-    names = ", ".join(ast.unparse(each) for each in statement.names) if isinstance(statement, ast.ImportFrom) else "*"
-    return replacement(source, start, end, f"from {_PACKAGE} import {names}")
+def right_statement(source: PythonSource, statement: ast.stmt, variable: str) -> list[Fix]:
+    """Return the edit that corrects a statement which has no place in a program's text; none where it stays unclear.
 
-
-def as_program(source: PythonSource, statement: ast.stmt, variable: str, name: str) -> list[Fix]:
-    """Return the edit that gives a call of ``name``, the program's class, to the variable of the program."""
+    A misspelt import is corrected, another one deleted; a call of Program is given to the ``variable`` of the program.
+    """
     match statement:
-        case ast.Expr(value=ast.Call(func=ast.Name(id=found)) as call) if found == name:
-            start = source.extent(call)[0]
+        case ast.Import() | ast.ImportFrom():
+            names, module = "*", statement.names[0].name
+            if isinstance(statement, ast.ImportFrom):
+                names, module = ", ".join(map(ast.unparse, statement.names)), statement.module or ""
+            if not get_close_matches(module, [_PACKAGE], 1):
+                return without_lines(source, statement)
+            return replacement(source, *source.extent(statement), f"from {_PACKAGE} import {names}")
+        case ast.Expr(value=ast.Call(func=ast.Name(id="Program"))):
+            start, _ = source.extent(statement)
             return replacement(source, start, start, f"{variable} = ")
-        case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id=found))) if found == name:
+        case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id="Program"))):
             return replacement(source, *source.extent(target), variable)
     return []
 

@@ -3,6 +3,7 @@
 import ast
 import textwrap
 from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -40,12 +41,6 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
     return _with_imports(text, old, writer.used)
 
 
-def _settings_of(followers: Followers) -> dict[str, Any]:
-    """The followers' settings that differ from the usual ones."""
-    defaults = parameters_of(Followers)[1]
-    return {name: getattr(followers, name) for name in defaults if getattr(followers, name) != defaults[name]}
-
-
 @dataclass(slots=True)
 class _Comments:
     """The comments of a part: in the lines before it, behind it on its line, and inside it before its end."""
@@ -74,7 +69,7 @@ class _Item(_Comments):
 
 def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
     """Return the comments inside the program's call, by the path of the part that they belong to."""
-    found: dict[str, _Comments] = {}
+    found: dict[str, _Comments] = defaultdict(_Comments)
     for comment in old.source.comments():
         if old.root.start <= comment.start < old.root.end:
             _attach(comment, old.root, old.source, found)
@@ -90,11 +85,11 @@ def _attach(comment: Comment, node: Node, source: PythonSource, found: dict[str,
         return
     is_behind = last is not None and source.line_at(last.end) == comment.line
     if number < len(parts) and not is_behind:
-        found.setdefault(parts[number].path, _Comments()).before.append(comment.text)
+        found[parts[number].path].before.append(comment.text)
     elif last and is_behind:
-        found.setdefault(last.path, _Comments()).behind.append(comment.text)
+        found[last.path].behind.append(comment.text)
     else:
-        found.setdefault(node.path, _Comments()).end.append(comment.text)
+        found[node.path].end.append(comment.text)
 
 
 class _Writer:
@@ -104,7 +99,7 @@ class _Writer:
         self.used: set[str] = set()
         self._old = old
         self._nodes = dict(_nodes(old.root)) if old else {}
-        self._comments = _comments_of(old) if old else {}
+        self._comments = _comments_of(old) if old else defaultdict(_Comments)
 
     def program(self, program: Program) -> str:
         """Return the call of Program, over several lines."""
@@ -122,7 +117,8 @@ class _Writer:
         return self._call(Program.__name__, [*rows, *(_INDENT + comment for comment in left)], 0)
 
     def _followers(self, followers: Followers, old: list[_Item]) -> str:
-        settings = _settings_of(followers)
+        usual = parameters_of(Followers)[1]
+        settings = {name: each for name in usual if (each := getattr(followers, name)) != usual[name]}
         if not settings and "followers.steps" not in self._nodes:
             return self._list(old, followers.steps, "followers", 1)
         path = "followers.steps" if "followers.steps" in self._nodes else "followers"
@@ -134,13 +130,9 @@ class _Writer:
     def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
         """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
         items, left = _merged(old, row)
-        lines = [line for item in items for line in self._lines(item, depth + 1)]
+        lines = [line for each in items for line in _commented(self._text(each, depth + 1), each, depth + 1)]
         lines += [_INDENT * (depth + 1) + comment for comment in left] + self._end(path, depth + 1)
         return "\n".join(["[", *lines, _INDENT * depth + "]"]) if lines else "[]"
-
-    def _lines(self, item: _Item, depth: int) -> list[str]:
-        """Return the lines of a step with its comments."""
-        return _commented(self._text(item, depth), item, depth)
 
     def _text(self, item: _Item, depth: int) -> str:
         """Return a step's text: on one line where that is short enough and no comment stands inside."""
@@ -149,7 +141,7 @@ class _Writer:
             text = self._one_line(item)
             if not item.inside or len(text) + len(_INDENT) * depth < _LONGEST_LINE:
                 return text
-        inner = [line for each in item.inside for line in self._lines(each, depth + 1)]
+        inner = [line for each in item.inside for line in _commented(self._text(each, depth + 1), each, depth + 1)]
         around = _INDENT * (depth + 1)
         rows = [*(f"{around}{each}," for each in positional), *inner, *(around + each for each in item.end)]
         return self._call(name, [*rows, *(f"{around}{each}," for each in named)], depth)
@@ -187,7 +179,7 @@ class _Writer:
         items = []
         for number, step in enumerate(row):
             place = f"{path}[{number}]"
-            own = self._comments.pop(place, None) or _Comments()
+            own = self._comments.pop(place, _Comments())
             item = _Item(own.before, own.behind, own.end, step)
             item.inside = self._items(step.inside, f"{place}.{step.inside_at}")
             node = self._nodes[place]
@@ -209,14 +201,12 @@ class _Writer:
 
     def _argument(self, path: str, text: str, depth: int) -> list[str]:
         """Return the lines of an argument with the comments around it."""
-        own = self._comments.pop(path, None) or _Comments()
+        own = self._comments.pop(path, _Comments())
         return [*_commented(text, own, depth), *(_INDENT * depth + comment for comment in own.end)]
 
     def _end(self, path: str, depth: int) -> list[str]:
         """Return the comments at the end of a part."""
-        own = self._comments.get(path)
-        if own is None:
-            return []
+        own = self._comments[path]
         end, own.end = own.end, []
         return [_INDENT * depth + comment for comment in end]
 
