@@ -166,10 +166,6 @@ class Expressions:
             return self._call(node)
         if isinstance(node, ast.BinOp):
             return self._binary(node)
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            operand = self._expression(node.operand)
-            if operand.type in (NUMBER, SIGNED):
-                return operand._replace(text=f"-{_inside(operand, '-', True)}", type=SIGNED, operator="-")
         if isinstance(node, ast.Compare):
             return self._comparison(node)
         if isinstance(node, ast.BoolOp):

@@ -207,11 +207,7 @@ def test_images_of_another_link_type_can_be_asked_for(dissect):
 GARBAGE = [b"", b"\x01", bytes(3), b"GET / HTTP/1.1\r\n\r\n", bytes(range(256)), b"\xff" * 1400]
 
 
-@pytest.mark.parametrize(
-    ("link_type", "options"),
-    [(RAW_IP, []), (RAW_IP, ["-d", f"tcp.port=={PORT},motorcade_image"]), (USER0, [])],
-    ids=["commands", "images over TCP", "images"],
-)
+@pytest.mark.parametrize(("link_type", "options"), [(RAW_IP, ["-d", f"tcp.port=={PORT},motorcade_image"]), (USER0, [])])
 def test_garbage_is_no_error_of_ours(dissect, link_type, options):
     packets = GARBAGE
     if link_type == RAW_IP:

@@ -282,11 +282,18 @@ def test_a_duration_that_cannot_be_is_said_with_its_neighbours(profile: Profile,
         assert compiled.diagnostics[0].sentence().endswith(f"{below / 1000:g} s or {above / 1000:g} s.")
 
 
-def test_steps_without_a_dwell_in_common_are_said_to_disagree() -> None:
+@pytest.mark.parametrize(
+    ("steps", "place", "said"),
+    [
+        ([led(0, 0.4), led(1, 0.6)], "", "in common"),
+        ([together(forward(1), led(1, 0.4))], "[0]", "this step lasts 1 s"),
+    ],
+)
+def test_steps_that_no_dwell_fits_are_said_with_the_reason(steps: list[Step], place: str, said: str) -> None:
     profile = replace(CLASSROOM, durations_ms=(0, 400, 600, 1000), dwell_ms=(400, 600, *CLASSROOM.dwell_ms[2:]))
-    (diagnostic,) = compile_program(Program([wait(1)], [led(0, 0.4), led(1, 0.6)]), profile).diagnostics
-    assert (diagnostic.code, diagnostic.path) == ("dwell-not-expressible", "followers.steps")
-    assert "in common" in diagnostic.sentence()
+    (diagnostic,) = compile_program(Program([wait(1)], steps), profile).diagnostics
+    assert (diagnostic.code, diagnostic.path) == ("dwell-not-expressible", f"followers.steps{place}")
+    assert said in diagnostic.sentence()
     assert "0.4, 0.6" in diagnostic.sentence("zh")
 
 

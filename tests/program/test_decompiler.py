@@ -34,7 +34,7 @@ LEVEL = st.integers(0, 3)
 @st.composite
 def control_words(draw: st.DrawFn, **fixed: int) -> int:
     """Any control word that an image may hold, nothing behind a block that is off."""
-    values = {"accept_ir": draw(BIT), "forward": draw(BIT), "voice": draw(BIT), "pir": draw(BIT)}
+    values = {name: draw(BIT) for name in ("accept_ir", "forward", "voice", "pir", "floor")}
     values |= {"led_which": draw(LEVEL), "led_duration": draw(LEVEL)}
     if draw(st.booleans()):
         values |= {"motor_enable": 1, "motor_direction": draw(LEVEL), "motor_speed": draw(LEVEL)}

@@ -118,12 +118,6 @@ def test_a_refusal_names_field_value_and_what_is_allowed(word_format, word, valu
     assert refusal(word_format.encode, **values) == expected
 
 
-def test_a_number_that_goes_with_another_is_not_0_beside_it():
-    own = WordFormat("own", [Field("most", 31, 1, "for a test", goes_with="legs"), Field("legs", 0, 0, "for a test")])
-    assert refusal(own.encode, most=0, legs=1) == ("most", 0, "1 to 2147483647")
-    assert refusal(own.decode, 1) == ("most", 0, "1 to 2147483647")
-
-
 def test_a_name_that_is_no_field_is_refused():
     with pytest.raises(TypeError, match="gait"):
         DRIVE.encode(gait=1)

@@ -111,13 +111,6 @@ def test_a_header_needs_its_mark(before_us):
     assert len(found) == len(before_us) // 67
 
 
-def test_the_first_space_of_all_begins_nothing():
-    receiver = FrameReceiver()
-    for position, duration_us in enumerate(frame_durations_us(0)[1:]):
-        receiver.receive_mark(duration_us) if position % 2 else receiver.receive_space(duration_us)
-    assert receiver.next_frame() is None
-
-
 def test_a_unit_may_be_odd():
     durations_us = frame_durations_us(0, 561)
     durations_us[2] = 281

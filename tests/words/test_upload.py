@@ -65,13 +65,6 @@ def test_an_image_is_read_back_in_any_pieces(image, start_ms, data):
 # The car's end
 
 
-def test_the_image_is_stored_when_its_last_byte_is_there_and_not_before():
-    car = Car(OLD)
-    for byte in NEW[:-1]:
-        assert car.take(bytes([byte]), 0) == ([], b"")
-    assert car.take(NEW[-1:], 0)[0] == [upload.IMAGE]
-
-
 @pytest.mark.parametrize("cut", [0, 5, 24, 47])
 def test_a_car_takes_no_more_memory_however_much_comes_at_once(cut):
     end = upload.CarEnd(12)

@@ -32,6 +32,7 @@ _SETTINGS = ("accept_ir", "forward")
 # The settings of the followers' hat that the page's first level shows.
 SETTINGS_IN_START = ("forward",)
 _CHOICES = {"same": None, "yes": True, "no": False}
+_CHOICE_OF = {setting: choice for choice, setting in _CHOICES.items()}
 _TICKS = {"TRUE": True, "FALSE": False}
 _TAGGED = {"auto": "auto", "yes": True, "no": False}
 _LEVELS = {str(level): level for level in range(4)}
@@ -260,7 +261,9 @@ def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
         if flags == (None, None):
             row += [_block(step, path, depth) for step in group]
         else:
-            row.append(_infrared(flags, _row_of([_block(step, path, depth + 1) for step in group], path)))
+            fields = {name.upper(): _CHOICE_OF[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
+            inside = _row_of([_block(step, path, depth + 1) for step in group], path)
+            row.append(_with_inside({"type": INFRARED, "fields": fields}, inside))
     return _row_of(row, path)
 
 
@@ -276,12 +279,6 @@ def _block(step: Step, path: str, depth: int) -> Block:
         if (value := getattr(step, name)) is not None
     }
     return _with_inside(block, _blocks(step.inside, path, depth + 1))
-
-
-def _infrared(flags: tuple[bool | None, bool | None], first: Block | None) -> Block:
-    choices = {flag: choice for choice, flag in _CHOICES.items()}
-    fields = {name.upper(): choices[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
-    return _with_inside({"type": INFRARED, "fields": fields}, first)
 
 
 def _with_inside(block: Block, first: Block | None) -> Block:

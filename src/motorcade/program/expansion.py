@@ -102,7 +102,8 @@ class Expander:
         return Row(items, states, total_ms)
 
     def _expand_step(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Row:
-        self._check_settings(step, path)
+        if self._leads:
+            self._check_settings(step, path)
         accept_ir = accept_ir if step.accept_ir is None else step.accept_ir
         forward = forward if step.forward is None else step.forward
         if isinstance(step, RepeatStep):
@@ -125,8 +126,6 @@ class Expander:
         return max(1, len(cut_for_leader(item, self._levels_ms) or ()))
 
     def _check_settings(self, step: Step, path: str) -> None:
-        if not self._leads:
-            return
         if step.accept_ir:
             self.diagnostics.append(error("leader-accepts-ir", path, step.id))
         if step.forward is not None:
@@ -138,7 +137,7 @@ class Expander:
         if isinstance(step, TogetherStep):
             self._check_conflict(step, path)
             for position, part in enumerate(step.steps):
-                self._check_duration(part, path, step.id, position)
+                self._check_duration(part, f"{path}.together[{position}]", step.id)
         elif isinstance(step, AccompanyingStep) and step.seconds is None:
             problem = error("missing-field", f"{path}.{step.kind}", step.id, name="seconds")
             self.diagnostics.append(problem.with_fixes(Fix("seconds", self._levels_ms[1] / 1000)))
@@ -159,18 +158,16 @@ class Expander:
                 self.diagnostics.append(problem.with_fixes(*([Fix(BEHIND)] if is_whole else [])))
             seen[part.group] = part.kind
 
-    def _check_duration(self, step: Step, path: str, step_id: str | None, position: int | None = None) -> None:
-        """Check how long ``step`` lasts; with ``position`` it is that part of the together at ``path``."""
+    def _check_duration(self, step: Step, path: str, step_id: str | None) -> None:
         seconds = getattr(step, "seconds", None)
         if seconds is None:
             return
         duration_ms = to_ms(seconds)
         if duration_ms is not None and is_sum(duration_ms, self._levels_ms):
             return
-        place = path if position is None else f"{path}.together[{position}]"
         below, above = nearest_sums(seconds, self._levels_ms)
         nearest = Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
-        problem = error("duration-not-expressible", place, step.id or step_id, seconds=f"{seconds:g}", nearest=nearest)
+        problem = error("duration-not-expressible", path, step.id or step_id, seconds=f"{seconds:g}", nearest=nearest)
         # 0 s is possible, yet nobody means it who writes half a second.
         fixes = (Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S)
         self.diagnostics.append(problem.with_fixes(*fixes))

@@ -226,8 +226,6 @@ def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple
             yield from ((at, at, closers) for at in (line_end, len(text.rstrip())))
         case "python-other-bracket":
             yield start, start, closers
-            yield start, start + 1, closers
-            yield start, start + 1, ""
         case "python-not-opened":
             yield start, start + 1, ""
 

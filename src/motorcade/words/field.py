@@ -52,7 +52,7 @@ class Field:
         meaning: one phrase for tables and documentation.
         source: the document that defines it, such as ``"seed 000, c3"``.
         needs: name of the one-bit field without which this one should be 0.
-        goes_with: name of the field that is 0 exactly where this one is 0.
+        goes_with: name of the field that is 0 exactly where this one, which is one-hot, is 0.
         values: the raw values that it may hold, by the names below.
 
     Attributes:
@@ -129,12 +129,10 @@ class Field:
         return Phrase("values-from-to", minimum=self.minimum, maximum=self.maximum)
 
     def allowed_beside(self, other: int) -> Phrase:
-        """Return the values that this field may hold where the field ``goes_with`` holds ``other``."""
-        if not other:
-            return Phrase("zero-without-others", others=self.goes_with.replace("_", " "))
-        if self.one_hot:
+        """Return the values that this field, of which one bit is set, may hold beside ``other`` in ``goes_with``."""
+        if other:
             return Phrase("exactly-one-bit")
-        return Phrase("values-from-to", minimum=max(1, self.minimum), maximum=self.maximum)
+        return Phrase("zero-without-others", others=self.goes_with.replace("_", " "))
 
     def allows(self, raw: int) -> bool:
         """Return whether this field may hold the integer ``raw``."""

@@ -35,22 +35,14 @@ HEADER = WordFormat(
     ),
 )
 
-# The lowest bit of a control word that says what a car does. The bits below are c9 and, on the air, tag and check.
-_LOWEST = 11
-
-
-def _actions() -> "tuple[Field, ...]":
-    """Return the fields of all devices, the most significant first; bits that no device has are reserved."""
-    rows = [bits for device in DEVICES for bits in device.bits]
-    fields = [Field(row.name, row.high, row.low, row.meaning, row.source, needs=row.needs) for row in rows]
-    taken = sum([field.word_mask for field in fields])
-    for bit in range(_LOWEST, 32):
-        if not taken >> bit & 1:
-            fields.append(Field(f"extension_{bit}", bit, bit, "for an extension", "seed 000, c8", reserved=True))
-    return tuple(sorted(fields, key=lambda field: -field.low))
-
-
-_ACTIONS = _actions()
+_BITS = [bits for device in DEVICES for bits in device.bits]
+# The fields of all devices, the most significant first. Below them are c9 and, on the air, tag and check.
+_ACTIONS = tuple(
+    [
+        Field(bits.name, bits.high, bits.low, bits.meaning, bits.source, needs=bits.needs)
+        for bits in sorted(_BITS, key=lambda bits: -bits.low)
+    ]
+)
 
 CONTROL = WordFormat(
     "control",
