@@ -47,11 +47,8 @@ class Step:
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
         kind: the kind's name in JSON, in a block's type and in locales: ``follow_line`` for the class FollowLineStep.
         names: its names in Python, a class or functions of this module, each with the fields that the name decides.
-        category: the category of the page's toolbox that has its block; blocks of one category have one colour.
-        icon: the path of its block's icon, in a square of 24.
         group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
             together.
-        hue: the colour of these bits in the page's table of words, in degrees.
         sets: fields of the control word that are the same in every step of the kind.
         in_start: whether the page's first level, with few kinds of blocks, has its block.
         inside_at: where the steps inside it stand, below its own place in the program; empty where it holds none.
@@ -61,10 +58,7 @@ class Step:
 
     kind: ClassVar[str] = ""
     names: ClassVar[dict[str, dict[str, str]]] = {}
-    category: ClassVar[str] = ""
-    icon: ClassVar[str] = ""
     group: ClassVar[str] = ""
-    hue: ClassVar[int] = 0
     sets: ClassVar[dict[str, int]] = {}
     in_start: ClassVar[bool] = False
     inside_at: ClassVar[str] = ""
@@ -75,14 +69,16 @@ class Step:
 
     def __init_subclass__(cls) -> None:
         """Name the kind, and give one that a device declares its attributes, and its fields their schemas."""
+        # A dataclass with slots is made twice; the second time all is done.
+        if "__dataclass_fields__" in vars(cls):
+            return
         cls.kind = re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__.removesuffix("Step")).lower()
-        # A dataclass with slots is made twice; the second time its fields are done.
-        if cls.kind not in _DECLARED or "__dataclass_fields__" in vars(cls):
+        cls.names = {cls.kind: {}}
+        if cls.kind not in _DECLARED:
             return
         device, declared = _DECLARED[cls.kind]
-        cls.names = {call.name: dict(call.sets) for call in declared.calls} or {cls.kind: {}}
-        cls.category, cls.icon, cls.in_start = declared.block.drawer, declared.block.icon, declared.block.in_start
-        cls.group, cls.hue, cls.sets = declared.group or device.group, device.hue, dict(declared.sets)
+        cls.names = {call.name: dict(call.sets) for call in declared.calls} or cls.names
+        cls.group, cls.sets, cls.in_start = declared.group or device.group, dict(declared.sets), declared.block.in_start
         for each in declared.inputs:
             if each.bits:
                 setattr(cls, each.name, _field_of(each))
@@ -281,10 +277,7 @@ class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
     in_start: ClassVar[bool] = True
-    names: ClassVar[dict[str, dict[str, str]]] = {"together": {}}
     inside_at: ClassVar[str] = "together"
-    category: ClassVar[str] = "order"
-    icon: ClassVar[str] = "M4 6h16M4 12h16M4 18h16M8 3v18"
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
@@ -303,10 +296,7 @@ class RepeatStep(Step):
     """Steps done over and over."""
 
     in_start: ClassVar[bool] = True
-    names: ClassVar[dict[str, dict[str, str]]] = {"repeat": {}}
     inside_at: ClassVar[str] = "repeat.steps"
-    category: ClassVar[str] = "order"
-    icon: ClassVar[str] = "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"
     times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
     steps: tuple[Step, ...]
 
