@@ -158,7 +158,11 @@ class PythonProgram:
                 case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
                     pass
                 case _:
-                    self._refuse_statement(statement)
+                    code = next(
+                        (each for kinds, each in _STATEMENTS if isinstance(statement, kinds)), "python-statement"
+                    )
+                    edits = fixes.right_statement(self.source, statement, VARIABLE)
+                    self._refuse(code, statement, edits, name=VARIABLE)
         if not found and not self._errors:
             written = fixes.with_line(self.source, f"{VARIABLE} = Program(leader=[forward(3)])")
             self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)).with_fixes(*written))
@@ -187,18 +191,23 @@ class PythonProgram:
                 self._refuse("python-no-program", call)
             return None
         root = self._node("", call)
-        document: dict[str, Any] = {"format": FORMAT}
-        self._calls[""] = call
-        for name, value, around in self._arguments(call, Program):
-            node = self._node(name, around)
-            root.parts.append(node)
-            if name == "leader":
-                document[name] = self._row(value, name, node)
-            elif name == "followers":
-                document[name] = self._followers(value, node)
+        return root, {"format": FORMAT, **self._values(call, Program, root)}
+
+    def _values(self, call: ast.Call, what: Callable[..., Any], node: Node) -> dict[str, Any]:
+        """Return the arguments of a call of Program or Followers by name; their parts are added to its ``node``."""
+        self._calls[node.path] = call
+        values: dict[str, Any] = {}
+        for name, value, around in self._arguments(call, what):
+            part = self._node(f"{node.path}.{name}".removeprefix("."), around)
+            node.parts.append(part)
+            if name == "followers":
+                values[name] = self._followers(value, part)
+            elif name in ("leader", "steps"):
+                values[name] = self._row(value, part.path, part)
             else:
-                document[name] = self._setting(value, node)
-        return root, document
+                self.spans[part.path] = self.source.span(value)
+                values[name] = self._value(value)
+        return values
 
     def _followers(self, value: ast.expr, node: Node) -> Any:
         if isinstance(value, ast.Constant) and value.value is None:
@@ -208,20 +217,11 @@ class PythonProgram:
         if self._name_of(value) != Followers.__name__:
             self._refuse("python-no-list", value, fixes.as_list(self.source, value, STEP_NAMES))
             return None
-        document: dict[str, Any] = {}
-        self._calls[node.path] = value
-        for name, each, around in self._arguments(value, Followers):
-            part = self._node(f"{node.path}.{name}", around)
-            node.parts.append(part)
-            document[name] = self._row(each, part.path, part) if name == "steps" else self._setting(each, part)
+        document = self._values(value, Followers, node)
         # None stands for the choice of the compiler, for which a document has no value.
         if document.get("dwell_seconds", 0) is None:
             del document["dwell_seconds"]
         return document
-
-    def _setting(self, value: ast.expr, node: Node) -> Any:
-        self.spans[node.path] = self.source.span(value)
-        return self._value(value)
 
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):
@@ -307,13 +307,10 @@ class PythonProgram:
                 yield name, ast.copy_location(ast.Constant(default), call.func), call
 
     def _value(self, node: ast.expr) -> Any:
-        match node:
-            case ast.Constant(value=(bool() | int() | float() | str() | None) as value):
+        with suppress(ValueError, TypeError):
+            value = ast.literal_eval(node)
+            if value is None or isinstance(value, int | float | str):
                 return value
-            case ast.UnaryOp(
-                op=ast.USub() | ast.UAdd() as sign, operand=ast.Constant(value=(int() | float()) as value)
-            ):
-                return -value if isinstance(sign, ast.USub) else value
         self._refuse("python-no-value", node)
         return None
 
@@ -328,10 +325,6 @@ class PythonProgram:
                 return call.func.id
         self._refuse_name("python-unknown-name", self.source.span(call.func), ast.unparse(call.func), _NAMES)
         return None
-
-    def _refuse_statement(self, statement: ast.stmt) -> None:
-        code = next((code for kinds, code in _STATEMENTS if isinstance(statement, kinds)), "python-statement")
-        self._refuse(code, statement, fixes.right_statement(self.source, statement, VARIABLE), name=VARIABLE)
 
     def _refuse(self, code: str, node: Any, edits: Iterable[Fix] = (), **details: Any) -> None:
         span = self.source.span(node)
