@@ -61,33 +61,6 @@ def test_what_has_no_counterpart_in_c_is_refused_with_file_and_line(text, line, 
     assert refused.value.sentence("zh") != str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "lines"),
-    [
-        ("return x >> 29 & 1", ["return BITS(x, 29, 1);"]),
-        ("return x >> 24", ["return BITS(x, 24, 255);"]),
-        ("return x >> 3", ["return x >> 3;"]),
-        ("return x - 1 & LIMIT", ["return (x - 1) & MOTORCADE_SNIPPET_LIMIT;"]),
-        ("return x << 13 & 0xFFFFFFFF", ["return (x << 13) & 0xFFFFFFFFU;"]),
-        ("return 1 if 2 <= x < LIMIT else 0", ["return (2 <= x && x < MOTORCADE_SNIPPET_LIMIT) ? 1 : 0;"]),
-        ("return LIMIT * 4", ["(void)x;", "return (uint32_t)MOTORCADE_SNIPPET_LIMIT * 4;"]),
-        ("return 1 << 20", ["(void)x;", "return (uint32_t)1 << 20;"]),
-        ("y: int32 = x - 1\n    return 1 if y < 0 else 0", ["int32_t y = (int32_t)(x - 1);", "return y < 0 ? 1 : 0;"]),
-        ("y: uint8 = x\n    return y + 1", ["uint8_t y = (uint8_t)x;", "return (uint32_t)y + 1;"]),
-        ("# Why.\n    return x", ["/* Why. */", "return x;"]),
-    ],
-)
-def test_a_statement_in_c(text, lines):
-    body = translated(f"def f(x: int) -> int:\n    {text}")
-    assert [line.strip() for line in body[2:-1]] == lines
-
-
-def test_a_variable_is_declared_where_it_is_first_assigned_if_no_other_block_needs_it():
-    text = "def f(x: int) -> int:\n    if x:\n        a = x\n        b = a\n    else:\n        b = 3\n    return b"
-    body = [line.strip() for line in translated(text)]
-    assert body[2:7] == ["uint32_t b;", "if (x) {", "uint32_t a = x;", "b = a;", "} else {"]
-
-
 def test_a_loop_computes_its_end_once_as_in_python(gcc, tmp_path):
     text = (
         "def f(x: int) -> int:\n    n = 0\n    for i in range(x):\n        x = x + 1\n        n = n + i\n    return n"

@@ -1,19 +1,17 @@
 """The JSON Schema, the golden vectors and the pages."""
 
 import json
-import re
 
 import jsonschema_rs
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scripts.exports import exported_files, markdown
+from scripts.exports import exported_files
 from scripts.exports.fields import fingerprint_text
 from scripts.exports.markdown import bit_diagram
 from scripts.exports.schemas import json_schema
 from scripts.exports.vectors import vectors
 
-from motorcade.locales import catalogue
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, FORMATS, FRAME
 from motorcade.words.image import parse_image_bytes
@@ -153,22 +151,3 @@ def test_a_diagram_shows_each_field_at_its_bits():
             column = 2 * (31 - bit) + 1
             assert int((tens.ljust(65)[column] + ones.ljust(65)[column]).strip()) == bit
         assert 2 * (31 - field.high) < boxes.index(letter) < 2 * (32 - field.low)
-
-
-@pytest.mark.parametrize("language", ["en", "zh"])
-def test_a_page_has_a_row_for_each_field(language):
-    rows = [line for line in markdown(language).splitlines() if re.match(r"\| [A-Za-f] \|", line)]
-    fields = [(word_format, field) for word_format in FORMATS for field in word_format.fields]
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {9}
-    for row, (word_format, field) in zip(rows, fields, strict=True):
-        assert f"`{field.name}`" in row
-        assert catalogue(language)["meanings"][f"{word_format.name}.{field.name}"] in row
-
-
-def test_a_page_names_the_fields_that_depend_on_others():
-    english, chinese = markdown("en"), markdown("zh")
-    assert "奇偶校验" in chinese
-    assert "set on the air" not in chinese
-    assert "`dwell` is 0 exactly where `follower_words` is 0." in english
-    assert "Without `motor_enable`, no effect: `motor_direction`, `motor_speed`, `motor_duration`." in english
-    assert "当且仅当 `follower_words` 为 0 时，`dwell` 为 0。" in chinese

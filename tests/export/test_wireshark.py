@@ -199,11 +199,6 @@ def test_uploads_over_tcp_and_their_answers_are_seen_where_one_asks_for_it(disse
     assert answers[0].startswith(f"OK words=4 crc32={ok_line(IMAGE).split(b'=')[-1].decode().strip()}")
 
 
-def test_images_of_another_link_type_can_be_asked_for(dissect):
-    option = ["-o", "motorcade_image.user_link:3"]
-    assert dissect(USER0 + 3, [IMAGE], ["motorcade_image.header.dwell"], *option) == [[["2"]]]
-
-
 GARBAGE = [b"", b"\x01", bytes(3), b"GET / HTTP/1.1\r\n\r\n", bytes(range(256)), b"\xff" * 1400]
 
 

@@ -46,10 +46,6 @@ def test_a_stream_is_split_into_uploads_and_requests_wherever_it_is_cut(parts, d
     assert uploads + rest == b"".join(each for each in parts if not each.startswith(request.REQUEST_BEGINS))
 
 
-def test_the_checksum_of_an_image_is_eight_digits():
-    assert request.checksum_text(NEW) == "325d103a"
-
-
 def test_no_more_bytes_wait_than_a_request_may_begin_with():
     assert request.split_requests(b"\xf0" * 5) == (b"\xf0" * 2, [], b"\xf0" * 3)
     assert request.split_requests(b"\xf0") == (b"", [], b"\xf0")
