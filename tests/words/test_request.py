@@ -132,25 +132,11 @@ def test_an_older_car_keeps_its_program():
     assert header & 255 > receiver._MOST_RESERVED
 
 
-@pytest.mark.parametrize(
-    ("name", "may"),
-    [
-        ("ada", 1),
-        ("x", 1),
-        ("x" * 32, 1),
-        ("x" * 33, 0),
-        ("阿达-2_x", 1),
-        ("", 0),
-        ("a b", 0),
-        ("a=b", 0),
-        ("é" * 17, 0),
-        ("a\n", 0),
-        ("\x7f", 0),
-        ("\x80", 1),
-    ],
-)
-def test_names_are_letters_of_any_language(name, may):
-    assert request.is_car_name(name) == bool(may)
+def test_names_are_letters_of_any_language():
+    good = {"ada", "x", "x" * 32, "阿达-2_x", "\x80"}
+    assert {
+        name for name in (*good, "x" * 33, "", "a b", "a=b", "é" * 17, "a\n", "\x7f") if request.is_car_name(name)
+    } == good
 
 
 @pytest.mark.parametrize(
