@@ -255,7 +255,6 @@ _IMPORT = "from motorcade import Program, forward"
         ("import motorcade\nprogram = Program([])", "from motorcade import *\nprogram = Program([])"),
         (f"{_IMPORT}\nmine = Program([])", f"{_IMPORT}\nprogram = Program([])"),
         (f"{_IMPORT}\nProgram([])", f"{_IMPORT}\nprogram = Program([])"),
-        (f"{_IMPORT}\n", f"{_IMPORT}\nprogram = Program(leader=[forward(3)])\n"),
         (
             "from motorcade import *\nprogram = Program([])\nprogram = Program([])",
             "from motorcade import *\nprogram = Program([])\n",

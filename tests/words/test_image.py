@@ -71,8 +71,7 @@ def test_the_bytes_of_an_image(image, data):
     [
         (Image((0,) * 256, (), -1, 0), "leader_states", 256),
         (Image((), (0,) * 256, 0, 0), "follower_words", 256),
-        (Image((), (0,), -1, 0), "dwell_level", -1),
-        (Image((), (0,), 8, 0), "dwell_level", 8),
+        (Image((), (0,), 8, 0), "dwell", 256),
     ],
 )
 def test_what_a_header_cannot_hold_is_refused(image, field, value):

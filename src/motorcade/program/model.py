@@ -219,15 +219,15 @@ def program_from_dict(document: Any) -> Program:
 def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
     """Return a fault under the codes of programs, which are part of the format."""
     place, key = fault.place, fault.place[-1] if fault.place else ""
+    around = place[:-1] if fault.code in ("unknown-key", "missing-key") else place
+    path, step_id = _path(around if fault.code == "missing-key" else place), _id_at(document, around)
     if fault.code == "unknown-key":
-        step_id = _id_at(document, place[:-1])
-        return error("unknown-field", _path(place), step_id, name=key, allowed=fault.allowed)
+        return error("unknown-field", path, step_id, name=key, allowed=fault.allowed)
     if fault.code == "missing-key":
-        missing = error("missing-field", _path(place[:-1]), _id_at(document, place[:-1]), name=key)
+        missing = error("missing-field", path, step_id, name=key)
         kind = KINDS.get(str(place[-2])) if len(place) > 1 else None
         value = first_value(kind, str(key)) if kind else None
         return missing if value in (None, []) else missing.with_fixes(Fix(str(key), value))
-    path, step_id = _path(place), _id_at(document, place)
     if fault.code == "no-key":
         return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))
     if fault.code == "several-keys":

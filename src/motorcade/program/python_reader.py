@@ -164,8 +164,7 @@ class PythonProgram:
                     edits = fixes.right_statement(self.source, statement, VARIABLE)
                     self._refuse(code, statement, edits, name=VARIABLE)
         if not found and not self._errors:
-            written = fixes.with_line(self.source, f"{VARIABLE} = Program(leader=[forward(3)])")
-            self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)).with_fixes(*written))
+            self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)))
         return found
 
     def _uses_the_program(self, function: ast.expr) -> bool:

@@ -277,13 +277,6 @@ def without_lines(source: PythonSource, statement: ast.stmt) -> list[Fix]:
     return replacement(source, start, min(end + 1, len(source.text)), "")
 
 
-def with_line(source: PythonSource, line: str) -> list[Fix]:
-    """Return the edit that adds a line at the end."""
-    end = len(source.text)
-    before = "" if source.text.endswith("\n") or not end else "\n"
-    return replacement(source, end, end, f"{before}{line}\n")
-
-
 def with_imports(source: PythonSource, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Fix]:
     """Return the edit that imports ``names`` too; ``statement`` is the import that is there."""
     text = ", ".join(names)
