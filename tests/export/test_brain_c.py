@@ -4,6 +4,7 @@ import ctypes
 import re
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings
@@ -81,63 +82,35 @@ def library(folder, gcc):
     return ctypes.CDLL(str(build(folder, "steps.so", gcc, "-O1", "-shared", "-fPIC", *undefined)))
 
 
-class InC:
-    """The receiver of `motorcade.words.receiver` in C, with the same functions."""
-
-    def __init__(self, library, most_words):
-        self._library = library
-        self.r = (ctypes.c_uint32 * receiver.SIZE)()
-        self.buffer = (ctypes.c_uint8 * (most_words * 4))()
-        library.motorcade_receiver_room.restype = ctypes.c_uint16
-        library.motorcade_receiver_next_event.restype = ctypes.c_uint8
-        library.motorcade_receiver_switch_on(self.r, most_words)
-
-    def room(self, now):
-        return self._library.motorcade_receiver_room(self.r, self.buffer, now)
-
-    def add(self, count, now):
-        self._library.motorcade_receiver_add(self.r, count, now)
-
-    def next_event(self, work_words, now):
-        return self._library.motorcade_receiver_next_event(self.r, self.buffer, work_words, now)
+def in_c(library):
+    """The receiver's functions in C, with the names that they have in `motorcade.words.receiver`."""
+    names = ("switch_on", "room", "add", "next_event")
+    found = SimpleNamespace(**{name: getattr(library, f"motorcade_receiver_{name}") for name in names})
+    found.room.restype, found.next_event.restype = ctypes.c_uint16, ctypes.c_uint8
+    return found
 
 
-class InPython:
-    def __init__(self, most_words):
-        self.r = [0] * receiver.SIZE
-        self.buffer = bytearray(most_words * 4)
-        receiver.switch_on(self.r, most_words)
-
-    def room(self, now):
-        return receiver.room(self.r, self.buffer, now)
-
-    def add(self, count, now):
-        receiver.add(self.r, count, now)
-
-    def next_event(self, work_words, now):
-        return receiver.next_event(self.r, self.buffer, work_words, now)
-
-
-def outcomes(end, arrivals, work_words, now):
-    """Every event, with the receiver's memory and its buffer then."""
+def outcomes(functions, r, buffer, arrivals, work_words, now):
+    """Every event, with the receiver's memory ``r`` and its buffer then."""
     found, waiting = [], b""
+    functions.switch_on(r, len(buffer) // 4)
 
     def take_events():
         event = receiver.WORKING + 1
         while event > receiver.WORKING:
-            event = end.next_event(work_words, now)
-            found.append((event, list(end.r), bytes(end.buffer)))
+            event = functions.next_event(r, buffer, work_words, now)
+            found.append((event, list(r), bytes(buffer)))
 
     for data, pause_ms in arrivals:
         now = now + pause_ms & LAST_TICK
         waiting += data
         take_events()
-        count = min(end.room(now), len(waiting))
-        at = end.r[receiver.END]
-        end.buffer[at : at + count] = waiting[:count]
+        count = min(functions.room(r, buffer, now), len(waiting))
+        at = r[receiver.END]
+        buffer[at : at + count] = waiting[:count]
         waiting = waiting[count:]
         if count:
-            end.add(count, now)
+            functions.add(r, count, now)
             take_events()
     return found
 
@@ -151,5 +124,7 @@ ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.i
 
 @given(arrivals=ARRIVALS, most_words=st.integers(12, 16), work_words=st.integers(1, 20), start_ms=STARTS_MS)
 def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words, work_words, start_ms):
-    in_c = outcomes(InC(library, most_words), arrivals, work_words, start_ms)
-    assert in_c == outcomes(InPython(most_words), arrivals, work_words, start_ms)
+    size = most_words * 4
+    memory = (ctypes.c_uint32 * receiver.SIZE)(), (ctypes.c_uint8 * size)()
+    found = outcomes(in_c(library), *memory, arrivals, work_words, start_ms)
+    assert found == outcomes(receiver, [0] * receiver.SIZE, bytearray(size), arrivals, work_words, start_ms)
