@@ -2,7 +2,7 @@
 
 import pytest
 
-from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
+from motorcade import Program, compile_program, forward, led, left, repeat, together
 from motorcade.locales import catalogue
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
@@ -49,12 +49,6 @@ def test_each_item_of_the_control_word_has_its_own_bits(item, width, fields, wor
     assert {name: raw for name, raw in decoded.items() if raw} == fields
 
 
-def test_the_items_of_the_control_word_fill_32_bits():
-    assert sum(width for _, width, _, _ in ITEMS) == 32
-    everything = CONTROL.encode(**{name: raw for _, _, fields, _ in ITEMS for name, raw in fields.items()})
-    assert everything == 0xFFFFFFFF
-
-
 def test_the_parts_of_a_control_word_stand_in_the_order_of_the_list():
     word = word_of(
         "1",  # c1 a follower that listens
@@ -83,21 +77,6 @@ def test_c8_is_filled_with_zeros_in_all_of_its_11_bits_but_the_floor(bit):
         CONTROL.decode(1 << bit, strict=True)
     with pytest.raises(ImageError):
         parse_image((0x01000000, 1 << bit))
-
-
-def test_an_led_that_is_not_driven_leaves_its_4_bits_0_and_no_others():
-    compiled = compile_program(Program([together(forward(1, speed=3), voice(), pir())]))
-    assert compiled.words[1] == word_of(
-        "0",  # c1 a leader never listens
-        "1",  # c2 a leader always sends
-        "1001101",  # c3 driven, forward, speed 3, duration 1
-        "0000",  # c4 these 4
-        "00000",  # c5
-        "1",  # c6
-        "1",  # c7
-        "00000000000",  # c8
-        "0",  # c9
-    )
 
 
 def test_an_image_is_in_the_order_of_the_list_and_big_endian():

@@ -162,11 +162,6 @@ def test_no_workspace_at_all(garbage):
     assert diagnostic({}, garbage).code == "bad-blocks"
 
 
-def test_two_hats_in_one_editor():
-    said = diagnostic(workspace(loose=[{"type": "motorcade_leader", "id": "second"}]))
-    assert (said.code, said.id) == ("second-hat", "second")
-
-
 def test_as_many_blocks_in_a_row_as_a_car_could_hold_and_more():
     assert len(program_of(workspace(*[WAIT] * MOST_IN_A_ROW)).leader) == MOST_IN_A_ROW
     said = diagnostic(workspace(*[WAIT] * MOST_IN_A_ROW, {**WAIT, "id": "first too many"}))
