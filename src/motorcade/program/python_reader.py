@@ -326,11 +326,8 @@ class PythonProgram:
         return None
 
     def _refuse(self, code: str, node: Any, edits: Iterable[Fix] = (), **details: Any) -> None:
-        span = self.source.span(node)
         # A whole loop or function would be red; its first line is enough.
-        if span.end_line > span.line:
-            span = self.source.first_line_of(span)
-        self._add(error(code, "", **details).at(span).with_fixes(*edits))
+        self._add(error(code, "", **details).at(self.source.first_line_of(node)).with_fixes(*edits))
 
     def _refuse_name(
         self, code: str, span: Span, name: str, known: Iterable[str], edits: Sequence[Fix] = (), **details: Any

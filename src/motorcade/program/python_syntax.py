@@ -84,9 +84,7 @@ class PythonSource:
         self._lines = self.text.split("\n")
         # For lines with other characters than ASCII: the byte at which each character begins.
         self._columns: dict[int, array[int]] = {}
-        self._starts = [0]
-        for line in self._lines:
-            self._starts.append(self._starts[-1] + len(line) + 1)
+        self._starts = list(accumulate((len(line) + 1 for line in self._lines), initial=0))
         self.tree = _parse(self)
 
     def span(self, node: Any) -> Span:
@@ -104,9 +102,10 @@ class PythonSource:
             self._offset(node.end_lineno, node.end_col_offset),
         )
 
-    def first_line_of(self, span: Span) -> Span:
-        """The part of a place that stands on its first line."""
-        return Span(span.line, span.column, span.line, len(self._lines[span.line - 1]) + 1)
+    def first_line_of(self, node: Any) -> Span:
+        """The place of a node up to the end of its first line."""
+        start, end = self.extent(node)
+        return self.span_between(start, min(end, self._starts[self.line_at(start)] - 1))
 
     def line_at(self, offset: int) -> int:
         """The line, from 1, of a character."""
