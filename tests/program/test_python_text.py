@@ -182,7 +182,7 @@ def test_what_a_step_is_called_and_how_its_numbers_are_written_stays():
     changed = updated_text(text, Program([forward(10, speed=3), forward(2)]))
     assert "go(1_0.0, 0x3)" in changed
     assert "go(2)" in changed
-    assert changed.startswith("from motorcade import Program as P, forward as go\n")
+    assert changed.startswith("from motorcade import Program as P, forward as go, left\n")
 
 
 def test_what_is_done_with_a_program_is_not_read():

@@ -1,6 +1,5 @@
 """Write a program as Python text, and bring an older text up to date: its comments and everything else stay."""
 
-import ast
 import textwrap
 from bisect import bisect_right
 from collections import defaultdict
@@ -11,7 +10,7 @@ from typing import Any
 from motorcade.program import steps
 from motorcade.program.blocks import plain
 from motorcade.program.model import Followers, Program, align, bare, without_ids
-from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
+from motorcade.program.python_reader import VARIABLE, Node, PythonProgram, parameters_of, read_python
 from motorcade.program.python_syntax import Comment, PythonSource
 from motorcade.program.steps import COMMON, Step
 
@@ -257,27 +256,19 @@ def _nodes(node: Node) -> Iterator[tuple[str, Node]]:
 
 
 def _with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
-    """Return ``text``, whose call is new, with an import of the names in ``used``, and of no steps without a use."""
+    """Return ``text``, whose call is new, with an import of the names in ``used``."""
     source, statement = old.source, old.imported_at
-    missing = used - set(old.imports)
+    missing = {name: name for name in used - set(old.imports)}
     if statement is None:
         at = source.import_place()
         return f"{text[:at]}{_import_of({name: name for name in used})}\n\n{text[at:]}"
+    if not missing:
+        return text
     start, end = source.extent(statement)
+    if "#" in text[start:end]:
+        return f"{text[:end]}\n{_import_of(missing)}{text[end:]}"
     here = {alias.name: alias.asname or alias.name for alias in statement.names}
-    if "#" in text[start:end] or "*" in here:
-        more = "\n" + _import_of({name: name for name in missing}) if missing else ""
-        return text[:end] + more + text[end:]
-    elsewhere = {
-        node.id
-        for part in source.tree.body
-        for node in ast.walk(part)
-        if isinstance(node, ast.Name) and not old.root.start <= source.extent(node)[0] < old.root.end
-    }
-    language = {Program.__name__, Followers.__name__, *STEP_NAMES}
-    kept = {name: own for name, own in here.items() if name not in language or name in used or own in elsewhere}
-    wanted = kept | {name: name for name in missing}
-    return text if wanted == here else text[:start] + _import_of(wanted) + text[end:]
+    return text[:start] + _import_of(here | missing) + text[end:]
 
 
 def _import_of(names: dict[str, str]) -> str:
