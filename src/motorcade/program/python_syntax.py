@@ -157,12 +157,11 @@ def _parse(source: PythonSource) -> ast.Module:
     except SyntaxError as problem:
         found = ((pattern.match(problem.msg or ""), key) for pattern, key in _REASONS)
         reason = next((Phrase(key, **match.groupdict()) for match, key in found if match), Phrase("python-mistake"))
-        line, column = problem.lineno or 1, problem.offset or 1
+        line, column = max(1, problem.lineno or 1), max(1, problem.offset or 1)
         if isinstance(problem, IndentationError) and line <= text.count("\n") + 1:
             # Python's versions name different columns.
             code = text.split("\n")[line - 1]
             column = len(code) - len(code.lstrip()) + 1
-        line, column = max(1, line), max(1, column)
         blamed = _FOREIGN_SIGN.match(text, source.start_of(line) + column - 1)
         if blamed and reason.key == "python-bad-number":
             reason, column = Phrase("python-bad-character", sign=blamed[2]), column + len(blamed[1])
