@@ -106,7 +106,6 @@ def _class(step: StepKind) -> str:
         f"class {_class_name(step)}({base}):",
         f'    """{step.about}"""',
         "",
-        f"    kind: ClassVar[str] = {step.kind!r}",
         *(f"    {each.name}: {_type(each)}" for each in step.inputs if each.bits),
     ]
     return "\n".join([*lines, "", ""])

@@ -6,6 +6,8 @@ from typing import Any
 
 from scripts.typescript import constant
 
+from motorcade.devices import DEVICES
+from motorcade.devices.declaration import Block
 from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
@@ -16,16 +18,22 @@ from motorcade.words.formats import CONTROL, HEADER
 
 _HEAD = """/** The kinds of steps, and the fields of both kinds of words. Written by scripts/generate.py; don't edit. */
 """
+# The blocks that hold others, and no hue of a word.
+_ORDER = {
+    "together": (Block("order", "M4 6h16M4 12h16M4 18h16M8 3v18"), 0),
+    "repeat": (Block("order", "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"), 0),
+}
 _BEGIN = "<!-- This section is written by scripts/generate.py from the declarations in program/steps.py. -->"
 _END = "<!-- End of the section. -->"
 
 
 def step_types() -> str:
     """The kinds of steps as TypeScript."""
-    categories = list(dict.fromkeys(kind.category for kind in KINDS.values()))
-    groups = {kind.group: kind.hue for kind in KINDS.values() if kind.group}
+    step_kinds = _step_kinds()
+    categories = list(dict.fromkeys(kind["category"] for kind in step_kinds))
+    groups = {kind["group"]: kind["hue"] for kind in step_kinds if "group" in kind}
     parts = {
-        "STEP_KINDS": _step_kinds(),
+        "STEP_KINDS": step_kinds,
         "CATEGORIES": categories,
         "HAT_IN_START": [name.upper() for name in SETTINGS_IN_START],
         "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
@@ -43,16 +51,17 @@ def _step_kinds() -> list[dict[str, Any]]:
     ``holds`` says whether other steps stand inside the block. ``group``, ``hue`` and ``sets``, the fields of the word
     that are the same in each step of the kind, are absent where the kind has no bits of a word.
     """
+    declared = {each.kind: (each.block, device.hue) for device in DEVICES for each in device.steps} | _ORDER
     return [
         {
             "kind": kind.kind,
-            "category": kind.category,
-            "icon": kind.icon,
+            "category": declared[kind.kind][0].drawer,
+            "icon": declared[kind.kind][0].icon,
             "in_start": kind.in_start,
             "accompanies": kind.accompanies,
             "holds": kind in (TogetherStep, RepeatStep),
             "fields": [_input(each) for each in own_fields(kind)],
-            **({"group": kind.group, "hue": kind.hue, "sets": kind.sets} if kind.group else {}),
+            **({"group": kind.group, "hue": declared[kind.kind][1], "sets": kind.sets} if kind.group else {}),
         }
         for kind in KINDS.values()
     ]

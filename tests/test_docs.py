@@ -17,7 +17,6 @@ from motorcade.engine import linear_memory
 from motorcade.service.documents import example, examples, open_text
 from motorcade.service.messages import Blocks
 from motorcade.service.programs import compile_blocks
-from motorcade.words.infrared import FrameReceiver
 from support import doc_pages, roverhat
 from support.doc_pages import ROOT, Reader, blocks_of, fill_folder
 from support.soak import SOAK
@@ -80,13 +79,6 @@ def test_a_block_names_its_language_and_parses(page):
 @pytest.mark.parametrize("page", PAGES + READMES, ids=lambda page: page.stem)
 def test_both_languages_show_the_same_code(page):
     assert [block.code for block in blocks_of(translated(page))] == [block.code for block in blocks_of(page)]
-
-
-@pytest.mark.parametrize("page", ["write-a-board.md", "write-a-board.zh.md"])
-def test_makers_of_boards_read_how_to_receive_frames(page):
-    text = (DOCS / page).read_text(encoding="utf-8")
-    for name in [each for each in vars(FrameReceiver) if not each.startswith("_")]:
-        assert f"`{name}(" in text
 
 
 @pytest.mark.parametrize("page", [DOCS / "profiles.md", DOCS / "profiles.zh.md"], ids=lambda page: page.name)
@@ -164,13 +156,3 @@ def test_the_reference_names_every_public_name(site):
 
     told = (site / "api.html").read_text(encoding="utf-8")
     assert [name for name in motorcade.__all__ if name != "__version__" and f'id="motorcade.{name}"' not in told] == []
-
-
-@pytest.mark.parametrize("name", ["README.md", "README.zh.md", "mkdocs.yml", "docs/hosting.md", "docs/hosting.zh.md"])
-def test_no_address_waits_for_an_owner(name):
-    assert "OWNER" not in (ROOT / name).read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("page", [*DOCS.glob("*.md"), *READMES, ROOT / "README.zh.md"], ids=lambda page: page.name)
-def test_nothing_is_installed_from_where_it_is_not_published(page):
-    assert 'install "motorcade' not in page.read_text(encoding="utf-8")

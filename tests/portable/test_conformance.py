@@ -25,7 +25,7 @@ ON_CHIP = sorted((SOURCE / "boards" / "on_chip").glob("*.py"))
 BOARDS = [SOURCE / "boards" / "micropython.py"]
 
 # 2,000; many more in `make soak`.
-SEED, STEPS, EVERY = 1, 50 * settings().max_examples, 100
+SEED, STEPS, EVERY = 2, 50 * settings().max_examples, 100
 RUN = [str(SEED), str(STEPS), str(EVERY)]
 
 

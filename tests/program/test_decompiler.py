@@ -23,7 +23,7 @@ from motorcade import (
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, ImageError, image_words, parse_image
+from motorcade.words.image import Image, image_words, parse_image
 from support.strategies import BRISK, CLASSROOM, programs
 
 PROFILES = st.sampled_from([CLASSROOM, BRISK])
@@ -34,7 +34,7 @@ LEVEL = st.integers(0, 3)
 @st.composite
 def control_words(draw: st.DrawFn, **fixed: int) -> int:
     """Any control word that an image may hold, nothing behind a block that is off."""
-    values = {"accept_ir": draw(BIT), "forward": draw(BIT), "voice": draw(BIT), "pir": draw(BIT)}
+    values = {name: draw(BIT) for name in ("accept_ir", "forward", "voice", "pir", "floor")}
     values |= {"led_which": draw(LEVEL), "led_duration": draw(LEVEL)}
     if draw(st.booleans()):
         values |= {"motor_enable": 1, "motor_direction": draw(LEVEL), "motor_speed": draw(LEVEL)}
@@ -89,12 +89,10 @@ def test_the_largest_image_comes_back(word: int, level: int, tagged: int) -> Non
         Program([led(0, 2), voice(3)], [forward(3), led(2, 3)]),
         Program([], Followers([forward(3), led(0, 1), together(left(2), led(1, 1), voice())], forward=True)),
         Program([], Followers([led(0, 3), led(1, 2, accept_ir=True), forward(1, forward=True)], accept_ir=False)),
-        Program([], Followers([led(0, 3), led(1, 3)], tagged=True)),
         Program([], Followers([led(0, 3), led(0, 3)], tagged=True)),
         Program([], Followers([led(0, 3), led(1, 3)], forward=True, tagged=False)),
         Program([], Followers([led(0, 3)], forward=True, tagged=True)),
         Program([], Followers([wait(8), together(wait(8), led(1, 2)), pir(8)], tagged=True)),
-        Program([], Followers([wait(8), led(1, 8)], tagged=True)),
     ],
 )
 def test_a_plain_program_comes_back_as_it_was_written(program: Program) -> None:
@@ -122,9 +120,8 @@ def test_words_that_no_compiler_would_choose_keep_their_dwell() -> None:
 def test_a_word_that_no_step_says_is_named(leader: list[int], followers: list[int], position: int, said: str) -> None:
     words = image_words(Image(leader, followers, 0 if followers else -1, 0))
     name = f"word {position} (0x{words[position]:08X})"
-    with pytest.raises(MotorcadeError, match=re.escape(name) + f".*{said}") as caught:
+    with pytest.raises(MotorcadeError, match=re.escape(name) + f".*{said}"):
         decompile(words)
-    assert caught.value.sentence("zh").startswith(f"第 {position} 个码字（0x{words[position]:08X}）")
 
 
 @given(st.lists(st.integers(0, 0xFFFFFFFF), max_size=4), st.lists(st.integers(0, 0xFFFFFFFF), max_size=4))
@@ -139,9 +136,3 @@ def test_any_image_comes_back_or_has_its_word_named(leader: list[int], followers
         assert_comes_back(words)
     except MotorcadeError as error:
         assert re.match(r"word [1-8] \(0x[0-9A-F]{8}\) ", str(error))  # noqa: PT017
-
-
-@pytest.mark.parametrize("words", [[], [0x01000000], [0, 0], [0x01000000, 0x40000001], [0x01000000, 0x40000002]])
-def test_what_is_no_image_is_refused(words: list[int]) -> None:
-    with pytest.raises(ImageError):
-        decompile(words)

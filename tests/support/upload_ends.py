@@ -71,6 +71,7 @@ def events_of(end, arrivals, now_ms):
     return events
 
 
-def outcomes(end, data, now_ms):
-    """The kinds of all that ``end`` reports once it has ``data``."""
-    return [outcome.kind for outcome in events_of(end, [(data, 0)], now_ms)]
+def outcome_of(end, data, now_ms):
+    """The kind of the outcome of ``end`` once it has ``data``; None while there is none."""
+    end.receive_data(data, now_ms)
+    return end.outcome and end.outcome.kind

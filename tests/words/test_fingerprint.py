@@ -4,16 +4,14 @@ from binascii import crc32
 
 import pytest
 
-from motorcade.words.field import ANY, Field, Values, WordFormat
-from motorcade.words.formats import DRIVE, FORMATS, FRAME, HEADER, canonical_text, fingerprint
+from motorcade.words.field import Field, WordFormat
+from motorcade.words.formats import DRIVE, FRAME, HEADER, canonical_text, fingerprint
 
 
 def walker(name="walker", **changes):
-    gait = {"name": "gait", "high": 31, "low": 28, "meaning": "how it walks"}
-    values = {name: value for name, value in changes.items() if name in vars(ANY)}
-    gait |= {name: value for name, value in changes.items() if name not in values} | {"values": Values(**values)}
-    legs = Field("legs", gait["low"] - 1, 1, "how many")
-    return WordFormat(name, [Field(**gait), legs, Field("on", 0, 0, "whether it walks")])
+    gait = Field(**{"name": "gait", "high": 31, "low": 28, "meaning": "how it walks", **changes})
+    legs = Field("legs", gait.low - 1, 1, "how many")
+    return WordFormat(name, [gait, legs, Field("on", 0, 0, "whether it walks")])
 
 
 def test_the_canonical_text_has_a_line_for_each_field():
@@ -32,10 +30,7 @@ def test_the_canonical_text_has_a_line_for_each_field():
     assert canonical_text(DRIVE).splitlines()[1:3] == ["code 31 28 0 15 only=1", "angle 27 20 0 180 unit=deg"]
     paces = walker(only=((2, "trot"), (1, "walk")), default=1)
     assert canonical_text(paces).splitlines()[1] == "gait 31 28 0 15 only=1,2"
-
-
-def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
-    assert [fingerprint(each) for each in FORMATS] == [crc32(canonical_text(each).encode()) for each in FORMATS]
+    assert fingerprint(paces) == crc32(canonical_text(paces).encode())
 
 
 @pytest.mark.parametrize(
@@ -48,7 +43,7 @@ def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
         {"unit": "mm"},
         {"one_hot": True},
         {"only": ((1, "trot"),)},
-        {"reserved_above": 0},
+        {"reserved": True},
         {"goes_with": "legs"},
         {"parity_masks": (1, 2, 4, 8)},
     ],
@@ -56,10 +51,6 @@ def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
 )
 def test_what_changes_the_word_changes_the_fingerprint(change):
     assert fingerprint(walker(**change)) != fingerprint(walker())
-
-
-def test_another_name_of_the_format_changes_the_fingerprint():
-    assert fingerprint(walker("runner")) != fingerprint(walker())
 
 
 @pytest.mark.parametrize("change", [{"meaning": "its gait"}, {"source": "a book"}, {"default": 3}, {"needs": "on"}])

@@ -5,7 +5,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.words import blocks, receiver, upload
-from motorcade.words.image import refused_image
 from motorcade.words.request import check_request
 from support.upload_ends import CHECK_OF_NEW, LAST_TICK, NEW, NEW_OK, NO_PROGRAM, OLD, STARTS_MS, Car, events_of, images
 
@@ -106,10 +105,3 @@ def test_requests_and_images_follow_each_other_through_a_buffer_that_is_nearly_f
         assert car.stored == OLD
         assert car.take(NEW, size * 600)[0] == [upload.IMAGE]
         assert car.take(b"", size * 600 + 500) == ([], b"")
-
-
-def test_the_reason_of_such_a_refusal_becomes_a_sentence():
-    error = refused_image("image-too-large most=126 words=200")
-    assert error.details == {"words": 200, "most": 126}
-    assert "200 words" in str(error)
-    assert "126" in error.sentence("zh")

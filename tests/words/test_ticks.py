@@ -22,14 +22,6 @@ def test_elapsed_time_is_right_across_the_wrap(now_ms, then_ms, expected_ms):
     assert elapsed_ms(now_ms, then_ms) == expected_ms
 
 
-@pytest.mark.parametrize(
-    ("now_ms", "duration_ms", "expected_ms"),
-    [(200, 500, 700), (LAST_TICK, 0, LAST_TICK), (LAST_TICK, 1, 0), (LAST_TICK - 249, 500, 250)],
-)
-def test_a_later_tick_is_one_that_the_clock_will_show(now_ms, duration_ms, expected_ms):
-    assert later_ms(now_ms, duration_ms) == expected_ms
-
-
 @given(begin_ms=TICKS_NEAR_THE_WRAP, duration_ms=st.integers(0, 10_000) | TICKS)
 def test_what_begins_and_lasts_has_lasted_so_long_at_its_end(begin_ms, duration_ms):
     end_ms = later_ms(begin_ms, duration_ms)

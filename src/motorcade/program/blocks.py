@@ -5,7 +5,6 @@ the first block of each workspace, above the steps, and the infrared block, whos
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
 from itertools import groupby
 from typing import Any
 
@@ -33,10 +32,16 @@ _SETTINGS = ("accept_ir", "forward")
 # The settings of the followers' hat that the page's first level shows.
 SETTINGS_IN_START = ("forward",)
 _CHOICES = {"same": None, "yes": True, "no": False}
+_CHOICE_OF = {setting: choice for choice, setting in _CHOICES.items()}
 _TICKS = {"TRUE": True, "FALSE": False}
 _TAGGED = {"auto": "auto", "yes": True, "no": False}
 _LEVELS = {str(level): level for level in range(4)}
 _NOWHERE: Block = {}
+# Each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels.
+_FIELDS = {
+    kind: [(each.name.upper(), each.name, "menu" in each.metadata) for each in own_fields(kind)]
+    for kind in KINDS.values()
+}
 _HAT_AT = {"x": 24, "y": 24}
 
 
@@ -48,10 +53,10 @@ def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -
     """
     document: dict[str, Any] = {"format": FORMAT, "profile": profile, "followers": None}
     hat = _hat(leader, LEADER_HAT, "leader")
-    document["leader"] = _Reader(leads=True).steps(_below(hat, "leader"), "leader")
+    document["leader"] = _steps(_below(hat, "leader"), "leader", leads=True)
     if followers is not None:
         hat = _hat(followers, FOLLOWERS_HAT, "followers")
-        steps = _Reader(leads=False).steps(_below(hat, "followers"), "followers.steps")
+        steps = _steps(_below(hat, "followers"), "followers.steps", leads=False)
         document["followers"] = {**_of_hat(hat), "steps": steps}
     return program_from_dict(document)
 
@@ -68,33 +73,22 @@ def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
     return leader, _workspace(FOLLOWERS_HAT, _hat_fields(program.followers), followers)
 
 
-class _Reader:
-    """Read the steps of the leader's editor, or of the followers'."""
+def _steps(first: Block | None, path: str, leads: bool, depth: int = 0, inside: bool = False) -> list[dict[str, Any]]:
+    """Return the steps, for JSON, of ``first`` and all blocks below it.
 
-    def __init__(self, leads: bool):
-        self._leads = leads
+    Args:
+        path: the place of these steps in the program.
+        leads: whether they are the leader's.
+        depth: how many blocks are around them.
+        inside: whether they are parts of a together.
+    """
 
-    def steps(self, first: Block | None, path: str, depth: int = 0, inside: bool = False) -> list[dict[str, Any]]:
-        """Return the steps, for JSON, of ``first`` and all blocks below it.
-
-        Args:
-            path: the place of these steps in the program.
-            depth: how many blocks are around them.
-            inside: whether they are parts of a together.
-        """
-        return [
-            self._step(block, flags, f"{path}[{number}]", deep, inside)
-            for number, (block, flags, deep) in enumerate(self._row(first, {}, path, depth, inside))
-        ]
-
-    def _row(
-        self, first: Block | None, flags: Flags, path: str, depth: int, inside: bool
-    ) -> Iterator[tuple[Block, Flags, int]]:
-        """The steps of a row: each one's block, the settings of the infrared blocks around it, and its depth."""
+    def row(first: Block | None, flags: Flags, depth: int) -> Iterator[tuple[Block, Flags, int]]:
+        """Yield each step's block, the settings of the infrared blocks around it, and its depth."""
         for block in _chain(first, path):
             if depth > MOST_DEEP:
                 raise _refused("blocks-too-deep", path, block, most=MOST_DEEP)
-            if not _is_enabled(block):
+            if block.get("enabled") is False or block.get("disabledReasons"):
                 continue
             if inside and block.get("type") in _WITH_STEPS:
                 raise _refused("not-inside-together", path, block, [Fix(BEHIND)])
@@ -102,30 +96,41 @@ class _Reader:
                 yield block, flags, depth
                 continue
             own = _own_flags(block, path)
-            if self._leads and own != {"accept_ir": False}:
+            if leads and own != {"accept_ir": False}:
                 fixes = [Fix("forward", "same")] if "forward" in own else []
                 if own.get("accept_ir") is not False:
                     fixes.append(Fix("accept_ir", "no"))
                 # Where two values are wrong, one isn't enough.
                 raise _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
-            yield from self._row(_inside(block, path), flags | own, path, depth + 1, inside)
+            yield from row(_inside(block, path), flags | own, depth + 1)
 
-    def _step(self, block: Block, flags: Flags, path: str, depth: int, inside: bool) -> dict[str, Any]:
-        kind = str(block.get("type")).removeprefix(PREFIX)
-        if kind not in KINDS:
-            raise _refused("unknown-block", path, block, type=str(block.get("type"))[:40])
-        document: dict[str, Any] = {**flags}
-        if "id" in block:
-            document["id"] = block["id"]
-        if kind == TogetherStep.kind:
-            document[kind] = self.steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
-            return document
-        # Such a step in a together has no fields: it lasts as long as the together.
-        no_fields = inside and KINDS[kind].accompanies
-        document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
-        if kind == RepeatStep.kind:
-            document[kind]["steps"] = self.steps(_inside(block, path), f"{path}.{kind}.steps", depth + 1)
+    return [
+        _step(block, flags, f"{path}[{number}]", leads, deep, inside)
+        for number, (block, flags, deep) in enumerate(row(first, {}, depth))
+    ]
+
+
+def _step(block: Block, flags: Flags, path: str, leads: bool, depth: int, inside: bool) -> dict[str, Any]:
+    kind = str(block.get("type")).removeprefix(PREFIX)
+    if kind not in KINDS:
+        raise _refused("unknown-block", path, block, type=str(block.get("type"))[:40])
+    document: dict[str, Any] = {**flags}
+    if "id" in block:
+        document["id"] = block["id"]
+    if kind == TogetherStep.kind:
+        document[kind] = _steps(_inside(block, path), f"{path}.{kind}", leads, depth + 1, inside=True)
         return document
+    # Such a step in a together has no fields: it lasts as long as the together.
+    has_fields = not (inside and KINDS[kind].accompanies)
+    fields = _object(block.get("fields"), path, block) if has_fields else {}
+    content = {
+        name: _chosen(fields[capitals], _LEVELS) if is_menu else fields[capitals]
+        for capitals, name, is_menu in _FIELDS[KINDS[kind]]
+        if capitals in fields
+    }
+    if kind == RepeatStep.kind:
+        content["steps"] = _steps(_inside(block, path), f"{path}.{kind}.steps", leads, depth + 1)
+    return {**document, kind: content}
 
 
 def field_value(name: str, value: Any, in_hat: bool = False) -> tuple[str, Any]:
@@ -220,10 +225,6 @@ def _object(value: Any, path: str, block: Block = _NOWHERE) -> dict[str, Any]:
     return value
 
 
-def _is_enabled(block: Block) -> bool:
-    return block.get("enabled") is not False and not block.get("disabledReasons")
-
-
 def _own_flags(block: Block, path: str) -> Flags:
     """Return the settings of an infrared block, without those that it does not change."""
     fields = _object(block.get("fields"), path, block)
@@ -234,21 +235,6 @@ def _own_flags(block: Block, path: str) -> Flags:
             raise _refused("out-of-range", path, block, value=choice[:40], allowed=", ".join(_CHOICES))
         flags[name] = _CHOICES[choice]
     return {name: flag for name, flag in flags.items() if flag is not None}
-
-
-def _read_fields(block: Block, path: str, kind: Any) -> dict[str, Any]:
-    fields = _object(block.get("fields"), path, block)
-    return {
-        name: _chosen(fields[capitals], _LEVELS) if is_menu else fields[capitals]
-        for capitals, name, is_menu in _fields_of(kind)
-        if capitals in fields
-    }
-
-
-@cache
-def _fields_of(kind: type[Step]) -> tuple[tuple[str, str, bool], ...]:
-    """Return each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels."""
-    return tuple((each.name.upper(), each.name, "menu" in each.metadata) for each in own_fields(kind))
 
 
 def _chosen(value: Any, meanings: Mapping[str, Any]) -> Any:
@@ -275,7 +261,9 @@ def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
         if flags == (None, None):
             row += [_block(step, path, depth) for step in group]
         else:
-            row.append(_infrared(flags, _row_of([_block(step, path, depth + 1) for step in group], path)))
+            fields = {name.upper(): _CHOICE_OF[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
+            inside = _row_of([_block(step, path, depth + 1) for step in group], path)
+            row.append(_with_inside({"type": INFRARED, "fields": fields}, inside))
     return _row_of(row, path)
 
 
@@ -285,19 +273,12 @@ def _block(step: Step, path: str, depth: int) -> Block:
     block: Block = {"type": f"{PREFIX}{step.kind}"}
     if step.id is not None:
         block["id"] = step.id
-    kind: Any = type(step)
     block["fields"] = {
         capitals: str(value) if is_menu else value
-        for capitals, name, is_menu in _fields_of(kind)
+        for capitals, name, is_menu in _FIELDS[type(step)]
         if (value := getattr(step, name)) is not None
     }
     return _with_inside(block, _blocks(step.inside, path, depth + 1))
-
-
-def _infrared(flags: tuple[bool | None, bool | None], first: Block | None) -> Block:
-    choices = {flag: choice for choice, flag in _CHOICES.items()}
-    fields = {name.upper(): choices[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
-    return _with_inside({"type": INFRARED, "fields": fields}, first)
 
 
 def _with_inside(block: Block, first: Block | None) -> Block:

@@ -12,12 +12,9 @@ from motorcade.program.expansion import (
     Round,
     Row,
     best_round,
-    can_be_sent,
     cut_for_leader,
-    either,
     literal_round,
     longest_dwell_ms,
-    round_with,
 )
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import (
@@ -25,20 +22,16 @@ from motorcade.program.parts import (
     control_word,
     cut,
     durations_in,
-    is_sum,
     nearest_sums,
     slice_of,
     to_ms,
-    with_durations,
 )
-from motorcade.program.steps import LONGEST_S, RepeatStep, Step, TogetherStep, walk
+from motorcade.program.steps import RepeatStep, Step
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
 _ACCEPT_IR = CONTROL.field("accept_ir").word_mask
 _FORWARD = CONTROL.field("forward").word_mask
-# A together of three blocks may have no length above its own that fits, so the search stops after so many tries.
-_MOST_TRIES = 100
 
 
 @dataclass(frozen=True)
@@ -85,175 +78,151 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     if not has_errors(diagnostics):
         level = profile.dwell_ms.index(followers.dwell_ms) if followers.words else -1
         words = image_words(Image(leader.words, followers.words, level, int(followers.tagged)))
-        origins = (("", None), *leader.origins, *followers.origins)
+        origins = (("", None), *((item.path, item.id) for item in (*leader.origins, *followers.origins)))
     counts = (leader.count, followers.count, followers.dwell_ms, followers.tagged)
     return Compiled(words, *counts, diagnostics, origins)
 
 
 class _Leader:
-    """The leader's states."""
+    """The leader's states; ``origins`` are the items that they come from."""
 
     def __init__(self, steps: Sequence[Step], profile: Profile):
         self.words: list[int] = []
-        self.origins: list[tuple[str, str | None]] = []
-        self._steps = steps
-        self._levels_ms = profile.durations_ms
-        self._expander = Expander(profile, leads=True)
-        row = self._expander.expand(steps, "leader", accept_ir=False, forward=True)
-        self.diagnostics = self._expander.diagnostics
+        self.origins: list[Item] = []
+        levels_ms = profile.durations_ms
+        expander = Expander(profile, leads=True)
+        row = expander.expand(steps, "leader", accept_ir=False, forward=True)
+        self.diagnostics = expander.diagnostics
         self.count = row.states
         if has_errors(self.diagnostics):
             return
         if not row.items:
             self.diagnostics.append(warning("empty-program", "leader"))
         if self.count > MOST_PIECES:
-            costs = [self._expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
-            self.diagnostics.append(
-                _too_many("too-many-states", "leader", steps, self.count, costs, self._levels_ms[-1])
-            )
+            costs = [expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
+            self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs, levels_ms[-1]))
             return
-        levels = {duration: level for level, duration in enumerate(self._levels_ms)}
+        levels = {duration: level for level, duration in enumerate(levels_ms)}
         for item in row.items:
-            self._add(item, levels)
-
-    def _add(self, item: Item, levels: dict[int, int]) -> None:
-        pieces = cut_for_leader(item, self._levels_ms)
-        if pieces is None:
-            self.diagnostics.append(_not_expressible_together(item, self._steps, self._levels_ms))
-            return
-        begin_ms = 0
-        for length_ms in pieces or (0,):
-            parts = item.parts if len(pieces) <= 1 else slice_of(item.parts, begin_ms, length_ms)
-            self.words.append(control_word(parts, levels, 0, 1))
-            self.origins.append((item.path, item.id))
-            begin_ms += length_ms
+            pieces = cut_for_leader(item, levels_ms)
+            if pieces is None:
+                self.diagnostics.append(_not_expressible_together(item, levels_ms))
+                continue
+            begin_ms = 0
+            for length_ms in pieces or (0,):
+                parts = item.parts if len(pieces) <= 1 else slice_of(item.parts, begin_ms, length_ms)
+                self.words.append(control_word(parts, levels, 0, 1))
+                self.origins.append(item)
+                begin_ms += length_ms
 
 
 class _Followers:
-    """The followers' words and their dwell."""
+    """The followers' words and their dwell; ``origins`` are the items that the words come from."""
 
     def __init__(self, followers: Followers | None, profile: Profile):
         self.words: list[int] = []
-        self.origins: list[tuple[str, str | None]] = []
+        self.origins: list[Item] = []
         self.diagnostics: list[Diagnostic] = []
         self.dwell_ms = 0
         self.tagged = False
         self.count = 0
         if followers is None:
             return
+        self._followers = followers
         self._profile = profile
-        self._dwells = ", ".join(f"{dwell / 1000:g}" for dwell in profile.dwell_ms)
+        path = "followers.steps"
         expander = Expander(profile, leads=False)
-        row = expander.expand(followers.steps, "followers.steps", followers.accept_ir, followers.forward)
+        row = expander.expand(followers.steps, path, followers.accept_ir, followers.forward)
+        self._items = row.items
         self.diagnostics = expander.diagnostics
         if has_errors(self.diagnostics):
             return
         if not row.items:
-            self.diagnostics.append(warning("empty-program", "followers.steps"))
+            self.diagnostics.append(warning("empty-program", path))
             return
-        self._tagged = self._is_tagged(row, followers)
-        self.count = self._fewest_words(row, row.items, followers)
-        found = self._round(row, followers) if self.count <= MOST_PIECES else None
+        self._tagged = self._is_tagged(row)
+        self.count = self._fewest_words(row)
+        found = self._round() if self.count <= MOST_PIECES else None
         if found:
             self.count = len(found.words)
         if self.count > MOST_PIECES:
             rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
-            costs = [
-                each.total_ms // found.dwell_ms if found else self._fewest_words(each, row.items, followers)
-                for each in rows
-            ]
-            path = "followers.steps"
+            costs = [each.total_ms // found.dwell_ms if found else self._fewest_words(each) for each in rows]
             word_ms = found.dwell_ms if found else 0
             self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs, word_ms))
-        if not found or self.count > MOST_PIECES:
-            return
-        self.words, self.dwell_ms, self.tagged = found.words, found.dwell_ms, self._tagged
-        self.origins = [(row.items[position].path, row.items[position].id) for position in found.origins]
-        self._warn_of_deafness(row.items, found)
-        if not self.tagged:
-            self._warn_of_echo(row.items, found)
+        elif found:
+            self.words, self.dwell_ms, self.tagged = found.words, found.dwell_ms, self._tagged
+            self.origins = [row.items[position] for position in found.origins]
+            self._warn()
 
-    def _is_tagged(self, row: Row, followers: Followers) -> bool:
-        if followers.tagged != "auto":
-            return followers.tagged
+    def _is_tagged(self, row: Row) -> bool:
+        if self._followers.tagged != "auto":
+            return self._followers.tagged
         if not any(item.forward for item in row.items):
             return False
-        if row.states > 1 or followers.dwell_seconds is not None:
+        if row.states > 1 or self._followers.dwell_seconds is not None:
             return row.states > 1
         bare = best_round(row.items, self._profile, tagged=False)
         return bare is None or len(bare.words) > 1
 
-    def _fewest_words(self, row: Row, items: list[Item], followers: Followers) -> int:
-        """Return how many words ``row`` takes with the longest dwell that fits all ``items``."""
-        if followers.dwell_seconds is not None:
+    def _fewest_words(self, row: Row) -> int:
+        """Return how many words ``row`` takes with the longest dwell that fits all items."""
+        if self._followers.dwell_seconds is not None:
             return row.states
-        dwell_ms = longest_dwell_ms(items, self._profile, self._tagged)
+        dwell_ms = longest_dwell_ms(self._items, self._profile, self._tagged)
         return row.total_ms // dwell_ms if dwell_ms else 0
 
-    def _round(self, row: Row, followers: Followers) -> Round | None:
-        if followers.dwell_seconds is not None:
-            return self._literal_round(row.items, followers.dwell_seconds)
-        found = best_round(row.items, self._profile, self._tagged)
+    def _round(self) -> Round | None:
+        """Return the round in which the words are sent; None, with an error, where there is none."""
+        dwell_seconds = self._followers.dwell_seconds
+        if dwell_seconds is not None:
+            return self._literal_round(dwell_seconds)
+        found = best_round(self._items, self._profile, self._tagged)
         if found is None:
-            item = next((item for item in row.items if not can_be_sent(item, self._profile, self._tagged)), None)
+            item = next((each for each in self._items if not best_round([each], self._profile, self._tagged)), None)
             if item is None:
                 reason = Phrase("steps-disagree")
             elif any(item.durations_ms):
                 reason = Phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}")
             else:
                 reason = Phrase("step-takes-no-time")
-            self._no_common_dwell(row.items, followers, item, reason)
+            self._no_dwell(*((item.path, item.id) if item else ("followers.steps", None)), reason)
         return found
 
-    def _literal_round(self, items: list[Item], dwell_seconds: float) -> Round | None:
+    def _literal_round(self, dwell_seconds: float) -> Round | None:
         dwell_ms = to_ms(dwell_seconds)
         if dwell_ms not in self._profile.dwell_ms:
             reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
             self._no_dwell("followers.dwell_seconds", None, reason, Fix("dwell_seconds", None))
             return None
-        found = literal_round(items, dwell_ms, self._profile)
+        found = literal_round(self._items, dwell_ms, self._profile)
         if isinstance(found, int):
-            item = items[found]
+            item = self._items[found]
             # The compiler's own choice of how long to send a word may have more words for the step.
-            fixes = [Fix("dwell_seconds", None)] if best_round(items, self._profile, self._tagged) else []
-            reason = Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}")
-            self._no_dwell(item.path, item.id, reason, *fixes)
+            fixes = [Fix("dwell_seconds", None)] if best_round(self._items, self._profile, self._tagged) else []
+            self._no_dwell(item.path, item.id, Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}"), *fixes)
             return None
         return found
 
-    def _no_common_dwell(self, items: list[Item], followers: Followers, wrong: Item | None, reason: Phrase) -> None:
-        """Add the error for steps that no dwell fits, about the block where one other duration would fix it."""
-        fitting = _lengths_that_fit(items, self._profile, self._tagged)
-        for item in items if wrong is None else [wrong]:
-            block = _longest_block(followers.steps, item) if item.path in fitting else None
-            if block:
-                self._no_dwell(*block, reason, *(Fix("seconds", each / 1000) for each in fitting[item.path]))
-                return
-        self._no_dwell(*((wrong.path, wrong.id) if wrong else ("followers.steps", None)), reason)
-
-    def _no_dwell(self, path: str, step_id: str | None, reason: object, *fixes: Fix) -> None:
-        problem = error("dwell-not-expressible", path, step_id, reason=reason, dwells=self._dwells)
+    def _no_dwell(self, path: str, step_id: str | None, reason: Phrase, *fixes: Fix) -> None:
+        dwells = ", ".join(f"{dwell / 1000:g}" for dwell in self._profile.dwell_ms)
+        problem = error("dwell-not-expressible", path, step_id, reason=reason, dwells=dwells)
         self.diagnostics.append(problem.with_fixes(*fixes))
 
-    def _warn_of_deafness(self, items: list[Item], found: Round) -> None:
-        warned = set()
-        for word, position in zip(found.words, found.origins, strict=True):
-            item = items[position]
+    def _warn(self) -> None:
+        """Warn of steps in which followers are deaf for longer than a word is sent, and of old words passed on."""
+        deaf, different, is_told = set(), len(set(self.words)), self.tagged
+        for word, item in zip(self.words, self.origins, strict=True):
             deaf_ms = length_ms(word, self._profile)
-            if not word & _ACCEPT_IR and deaf_ms > found.dwell_ms and item.path not in warned:
-                warned.add(item.path)
-                seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{found.dwell_ms / 1000:g}"}
+            if not word & _ACCEPT_IR and deaf_ms > self.dwell_ms and item.path not in deaf:
+                deaf.add(item.path)
+                seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{self.dwell_ms / 1000:g}"}
                 problem = warning("deaf-followers", item.path, item.id, **seconds)
                 self.diagnostics.append(problem.with_fixes(Fix("accept_ir", True)))
-
-    def _warn_of_echo(self, items: list[Item], found: Round) -> None:
-        different = len(set(found.words))
-        for word, position in zip(found.words, found.origins, strict=True):
-            if word & _FORWARD and different > 1:
-                item = items[position]
-                fixes = [Fix("tagged", "auto")] if best_round(items, self._profile, tagged=True) else []
+            if word & _FORWARD and different > 1 and not is_told:
+                is_told = True
+                fixes = [Fix("tagged", "auto")] if best_round(self._items, self._profile, tagged=True) else []
                 self.diagnostics.append(warning("echo", item.path, item.id, count=different).with_fixes(*fixes))
-                return
 
 
 def length_ms(word: int, profile: Profile) -> int:
@@ -280,76 +249,13 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
     return problem
 
 
-def _not_expressible_together(item: Item, steps: Sequence[Step], levels_ms: tuple[int, ...]) -> Diagnostic:
-    """Return the Diagnostic for a together whose blocks are possible only alone: the nearest for its longest block.
-
-    Where one block alone is the longest, the Diagnostic is about this block; ``steps`` are the whole program's.
-    """
-
-    def fits(seconds: float) -> bool:
-        total_ms = round(seconds * 1000)
-        durations_ms = tuple(
-            total_ms if duration == item.total_ms else min(duration, total_ms) for duration in item.durations_ms
-        )
-        return cut(durations_ms, levels_ms[1:], levels_ms) is not None
-
-    seconds = item.total_ms / 1000
-    below, above = nearest_sums(seconds, levels_ms)
-    while not fits(below):
-        below, _ = nearest_sums(below, levels_ms)
-    for _ in range(_MOST_TRIES):
-        if fits(above):
-            break
-        _, above = nearest_sums(above, levels_ms)
-    nearest = either(below, above) if fits(above) else Phrase("some-seconds", first=f"{below:g}")
-    block = _longest_block(steps, item)
-    path, step_id = block or (item.path, item.id)
-    problem = error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=nearest)
-    lengths = [each for each in (below, above) if block and 0 < each <= LONGEST_S]
-    alone = (each for each in lengths if cut_for_leader(_lasting(item, round(each * 1000)), levels_ms))
-    return problem.with_fixes(*(Fix("seconds", each) for each in alone))
-
-
-def _longest_block(steps: Sequence[Step], item: Item) -> tuple[str, str | None] | None:
-    """The path and id of the one block of ``item`` that lasts longest; None where there is no such block."""
-    step = dict(walk(steps, item.path.partition("[")[0]))[item.path]
-    if not isinstance(step, TogetherStep):
-        return None if getattr(step, "seconds", None) is None else (item.path, item.id)
-    times_s = [getattr(part, "seconds", None) or 0 for part in step.steps]
-    longest_s = max(times_s, default=0)
-    if not longest_s or times_s.count(longest_s) > 1:
-        return None
-    position = times_s.index(longest_s)
-    return f"{item.path}.together[{position}]", step.steps[position].id or item.id
-
-
-def _lasting(item: Item, length_ms: int) -> Item:
-    """Return ``item`` with another duration in the place of its longest."""
-    longest_ms = max(item.durations_ms, default=0)
-    durations_ms = tuple(length_ms if each == longest_ms else each for each in item.durations_ms)
-    parts = with_durations(item.parts, durations_ms)
-    return item._replace(parts=parts, durations_ms=durations_ms, total_ms=max(durations_ms, default=length_ms))
-
-
-def _lengths_that_fit(items: list[Item], profile: Profile, tagged: bool) -> dict[str, list[int]]:
-    """For each step that alone keeps all from being sent: the durations near its own with which all can be sent.
-
-    Returns the nearest shorter and the nearest longer duration in milliseconds, by the step's path.
-    """
-    found: dict[str, list[int]] = {}
-    for dwell_ms in profile.dwell_ms:
-        wrong = {item.path: item for item in items if not round_with([item], dwell_ms, profile, tagged)}
-        if len(wrong) != 1:
-            continue
-        (item,) = wrong.values()
-        longest_ms = max(item.durations_ms, default=0)
-        below_ms = longest_ms // dwell_ms * dwell_ms
-        for length_ms in (below_ms, below_ms + dwell_ms):
-            is_length = 0 < length_ms <= LONGEST_S * 1000 and is_sum(length_ms, profile.durations_ms)
-            if is_length and round_with([_lasting(item, length_ms)], dwell_ms, profile, tagged):
-                found.setdefault(item.path, []).append(length_ms)
-        if item.path in found:
-            shorter = [each for each in found[item.path] if each < longest_ms]
-            longer = [each for each in found[item.path] if each > longest_ms]
-            found[item.path] = sorted(shorter)[-1:] + sorted(longer)[:1]
-    return {path: lengths for path, lengths in found.items() if lengths}
+def _not_expressible_together(item: Item, levels_ms: tuple[int, ...]) -> Diagnostic:
+    """Return the Diagnostic for a together whose blocks are possible only alone; it names a shorter one that is."""
+    seconds = nearest = item.total_ms / 1000
+    fits = False
+    while not fits:
+        nearest, _ = nearest_sums(nearest, levels_ms)
+        durations_ms = tuple(min(duration, round(nearest * 1000)) for duration in item.durations_ms)
+        fits = cut(durations_ms, levels_ms[1:], levels_ms) is not None
+    shorter = Phrase("some-seconds", first=f"{nearest:g}")
+    return error("duration-not-expressible", item.path, item.id, seconds=f"{seconds:g}", nearest=shorter)

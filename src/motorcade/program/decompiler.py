@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import takewhile
 from typing import Any
 
 from motorcade.config.profile import Profile, built_in_profile
@@ -21,8 +22,8 @@ from motorcade.program.steps import AccompanyingStep, Step, TogetherStep, WaitSt
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, parse_image
 
-# From this bit on: whether a follower listens, and whether it passes the word on.
-_SETTINGS_AT = CONTROL.field("forward").low
+# The bits of all durations.
+_DURATIONS = sum(field.word_mask for field in CONTROL.fields if field.name.endswith("_duration"))
 
 
 class DecompileError(MotorcadeError):
@@ -106,18 +107,9 @@ def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
 
 def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
     """Return how many of the first words do the same, whatever their durations; 1 where one does several things."""
-    first = step_in(words[0], profile.durations_ms)
-    if isinstance(first, TogetherStep):
+    if isinstance(step_in(words[0], profile.durations_ms), TogetherStep):
         return 1
-    dwells = 1
-    for word in words[1:]:
-        step = step_in(word, profile.durations_ms)
-        if type(step) is not type(first) or _lasting(step, 0) != _lasting(first, 0):
-            break
-        if (word ^ words[0]) >> _SETTINGS_AT:
-            break
-        dwells += 1
-    return dwells
+    return len(list(takewhile(lambda word: not (word ^ words[0]) & ~_DURATIONS, words)))
 
 
 def _lasting(step: Step, duration_ms: int) -> Step:

@@ -102,7 +102,8 @@ class Expander:
         return Row(items, states, total_ms)
 
     def _expand_step(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Row:
-        self._check_settings(step, path)
+        if self._leads:
+            self._check_settings(step, path)
         accept_ir = accept_ir if step.accept_ir is None else step.accept_ir
         forward = forward if step.forward is None else step.forward
         if isinstance(step, RepeatStep):
@@ -125,8 +126,6 @@ class Expander:
         return max(1, len(cut_for_leader(item, self._levels_ms) or ()))
 
     def _check_settings(self, step: Step, path: str) -> None:
-        if not self._leads:
-            return
         if step.accept_ir:
             self.diagnostics.append(error("leader-accepts-ir", path, step.id))
         if step.forward is not None:
@@ -138,7 +137,7 @@ class Expander:
         if isinstance(step, TogetherStep):
             self._check_conflict(step, path)
             for position, part in enumerate(step.steps):
-                self._check_duration(part, path, step.id, position)
+                self._check_duration(part, f"{path}.together[{position}]", step.id)
         elif isinstance(step, AccompanyingStep) and step.seconds is None:
             problem = error("missing-field", f"{path}.{step.kind}", step.id, name="seconds")
             self.diagnostics.append(problem.with_fixes(Fix("seconds", self._levels_ms[1] / 1000)))
@@ -159,32 +158,24 @@ class Expander:
                 self.diagnostics.append(problem.with_fixes(*([Fix(BEHIND)] if is_whole else [])))
             seen[part.group] = part.kind
 
-    def _check_duration(self, step: Step, path: str, step_id: str | None, position: int | None = None) -> None:
-        """Check how long ``step`` lasts; with ``position`` it is that part of the together at ``path``."""
+    def _check_duration(self, step: Step, path: str, step_id: str | None) -> None:
         seconds = getattr(step, "seconds", None)
         if seconds is None:
             return
         duration_ms = to_ms(seconds)
-        if duration_ms is None or not is_sum(duration_ms, self._levels_ms):
-            place = path if position is None else f"{path}.together[{position}]"
-            self.diagnostics.append(self.not_expressible(seconds, place, step.id or step_id))
-
-    def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
-        """Return the Diagnostic for a duration that no levels add up to; it names the nearest possible ones."""
+        if duration_ms is not None and is_sum(duration_ms, self._levels_ms):
+            return
         below, above = nearest_sums(seconds, self._levels_ms)
-        problem = error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=either(below, above))
+        nearest = Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
+        problem = error("duration-not-expressible", path, step.id or step_id, seconds=f"{seconds:g}", nearest=nearest)
         # 0 s is possible, yet nobody means it who writes half a second.
-        return problem.with_fixes(*(Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S))
+        fixes = (Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S)
+        self.diagnostics.append(problem.with_fixes(*fixes))
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
     """The lengths of the states that a leader's step becomes; None where the levels can't express it."""
     return cut(item.durations_ms, levels_ms[1:], levels_ms)
-
-
-def either(below: float, above: float) -> Phrase:
-    """One of two durations, in seconds."""
-    return Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
 
 
 class Round(NamedTuple):
@@ -221,11 +212,6 @@ def longest_dwell_ms(items: list[Item], profile: Profile, tagged: bool) -> int |
     shared = [dwell for dwell in profile.dwell_ms if all(item.total_ms % dwell == 0 for item in items)]
     filled = (dwell for dwell in shared if dwell <= longest_ms or round_with(items, dwell, profile, tagged))
     return max(filled, default=None)
-
-
-def can_be_sent(item: Item, profile: Profile, tagged: bool) -> bool:
-    """Whether any dwell can express this step alone."""
-    return any(round_with([item], dwell_ms, profile, tagged) for dwell_ms in profile.dwell_ms)
 
 
 def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool) -> Round | None:

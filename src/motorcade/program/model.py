@@ -8,7 +8,6 @@ import json
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from difflib import SequenceMatcher
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -39,8 +38,6 @@ BESIDE = {
     "mat": "The mat that it drives on; see docs/mats.md.",
     "view": "Where the page's blocks stand, and comments on them.",
 }
-# Of old and new steps that are compared step by step: 200 with 200.
-_MOST_PAIRS = 40_000
 
 _PROFILE: Schema = {"type": "string", "default": "classroom"}
 # The followers' settings; the compiler chooses those that have no default.
@@ -154,19 +151,14 @@ class Program:
 
     def as_dict(self) -> dict[str, Any]:
         """The program for JSON; what has its usual value is left out."""
-        document: dict[str, Any] = {"format": FORMAT, "profile": self.profile}
-        document["leader"] = [_step_as_dict(step) for step in self.leader]
-        if self.followers is None:
-            document["followers"] = None
-        else:
-            followers: dict[str, Any] = {"accept_ir": self.followers.accept_ir, "forward": self.followers.forward}
-            if self.followers.dwell_seconds is not None:
-                followers["dwell_seconds"] = self.followers.dwell_seconds
-            if self.followers.tagged != "auto":
-                followers["tagged"] = self.followers.tagged
+        followers = None
+        if self.followers:
+            names = ("accept_ir", "forward", "dwell_seconds", "tagged")
+            settings = {name: getattr(self.followers, name) for name in names}
+            followers = {name: value for name, value in settings.items() if value not in (None, "auto")}
             followers["steps"] = [_step_as_dict(step) for step in self.followers.steps]
-            document["followers"] = followers
-        return document
+        leader = [_step_as_dict(step) for step in self.leader]
+        return {"format": FORMAT, "profile": self.profile, "leader": leader, "followers": followers}
 
     def as_json(self) -> str:
         """The text of the project file."""
@@ -218,8 +210,8 @@ def program_from_dict(document: Any) -> Program:
         raise ProgramError(_diagnostic(fault, document) for fault in faults)
     followers = checked["followers"]
     return Program(
-        leader=_steps_from(checked["leader"]),
-        followers=followers and Followers(**{**followers, "steps": _steps_from(followers["steps"])}),
+        leader=map(_step_from, checked["leader"]),
+        followers=followers and Followers(**{**followers, "steps": [_step_from(each) for each in followers["steps"]]}),
         profile=checked["profile"],
     )
 
@@ -227,15 +219,15 @@ def program_from_dict(document: Any) -> Program:
 def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
     """Return a fault under the codes of programs, which are part of the format."""
     place, key = fault.place, fault.place[-1] if fault.place else ""
+    around = place[:-1] if fault.code in ("unknown-key", "missing-key") else place
+    path, step_id = _path(around if fault.code == "missing-key" else place), _id_at(document, around)
     if fault.code == "unknown-key":
-        step_id = _id_at(document, place[:-1])
-        return error("unknown-field", _path(place), step_id, name=key, allowed=fault.allowed)
+        return error("unknown-field", path, step_id, name=key, allowed=fault.allowed)
     if fault.code == "missing-key":
-        missing = error("missing-field", _path(place[:-1]), _id_at(document, place[:-1]), name=key)
+        missing = error("missing-field", path, step_id, name=key)
         kind = KINDS.get(str(place[-2])) if len(place) > 1 else None
         value = first_value(kind, str(key)) if kind else None
         return missing if value in (None, []) else missing.with_fixes(Fix(str(key), value))
-    path, step_id = _path(place), _id_at(document, place)
     if fault.code == "no-key":
         return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))
     if fault.code == "several-keys":
@@ -261,17 +253,13 @@ def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
     return found
 
 
-def _steps_from(documents: list[dict[str, Any]]) -> list[Step]:
-    return [_step_from(document) for document in documents]
-
-
 def _step_from(document: dict[str, Any]) -> Step:
     kind = next(key for key in document if key in KINDS)
     content = document[kind]
     if kind == TogetherStep.kind:
-        content = {"steps": tuple(_steps_from(content))}
+        content = {"steps": tuple(map(_step_from, content))}
     elif kind == RepeatStep.kind:
-        content["steps"] = tuple(_steps_from(content["steps"]))
+        content["steps"] = tuple(map(_step_from, content["steps"]))
     return KINDS[kind].of_checked({**document, **content})
 
 
@@ -297,42 +285,23 @@ def _not_json(reason: Any) -> ProgramError:
 def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
     """Return for each new step the position of the old step that it is or comes from; None where it is a new one.
 
-    Equal steps in the same order belong together; then equal steps that were moved; then steps of one kind. Ids are not
+    Equal steps at the beginning and at the end belong together; then equal steps; then steps of one kind. Ids are not
     compared.
     """
     ours, theirs = [without_ids(each) for each in old], [without_ids(each) for each in new]
-    start = 0
-    while start < min(len(ours), len(theirs)) and ours[start] == theirs[start]:
-        start += 1
-    found: list[int | None] = [*range(start), *[None] * (len(new) - start)]
-    groups = []
-    # The comparison of many equal steps takes their number to the third: longer rows are compared as a whole.
-    is_short = len(ours) * len(theirs) <= _MOST_PAIRS
-    matcher = SequenceMatcher(None, ours[start:], theirs[start:], autojunk=False)
-    whole = [("replace", 0, len(ours) - start, 0, len(theirs) - start)]
-    for tag, a, a_end, b, b_end in matcher.get_opcodes() if is_short else whole:
-        if tag == "equal":
-            found[start + b : start + b_end] = range(start + a, start + a_end)
-        else:
-            groups.append((range(start + a, start + a_end), range(start + b, start + b_end)))
-    left = {position for before, _ in groups for position in before}
-
-    def take(before: Iterable[int], after: Iterable[int], key: Callable[[Step], object]) -> None:
-        """Give each new step the first old step that is left and has the same key."""
+    fewer = min(len(old), len(new))
+    start = next((at for at in range(fewer) if ours[at] != theirs[at]), fewer)
+    end = next((at for at in range(fewer - start) if ours[-1 - at] != theirs[-1 - at]), fewer - start)
+    middle = [None] * (len(new) - start - end)
+    found: list[int | None] = [*range(start), *middle, *range(len(old) - end, len(old))]
+    keys: tuple[Callable[[Step], object], ...] = (lambda step: step, lambda step: step.kind)
+    for key in keys:
         waiting: dict[object, deque[int]] = defaultdict(deque)
-        for position in before:
-            if position in left:
-                waiting[key(ours[position])].append(position)
-        for position in after:
-            same = waiting[key(theirs[position])]
-            if found[position] is None and same:
-                left.discard(same[0])
-                found[position] = same.popleft()
-
-    take(sorted(left), (each for _, after in groups for each in after), lambda step: step)
-    # First those that changed where they stand, then those that changed and moved.
-    for before, after in (*groups, (range(len(old)), range(len(new)))):
-        take(before, after, lambda step: step.kind)
+        for position in sorted({*range(len(old))} - {*found}):
+            waiting[key(ours[position])].append(position)
+        for position, step in enumerate(theirs):
+            if found[position] is None and waiting[key(step)]:
+                found[position] = waiting[key(step)].popleft()
     return found
 
 

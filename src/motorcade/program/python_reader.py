@@ -35,7 +35,13 @@ VARIABLE = "program"
 _MOST_ERRORS = 20
 _LONGEST_NAME = 40
 _LOOPS = (ast.For, ast.AsyncFor, ast.While, ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
-_DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
+# Statements that have no place in the text; of all others, one sentence says so.
+_STATEMENTS: tuple[tuple[tuple[type[ast.AST], ...], str], ...] = (
+    (_LOOPS, "python-loop"),
+    ((ast.Import, ast.ImportFrom), "python-import"),
+    ((ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef), "python-function"),
+    ((ast.Assign, ast.AnnAssign, ast.AugAssign), "python-other-variable"),
+)
 
 
 @dataclass(slots=True)
@@ -54,9 +60,17 @@ class Node:
     parts: list["Node"] = field(default_factory=list)
 
 
-@dataclass(slots=True)
+class _TooManyErrorsError(Exception):
+    pass
+
+
+def read_python(data: bytes | str) -> "PythonProgram":
+    """Return the program in Python text. Raises ProgramError; its diagnostics name lines and columns."""
+    return PythonProgram(data)
+
+
 class PythonProgram:
-    """A program that was read from Python text.
+    """A program that is read from Python text.
 
     Attributes:
         source: the text.
@@ -68,56 +82,33 @@ class PythonProgram:
         diagnostics: warnings.
     """
 
-    source: PythonSource
-    program: Program
-    root: Node
-    imports: dict[str, str]
-    imported_at: ast.ImportFrom | None
-    spans: dict[str, Span]
-    diagnostics: tuple[Diagnostic, ...]
-
-    def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-        """Return diagnostics of this program with their places in the text."""
-        return tuple(each.at(span_of(self.spans, each.path)) for each in diagnostics)
-
-
-def read_python(data: bytes | str) -> PythonProgram:
-    """Return the program in Python text. Raises ProgramError; its diagnostics name lines and columns."""
-    source = PythonSource(data)
-    reader = _Reader(source)
-    root, document = reader.document()
-    try:
-        program = program_from_dict(document)
-    except ProgramError as problem:
-        found = [reader.in_text(each) for each in problem.diagnostics]
-        raise ProgramError(found[:_MOST_ERRORS]) from None
-    warnings = tuple(reader.warnings())
-    return PythonProgram(source, program, root, reader.imports, reader.imported_at, reader.spans, warnings)
-
-
-def span_of(spans: dict[str, Span], path: str) -> Span | None:
-    """Return the place of ``path``, or else of the innermost part around it that has one."""
-    while path and path not in spans:
-        path = path[: max(path.rfind("."), path.rfind("["), 0)]
-    return spans.get(path)
-
-
-class _TooManyErrorsError(Exception):
-    pass
-
-
-class _Reader:
-    def __init__(self, source: PythonSource) -> None:
+    def __init__(self, data: bytes | str) -> None:
+        self.source = PythonSource(data)
         self.imports: dict[str, str] = {}
         self.imported_at: ast.ImportFrom | None = None
         self.spans: dict[str, Span] = {}
-        self._source = source
         self._errors: list[Diagnostic] = []
         self._used: dict[str, Any] = {}
         # The calls whose arguments stand at each path of the document.
         self._calls: dict[str, ast.Call] = {}
+        self.root, document = self._read()
+        try:
+            self.program = program_from_dict(document)
+        except ProgramError as problem:
+            raise ProgramError([self._in_text(each) for each in problem.diagnostics][:_MOST_ERRORS]) from None
+        self.diagnostics = tuple(self._warnings())
 
-    def document(self) -> tuple[Node, dict[str, Any]]:
+    def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+        """Return diagnostics of this program with their places in the text."""
+        return tuple(each.at(self._span_of(each.path)) for each in diagnostics)
+
+    def _span_of(self, path: str) -> Span | None:
+        """Return the place of ``path``, or else of the innermost part around it that has one."""
+        while path and path not in self.spans:
+            path = path[: max(path.rfind("."), path.rfind("["), 0)]
+        return self.spans.get(path)
+
+    def _read(self) -> tuple[Node, dict[str, Any]]:
         """Return where the program's parts stand, and its document as in a project file. Raises ProgramError."""
         with suppress(_TooManyErrorsError):
             call = self._program_call()
@@ -126,7 +117,7 @@ class _Reader:
                 return read
         raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
 
-    def in_text(self, problem: Diagnostic) -> Diagnostic:
+    def _in_text(self, problem: Diagnostic) -> Diagnostic:
         """Return a diagnostic of the document with its place in the text, and with edits of the text that fix it."""
         path, found = problem.path, []
         for fix in problem.fixes:
@@ -134,24 +125,24 @@ class _Reader:
             if at in self.spans:
                 found.append(Fix(TEXT, fixes.as_text(fix.value), self.spans[at]))
             elif path in self._calls:
-                found += fixes.with_argument(self._source, self._calls[path], fix.field, fix.value)
+                found += fixes.with_argument(self.source, self._calls[path], fix.field, fix.value)
         if problem.code == "missing-field" and not problem.fixes and path in self._calls:
             # The only values without a first one are lists of steps.
-            found = fixes.with_argument(self._source, self._calls[path], problem.details["name"], [])
-        return problem.at(span_of(self.spans, path)).with_fixes(*found)
+            found = fixes.with_argument(self.source, self._calls[path], problem.details["name"], [])
+        return problem.at(self._span_of(path)).with_fixes(*found)
 
-    def warnings(self) -> Iterator[Diagnostic]:
+    def _warnings(self) -> Iterator[Diagnostic]:
         """Yield a warning for each name that isn't imported, at its first use."""
         missing = [name for name in self._used if name not in self.imports]
-        more = fixes.with_imports(self._source, self.imported_at, sorted(missing)) if missing else []
+        more = fixes.with_imports(self.source, self.imported_at, sorted(missing)) if missing else []
         for name in missing:
-            span = self._source.span(self._used[name])
+            span = self.source.span(self._used[name])
             yield warning("python-not-imported", "", name=name).at(span).with_fixes(*more)
 
     def _program_call(self) -> ast.Call | None:
         """Return the call of Program, the only one among the statements; None, with an error, where there is none."""
         found: ast.Call | None = None
-        for statement in self._source.tree.body:
+        for statement in self.source.tree.body:
             match statement:
                 case ast.Expr(value=ast.Constant(value=str())):
                     pass
@@ -161,16 +152,19 @@ class _Reader:
                     pass
                 case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
                     if found:
-                        deleted = fixes.without_lines(self._source, statement)
+                        deleted = fixes.without_lines(self.source, statement)
                         self._refuse("python-second-program", statement, deleted)
                     found = call
                 case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
                     pass
                 case _:
-                    self._refuse_statement(statement)
+                    code = next(
+                        (each for kinds, each in _STATEMENTS if isinstance(statement, kinds)), "python-statement"
+                    )
+                    edits = fixes.right_statement(self.source, statement, VARIABLE)
+                    self._refuse(code, statement, edits, name=VARIABLE)
         if not found and not self._errors:
-            written = fixes.with_line(self._source, f"{VARIABLE} = Program(leader=[forward(3)])")
-            self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)).with_fixes(*written))
+            self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)))
         return found
 
     def _uses_the_program(self, function: ast.expr) -> bool:
@@ -196,18 +190,23 @@ class _Reader:
                 self._refuse("python-no-program", call)
             return None
         root = self._node("", call)
-        document: dict[str, Any] = {"format": FORMAT}
-        self._calls[""] = call
-        for name, value, around in self._arguments(call, Program):
-            node = self._node(name, around)
-            root.parts.append(node)
-            if name == "leader":
-                document[name] = self._row(value, name, node)
-            elif name == "followers":
-                document[name] = self._followers(value, node)
+        return root, {"format": FORMAT, **self._values(call, Program, root)}
+
+    def _values(self, call: ast.Call, what: Callable[..., Any], node: Node) -> dict[str, Any]:
+        """Return the arguments of a call of Program or Followers by name; their parts are added to its ``node``."""
+        self._calls[node.path] = call
+        values: dict[str, Any] = {}
+        for name, value, around in self._arguments(call, what):
+            part = self._node(f"{node.path}.{name}".removeprefix("."), around)
+            node.parts.append(part)
+            if name == "followers":
+                values[name] = self._followers(value, part)
+            elif name in ("leader", "steps"):
+                values[name] = self._row(value, part.path, part)
             else:
-                document[name] = self._setting(value, node)
-        return root, document
+                self.spans[part.path] = self.source.span(value)
+                values[name] = self._value(value)
+        return values
 
     def _followers(self, value: ast.expr, node: Node) -> Any:
         if isinstance(value, ast.Constant) and value.value is None:
@@ -215,29 +214,20 @@ class _Reader:
         if not isinstance(value, ast.Call):
             return {"steps": self._row(value, "followers.steps", node)}
         if self._name_of(value) != Followers.__name__:
-            self._refuse("python-no-list", value, fixes.as_list(self._source, value, STEP_NAMES))
+            self._refuse("python-no-list", value, fixes.as_list(self.source, value, STEP_NAMES))
             return None
-        document: dict[str, Any] = {}
-        self._calls[node.path] = value
-        for name, each, around in self._arguments(value, Followers):
-            part = self._node(f"{node.path}.{name}", around)
-            node.parts.append(part)
-            document[name] = self._row(each, part.path, part) if name == "steps" else self._setting(each, part)
+        document = self._values(value, Followers, node)
         # None stands for the choice of the compiler, for which a document has no value.
         if document.get("dwell_seconds", 0) is None:
             del document["dwell_seconds"]
         return document
 
-    def _setting(self, value: ast.expr, node: Node) -> Any:
-        self.spans[node.path] = self._source.span(value)
-        return self._value(value)
-
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):
-            listed = fixes.as_list(self._source, value, STEP_NAMES)
+            listed = fixes.as_list(self.source, value, STEP_NAMES)
             self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-no-list", value, listed)
             return []
-        self.spans[path] = self._source.span(value)
+        self.spans[path] = self.source.span(value)
         return self._steps(value.elts, path, node, 0)
 
     def _steps(self, nodes: Iterable[ast.expr], path: str, around: Node, depth: int) -> list[Any]:
@@ -245,7 +235,7 @@ class _Reader:
 
     def _step(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
         if not isinstance(value, ast.Call):
-            called = fixes.as_step(self._source, value, _SIMPLE)
+            called = fixes.as_step(self.source, value, _SIMPLE)
             self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-not-a-step", value, called)
             return {}
         name = self._name_of(value)
@@ -267,7 +257,7 @@ class _Reader:
             target = common if key in COMMON else content
             if (given := self._value(each)) is not None:
                 target[key] = given
-            self.spans[f"{path}.{key}" if key in COMMON else f"{path}.{kind.kind}.{key}"] = self._source.span(each)
+            self.spans[f"{path}.{key}" if key in COMMON else f"{path}.{kind.kind}.{key}"] = self.source.span(each)
         if kind is TogetherStep:
             return {kind.kind: self._steps(inside, f"{path}.{kind.kind}", node, depth + 1), **common}
         if kind is RepeatStep:
@@ -292,7 +282,7 @@ class _Reader:
             elif takes_steps and inside is not None:
                 inside.append(value)
             else:
-                deleted = fixes.without_argument(self._source, call, value)
+                deleted = fixes.without_argument(self.source, call, value)
                 function = ast.unparse(call.func)
                 self._refuse("python-too-many-values", value, deleted, name=function, names=", ".join(names))
         allowed = [*names, *(COMMON if inside is not None else ())]
@@ -300,13 +290,13 @@ class _Reader:
             if keyword.arg is None:
                 self._refuse("python-star", keyword.value)
             elif keyword.arg not in allowed:
-                start = self._source.span(keyword)
+                start = self.source.span(keyword)
                 span = Span(start.line, start.column, start.line, start.column + len(keyword.arg))
                 function = ast.unparse(call.func)
-                deleted = fixes.without_argument(self._source, call, keyword)
+                deleted = fixes.without_argument(self.source, call, keyword)
                 self._refuse_name("python-no-such-value", span, keyword.arg, allowed, deleted, function=function)
             elif keyword.arg in seen:
-                deleted = fixes.without_argument(self._source, call, keyword)
+                deleted = fixes.without_argument(self.source, call, keyword)
                 self._refuse("python-given-twice", keyword, deleted, name=keyword.arg)
             else:
                 seen.add(keyword.arg)
@@ -316,13 +306,10 @@ class _Reader:
                 yield name, ast.copy_location(ast.Constant(default), call.func), call
 
     def _value(self, node: ast.expr) -> Any:
-        match node:
-            case ast.Constant(value=(bool() | int() | float() | str() | None) as value):
+        with suppress(ValueError, TypeError):
+            value = ast.literal_eval(node)
+            if value is None or isinstance(value, int | float | str):
                 return value
-            case ast.UnaryOp(
-                op=ast.USub() | ast.UAdd() as sign, operand=ast.Constant(value=(int() | float()) as value)
-            ):
-                return -value if isinstance(sign, ast.USub) else value
         self._refuse("python-no-value", node)
         return None
 
@@ -335,29 +322,12 @@ class _Reader:
             if call.func.id in _NAMES:
                 self._used.setdefault(call.func.id, call.func)
                 return call.func.id
-        self._refuse_name("python-unknown-name", self._source.span(call.func), ast.unparse(call.func), _NAMES)
+        self._refuse_name("python-unknown-name", self.source.span(call.func), ast.unparse(call.func), _NAMES)
         return None
 
-    def _refuse_statement(self, statement: ast.stmt) -> None:
-        if isinstance(statement, _LOOPS):
-            self._refuse("python-loop", statement)
-        elif isinstance(statement, ast.Import | ast.ImportFrom):
-            self._refuse("python-import", statement, fixes.right_import(self._source, statement))
-        elif isinstance(statement, _DEFINITIONS):
-            self._refuse("python-function", statement)
-        elif isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign):
-            named = fixes.as_program(self._source, statement, VARIABLE, Program.__name__)
-            self._refuse("python-other-variable", statement, named, name=VARIABLE)
-        else:
-            named = fixes.as_program(self._source, statement, VARIABLE, Program.__name__)
-            self._refuse("python-statement", statement, named)
-
     def _refuse(self, code: str, node: Any, edits: Iterable[Fix] = (), **details: Any) -> None:
-        span = self._source.span(node)
         # A whole loop or function would be red; its first line is enough.
-        if span.end_line > span.line:
-            span = self._source.first_line_of(span)
-        self._add(error(code, "", **details).at(span).with_fixes(*edits))
+        self._add(error(code, "", **details).at(self.source.first_line_of(node)).with_fixes(*edits))
 
     def _refuse_name(
         self, code: str, span: Span, name: str, known: Iterable[str], edits: Sequence[Fix] = (), **details: Any
@@ -378,8 +348,8 @@ class _Reader:
             raise _TooManyErrorsError
 
     def _node(self, path: str, node: Any) -> Node:
-        self.spans.setdefault(path, self._source.span(node))
-        return Node(path, *self._source.extent(node))
+        self.spans.setdefault(path, self.source.span(node))
+        return Node(path, *self.source.extent(node))
 
 
 def parameters_of(what: Callable[..., Any]) -> tuple[list[str], dict[str, Any], bool]:

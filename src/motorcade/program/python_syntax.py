@@ -84,9 +84,7 @@ class PythonSource:
         self._lines = self.text.split("\n")
         # For lines with other characters than ASCII: the byte at which each character begins.
         self._columns: dict[int, array[int]] = {}
-        self._starts = [0]
-        for line in self._lines:
-            self._starts.append(self._starts[-1] + len(line) + 1)
+        self._starts = list(accumulate((len(line) + 1 for line in self._lines), initial=0))
         self.tree = _parse(self)
 
     def span(self, node: Any) -> Span:
@@ -104,9 +102,10 @@ class PythonSource:
             self._offset(node.end_lineno, node.end_col_offset),
         )
 
-    def first_line_of(self, span: Span) -> Span:
-        """The part of a place that stands on its first line."""
-        return Span(span.line, span.column, span.line, len(self._lines[span.line - 1]) + 1)
+    def first_line_of(self, node: Any) -> Span:
+        """The place of a node up to the end of its first line."""
+        start, end = self.extent(node)
+        return self.span_between(start, min(end, self._starts[self.line_at(start)] - 1))
 
     def line_at(self, offset: int) -> int:
         """The line, from 1, of a character."""
@@ -158,12 +157,11 @@ def _parse(source: PythonSource) -> ast.Module:
     except SyntaxError as problem:
         found = ((pattern.match(problem.msg or ""), key) for pattern, key in _REASONS)
         reason = next((Phrase(key, **match.groupdict()) for match, key in found if match), Phrase("python-mistake"))
-        line, column = problem.lineno or 1, problem.offset or 1
+        line, column = max(1, problem.lineno or 1), max(1, problem.offset or 1)
         if isinstance(problem, IndentationError) and line <= text.count("\n") + 1:
             # Python's versions name different columns.
             code = text.split("\n")[line - 1]
             column = len(code) - len(code.lstrip()) + 1
-        line, column = max(1, line), max(1, column)
         blamed = _FOREIGN_SIGN.match(text, source.start_of(line) + column - 1)
         if blamed and reason.key == "python-bad-number":
             reason, column = Phrase("python-bad-character", sign=blamed[2]), column + len(blamed[1])
@@ -212,8 +210,6 @@ def _syntax_fixes(source: PythonSource, reason: str, start: int, sign: str) -> I
 
 def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple[int, int, str]]:
     """Yield the edits to try, each as its first character, the one behind its last, and the new text."""
-    line_end = text.find("\n", start) if "\n" in text[start:] else len(text)
-    last = len(text.rstrip())
     closers = _CLOSERS.get(sign, "")
     match reason:
         case "python-bad-character":
@@ -224,24 +220,12 @@ def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple
             for found in islice(re.finditer(r"(?<=[\w)\]\"'])\s+(?=[\w\"'])", text[start:]), _MOST_TRIES):
                 yield start + found.start(), start + found.start(), ","
         case "python-not-closed":
-            yield from ((at, at, closers) for at in (line_end, last))
+            line_end = text.find("\n", start) if "\n" in text[start:] else len(text)
+            yield from ((at, at, closers) for at in (line_end, len(text.rstrip())))
         case "python-other-bracket":
             yield start, start, closers
-            yield start, start + 1, closers
-            yield start, start + 1, ""
         case "python-not-opened":
             yield start, start + 1, ""
-        case "python-open-string":
-            code = text[start:line_end].rstrip()
-            ends = (len(code.rstrip(")],")), *range(len(code.rstrip(")],")) + 1, len(code) + 1))
-            yield from ((start + at, start + at, text[start]) for at in ends)
-        case "python-bad-indent":
-            first = text.rfind("\n", 0, start) + 1
-            yield first, first + len(text[first:line_end]) - len(text[first:line_end].lstrip()), ""
-        case "python-bad-number":
-            digits = re.match(r"0+(?=\d)", text[start:])
-            if digits:
-                yield start, start + digits.end(), ""
 
 
 def _is_python(text: str) -> bool:
@@ -291,13 +275,6 @@ def without_lines(source: PythonSource, statement: ast.stmt) -> list[Fix]:
     return replacement(source, start, min(end + 1, len(source.text)), "")
 
 
-def with_line(source: PythonSource, line: str) -> list[Fix]:
-    """Return the edit that adds a line at the end."""
-    end = len(source.text)
-    before = "" if source.text.endswith("\n") or not end else "\n"
-    return replacement(source, end, end, f"{before}{line}\n")
-
-
 def with_imports(source: PythonSource, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Fix]:
     """Return the edit that imports ``names`` too; ``statement`` is the import that is there."""
     text = ", ".join(names)
@@ -308,23 +285,23 @@ def with_imports(source: PythonSource, statement: ast.ImportFrom | None, names: 
     return replacement(source, at, at, f"from {_PACKAGE} import {text}\n\n")
 
 
-def right_import(source: PythonSource, statement: ast.Import | ast.ImportFrom) -> list[Fix]:
-    """Return the edit that corrects a misspelt import, or deletes another one."""
-    start, end = source.extent(statement)
-    module = statement.module if isinstance(statement, ast.ImportFrom) else statement.names[0].name
-    if not get_close_matches(module or "", [_PACKAGE], 1):
-        return without_lines(source, statement)
-    names = ", ".join(ast.unparse(each) for each in statement.names) if isinstance(statement, ast.ImportFrom) else "*"
-    return replacement(source, start, end, f"from {_PACKAGE} import {names}")
+def right_statement(source: PythonSource, statement: ast.stmt, variable: str) -> list[Fix]:
+    """Return the edit that corrects a statement which has no place in a program's text; none where it stays unclear.
 
-
-def as_program(source: PythonSource, statement: ast.stmt, variable: str, name: str) -> list[Fix]:
-    """Return the edit that gives a call of ``name``, the program's class, to the variable of the program."""
+    A misspelt import is corrected, another one deleted; a call of Program is given to the ``variable`` of the program.
+    """
     match statement:
-        case ast.Expr(value=ast.Call(func=ast.Name(id=found)) as call) if found == name:
-            start = source.extent(call)[0]
+        case ast.Import() | ast.ImportFrom():
+            names, module = "*", statement.names[0].name
+            if isinstance(statement, ast.ImportFrom):
+                names, module = ", ".join(map(ast.unparse, statement.names)), statement.module or ""
+            if not get_close_matches(module, [_PACKAGE], 1):
+                return without_lines(source, statement)
+            return replacement(source, *source.extent(statement), f"from {_PACKAGE} import {names}")
+        case ast.Expr(value=ast.Call(func=ast.Name(id="Program"))):
+            start, _ = source.extent(statement)
             return replacement(source, start, start, f"{variable} = ")
-        case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id=found))) if found == name:
+        case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id="Program"))):
             return replacement(source, *source.extent(target), variable)
     return []
 

@@ -1,8 +1,8 @@
 """Write a program as Python text, and bring an older text up to date: its comments and everything else stay."""
 
-import ast
 import textwrap
 from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from motorcade.program import steps
 from motorcade.program.blocks import plain
 from motorcade.program.model import Followers, Program, align, bare, without_ids
-from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
+from motorcade.program.python_reader import VARIABLE, Node, PythonProgram, parameters_of, read_python
 from motorcade.program.python_syntax import Comment, PythonSource
 from motorcade.program.steps import COMMON, Step
 
@@ -38,12 +38,6 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
     call = writer.program(program)
     text = old.source.text[: old.root.start] + call + old.source.text[old.root.end :]
     return _with_imports(text, old, writer.used)
-
-
-def _settings_of(followers: Followers) -> dict[str, Any]:
-    """The followers' settings that differ from the usual ones."""
-    defaults = parameters_of(Followers)[1]
-    return {name: getattr(followers, name) for name in defaults if getattr(followers, name) != defaults[name]}
 
 
 @dataclass(slots=True)
@@ -74,7 +68,7 @@ class _Item(_Comments):
 
 def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
     """Return the comments inside the program's call, by the path of the part that they belong to."""
-    found: dict[str, _Comments] = {}
+    found: dict[str, _Comments] = defaultdict(_Comments)
     for comment in old.source.comments():
         if old.root.start <= comment.start < old.root.end:
             _attach(comment, old.root, old.source, found)
@@ -90,11 +84,11 @@ def _attach(comment: Comment, node: Node, source: PythonSource, found: dict[str,
         return
     is_behind = last is not None and source.line_at(last.end) == comment.line
     if number < len(parts) and not is_behind:
-        found.setdefault(parts[number].path, _Comments()).before.append(comment.text)
+        found[parts[number].path].before.append(comment.text)
     elif last and is_behind:
-        found.setdefault(last.path, _Comments()).behind.append(comment.text)
+        found[last.path].behind.append(comment.text)
     else:
-        found.setdefault(node.path, _Comments()).end.append(comment.text)
+        found[node.path].end.append(comment.text)
 
 
 class _Writer:
@@ -104,7 +98,7 @@ class _Writer:
         self.used: set[str] = set()
         self._old = old
         self._nodes = dict(_nodes(old.root)) if old else {}
-        self._comments = _comments_of(old) if old else {}
+        self._comments = _comments_of(old) if old else defaultdict(_Comments)
 
     def program(self, program: Program) -> str:
         """Return the call of Program, over several lines."""
@@ -122,7 +116,8 @@ class _Writer:
         return self._call(Program.__name__, [*rows, *(_INDENT + comment for comment in left)], 0)
 
     def _followers(self, followers: Followers, old: list[_Item]) -> str:
-        settings = _settings_of(followers)
+        usual = parameters_of(Followers)[1]
+        settings = {name: each for name in usual if (each := getattr(followers, name)) != usual[name]}
         if not settings and "followers.steps" not in self._nodes:
             return self._list(old, followers.steps, "followers", 1)
         path = "followers.steps" if "followers.steps" in self._nodes else "followers"
@@ -134,13 +129,9 @@ class _Writer:
     def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
         """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
         items, left = _merged(old, row)
-        lines = [line for item in items for line in self._lines(item, depth + 1)]
+        lines = [line for each in items for line in _commented(self._text(each, depth + 1), each, depth + 1)]
         lines += [_INDENT * (depth + 1) + comment for comment in left] + self._end(path, depth + 1)
         return "\n".join(["[", *lines, _INDENT * depth + "]"]) if lines else "[]"
-
-    def _lines(self, item: _Item, depth: int) -> list[str]:
-        """Return the lines of a step with its comments."""
-        return _commented(self._text(item, depth), item, depth)
 
     def _text(self, item: _Item, depth: int) -> str:
         """Return a step's text: on one line where that is short enough and no comment stands inside."""
@@ -149,7 +140,7 @@ class _Writer:
             text = self._one_line(item)
             if not item.inside or len(text) + len(_INDENT) * depth < _LONGEST_LINE:
                 return text
-        inner = [line for each in item.inside for line in self._lines(each, depth + 1)]
+        inner = [line for each in item.inside for line in _commented(self._text(each, depth + 1), each, depth + 1)]
         around = _INDENT * (depth + 1)
         rows = [*(f"{around}{each}," for each in positional), *inner, *(around + each for each in item.end)]
         return self._call(name, [*rows, *(f"{around}{each}," for each in named)], depth)
@@ -187,7 +178,7 @@ class _Writer:
         items = []
         for number, step in enumerate(row):
             place = f"{path}[{number}]"
-            own = self._comments.pop(place, None) or _Comments()
+            own = self._comments.pop(place, _Comments())
             item = _Item(own.before, own.behind, own.end, step)
             item.inside = self._items(step.inside, f"{place}.{step.inside_at}")
             node = self._nodes[place]
@@ -209,14 +200,12 @@ class _Writer:
 
     def _argument(self, path: str, text: str, depth: int) -> list[str]:
         """Return the lines of an argument with the comments around it."""
-        own = self._comments.pop(path, None) or _Comments()
+        own = self._comments.pop(path, _Comments())
         return [*_commented(text, own, depth), *(_INDENT * depth + comment for comment in own.end)]
 
     def _end(self, path: str, depth: int) -> list[str]:
         """Return the comments at the end of a part."""
-        own = self._comments.get(path)
-        if own is None:
-            return []
+        own = self._comments[path]
         end, own.end = own.end, []
         return [_INDENT * depth + comment for comment in end]
 
@@ -267,27 +256,19 @@ def _nodes(node: Node) -> Iterator[tuple[str, Node]]:
 
 
 def _with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
-    """Return ``text``, whose call is new, with an import of the names in ``used``, and of no steps without a use."""
+    """Return ``text``, whose call is new, with an import of the names in ``used``."""
     source, statement = old.source, old.imported_at
-    missing = used - set(old.imports)
+    missing = {name: name for name in used - set(old.imports)}
     if statement is None:
         at = source.import_place()
         return f"{text[:at]}{_import_of({name: name for name in used})}\n\n{text[at:]}"
+    if not missing:
+        return text
     start, end = source.extent(statement)
+    if "#" in text[start:end]:
+        return f"{text[:end]}\n{_import_of(missing)}{text[end:]}"
     here = {alias.name: alias.asname or alias.name for alias in statement.names}
-    if "#" in text[start:end] or "*" in here:
-        more = "\n" + _import_of({name: name for name in missing}) if missing else ""
-        return text[:end] + more + text[end:]
-    elsewhere = {
-        node.id
-        for part in source.tree.body
-        for node in ast.walk(part)
-        if isinstance(node, ast.Name) and not old.root.start <= source.extent(node)[0] < old.root.end
-    }
-    language = {Program.__name__, Followers.__name__, *STEP_NAMES}
-    kept = {name: own for name, own in here.items() if name not in language or name in used or own in elsewhere}
-    wanted = kept | {name: name for name in missing}
-    return text if wanted == here else text[:start] + _import_of(wanted) + text[end:]
+    return text[:start] + _import_of(here | missing) + text[end:]
 
 
 def _import_of(names: dict[str, str]) -> str:

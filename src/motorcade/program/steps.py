@@ -7,6 +7,7 @@ the bits of a word and the step that a word holds (`program.parts`), the blocks 
 docs/programs.md (`scripts/step_files.py`).
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
@@ -44,13 +45,10 @@ class Step:
     Attributes:
         id: the block that it came from.
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
-        kind: the kind's name in JSON, in a block's type and in locales.
+        kind: the kind's name in JSON, in a block's type and in locales: ``follow_line`` for the class FollowLineStep.
         names: its names in Python, a class or functions of this module, each with the fields that the name decides.
-        category: the category of the page's toolbox that has its block; blocks of one category have one colour.
-        icon: the path of its block's icon, in a square of 24.
         group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
             together.
-        hue: the colour of these bits in the page's table of words, in degrees.
         sets: fields of the control word that are the same in every step of the kind.
         in_start: whether the page's first level, with few kinds of blocks, has its block.
         inside_at: where the steps inside it stand, below its own place in the program; empty where it holds none.
@@ -60,10 +58,7 @@ class Step:
 
     kind: ClassVar[str] = ""
     names: ClassVar[dict[str, dict[str, str]]] = {}
-    category: ClassVar[str] = ""
-    icon: ClassVar[str] = ""
     group: ClassVar[str] = ""
-    hue: ClassVar[int] = 0
     sets: ClassVar[dict[str, int]] = {}
     in_start: ClassVar[bool] = False
     inside_at: ClassVar[str] = ""
@@ -73,14 +68,17 @@ class Step:
     forward: bool | None = None
 
     def __init_subclass__(cls) -> None:
-        """Give a kind that a device declares its attributes, and its fields their schemas."""
-        # A dataclass with slots is made twice; the second time its fields are done.
-        if cls.kind not in _DECLARED or "__dataclass_fields__" in vars(cls):
+        """Name the kind, and give one that a device declares its attributes, and its fields their schemas."""
+        # A dataclass with slots is made twice; the second time all is done.
+        if "__dataclass_fields__" in vars(cls):
+            return
+        cls.kind = re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__.removesuffix("Step")).lower()
+        cls.names = {cls.kind: {}}
+        if cls.kind not in _DECLARED:
             return
         device, declared = _DECLARED[cls.kind]
-        cls.names = {call.name: dict(call.sets) for call in declared.calls} or {cls.kind: {}}
-        cls.category, cls.icon, cls.in_start = declared.block.drawer, declared.block.icon, declared.block.in_start
-        cls.group, cls.hue, cls.sets = declared.group or device.group, device.hue, dict(declared.sets)
+        cls.names = {call.name: dict(call.sets) for call in declared.calls} or cls.names
+        cls.group, cls.sets, cls.in_start = declared.group or device.group, dict(declared.sets), declared.block.in_start
         for each in declared.inputs:
             if each.bits:
                 setattr(cls, each.name, _field_of(each))
@@ -95,9 +93,7 @@ class Step:
     def of_checked(cls, values: dict[str, Any]) -> "Step":
         """Return a step of values that fit already: to check a large program again takes a fifth of its time."""
         step = object.__new__(cls)
-        if cls not in _defaults:
-            _defaults[cls] = [(each.name, each.default) for each in fields(cls)]
-        for name, default in _defaults[cls]:
+        for name, default in _DEFAULTS[cls]:
             object.__setattr__(step, name, values.get(name, default))
         return step
 
@@ -125,16 +121,9 @@ class AccompanyingStep(Step):
     seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
-# By kind; mypy takes no class of dataclasses for an argument of functools.cache.
-_own_fields: dict[type[Step], tuple[Any, ...]] = {}
-_defaults: dict[type[Step], list[tuple[str, Any]]] = {}
-
-
 def own_fields(kind: type[Step]) -> tuple[Any, ...]:
     """Return the dataclass fields of a kind that have a schema: all but id, the settings and the steps inside."""
-    if kind not in _own_fields:
-        _own_fields[kind] = tuple(each for each in fields(kind) if "schema" in each.metadata)
-    return _own_fields[kind]
+    return _OWN_FIELDS[kind]
 
 
 def first_value(kind: type[Step], name: str) -> Any:
@@ -150,7 +139,6 @@ def first_value(kind: type[Step], name: str) -> Any:
 class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
-    kind: ClassVar[str] = "drive"
     direction: str
     speed: int
     seconds: float
@@ -160,7 +148,6 @@ class DriveStep(Step):
 class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
-    kind: ClassVar[str] = "wait"
     seconds: float
 
 
@@ -168,7 +155,6 @@ class WaitStep(Step):
 class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
-    kind: ClassVar[str] = "led"
     which: int
     seconds: float
 
@@ -177,7 +163,6 @@ class LedStep(Step):
 class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
-    kind: ClassVar[str] = "avoid"
     radius: int
     seconds: float
 
@@ -186,21 +171,16 @@ class AvoidStep(Step):
 class VoiceStep(AccompanyingStep):
     """Listen for 'stop' and 'go' (c6)."""
 
-    kind: ClassVar[str] = "voice"
-
 
 @dataclass(frozen=True, slots=True)
 class PirStep(AccompanyingStep):
     """Stand still while a person is sensed (c7)."""
-
-    kind: ClassVar[str] = "pir"
 
 
 @dataclass(frozen=True, slots=True)
 class FollowLineStep(Step):
     """Drive along a dark line for some seconds (c3 forward with the bit floor)."""
 
-    kind: ClassVar[str] = "follow_line"
     speed: int
     seconds: float
 
@@ -209,7 +189,6 @@ class FollowLineStep(Step):
 class TurnToLineStep(Step):
     """Turn until a line is under the car, then stand (c3 left or right with the bit floor)."""
 
-    kind: ClassVar[str] = "turn_to_line"
     direction: str
     speed: int
     seconds: float
@@ -219,7 +198,6 @@ class TurnToLineStep(Step):
 class StopOnDarkStep(Step):
     """Drive on with random turns, but stand on a dark floor (c3 random with the bit floor)."""
 
-    kind: ClassVar[str] = "stop_on_dark"
     speed: int
     seconds: float
 
@@ -227,8 +205,6 @@ class StopOnDarkStep(Step):
 @dataclass(frozen=True, slots=True)
 class FloorStep(AccompanyingStep):
     """Mind the floor: what the motor does beside it obeys dark and light (the bit floor)."""
-
-    kind: ClassVar[str] = "floor"
 
 
 SIMPLE_KINDS: tuple[type[Step], ...] = (
@@ -300,12 +276,8 @@ def stop_on_dark(seconds: float, speed: int = 2, **more: Any) -> StopOnDarkStep:
 class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
-    kind: ClassVar[str] = "together"
     in_start: ClassVar[bool] = True
-    names: ClassVar[dict[str, dict[str, str]]] = {"together": {}}
     inside_at: ClassVar[str] = "together"
-    category: ClassVar[str] = "order"
-    icon: ClassVar[str] = "M4 6h16M4 12h16M4 18h16M8 3v18"
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
@@ -323,12 +295,8 @@ class TogetherStep(Step):
 class RepeatStep(Step):
     """Steps done over and over."""
 
-    kind: ClassVar[str] = "repeat"
     in_start: ClassVar[bool] = True
-    names: ClassVar[dict[str, dict[str, str]]] = {"repeat": {}}
     inside_at: ClassVar[str] = "repeat.steps"
-    category: ClassVar[str] = "order"
-    icon: ClassVar[str] = "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"
     times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
     steps: tuple[Step, ...]
 
@@ -339,6 +307,8 @@ class RepeatStep(Step):
 
 _ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, RepeatStep, TogetherStep)
 KINDS = {kind.kind: kind for kind in _ALL_KINDS}
+_OWN_FIELDS = {kind: tuple(each for each in fields(kind) if "schema" in each.metadata) for kind in _ALL_KINDS}
+_DEFAULTS = {kind: [(each.name, each.default) for each in fields(kind)] for kind in _ALL_KINDS}
 
 
 def together(*steps: Step, **more: Any) -> TogetherStep:

@@ -14,7 +14,7 @@ from motorcade.words import upload
 from motorcade.words.image import WORD_BYTES, refused_image
 from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
 from motorcade.words.ticks import elapsed_ms
-from motorcade.words.upload import Outcome, ReadbackEnd, UploaderEnd
+from motorcade.words.upload import LineEnd, Outcome, ReadbackEnd, UploaderEnd
 
 # How often an image is sent, and how often it is announced before each time.
 TRIES = 3
@@ -69,7 +69,7 @@ class Retry(NamedTuple):
         return Phrase(f"upload-{self.reason}", number=self.number, of=self.of).sentence(language)
 
 
-class CheckRequestEnd(UploaderEnd):
+class CheckRequestEnd(LineEnd):
     """Announce an image by a check request (`motorcade.words.request`), and understand the answer.
 
     The outcome is READY with the car's line, REFUSED with the reason, TAKEN or SILENT.
@@ -84,27 +84,19 @@ class CheckRequestEnd(UploaderEnd):
     """
 
     def __init__(self, image: bytes, number: int):
+        super().__init__(CHECKED_WITHIN_MS)
         self.request = check_request(crc32(image), number)
-        super().__init__(self.request)
         self.held = 0
         self._expected = check_words(crc32(image), number)
 
-    def receive_data(self, data: bytes, now_ms: int) -> None:
-        for line in self._lines.split(data):
-            self._outcome = self._outcome or self._to_answer(line)
-        is_late = self._sent_ms is not None and elapsed_ms(now_ms, self._sent_ms) >= CHECKED_WITHIN_MS
-        if self._outcome is None and is_late:
-            self._outcome = Outcome(upload.SILENT, Phrase("no-answer-within", duration_ms=CHECKED_WITHIN_MS))
-
-    def _to_answer(self, line: bytes) -> Outcome | None:
+    def _outcome_of(self, line: bytes) -> Outcome | None:
         held = held_checksum(line, self._expected)
         if held is not None:
             self.held = held
             return Outcome(READY, upload.printable(line[line.find(self._expected) :]))
         if upload.ok_line(self.request).strip().lower() in line.lower():
             return Outcome(TAKEN, "")
-        reason = upload.refusal(line)
-        return None if reason is None else Outcome(upload.REFUSED, reason)
+        return super()._outcome_of(line)
 
 
 Steps = Generator[bytes, None, None]
@@ -151,10 +143,10 @@ class Transfer(ABC):
                 self._retrying(Retry(reason, number, TRIES))
             yield number
 
-    def _receive(self, end: UploaderEnd | ReadbackEnd, within_ms: int) -> Generator[bytes, None, Outcome]:
+    def _receive(self, end: LineEnd | ReadbackEnd, within_ms: int) -> Generator[bytes, None, Outcome]:
         """Give received bytes to ``end`` until it has an outcome, at the latest after ``within_ms``."""
         begin_ms = self._now_ms
-        while (result := end.next_event()) is None:
+        while (result := end.outcome) is None:
             self.rest_ms = max(1, within_ms - elapsed_ms(self._now_ms, begin_ms))
             yield b""
             end.receive_data(self._data, self._now_ms)
@@ -173,7 +165,7 @@ class Transfer(ABC):
             if self._data:
                 quiet_ms = self._now_ms
 
-    def _send(self, data: bytes, end: UploaderEnd, sent: Callable[[int], None] = lambda count: None) -> Steps:
+    def _send(self, data: bytes, end: LineEnd, sent: Callable[[int], None] = lambda count: None) -> Steps:
         """Send ``data`` as fast as the line carries it, so that the answer's deadline counts from its end.
 
         The operating system takes it all at once, and a pseudo-terminal reports at once that it has been sent.
@@ -249,8 +241,7 @@ class UploadTransfer(Transfer):
     def _run(self) -> Steps:
         if not self._verify:
             yield from self._settle(BOOT_MS)
-            yield from self._send_image(UNKNOWN)
-            self.outcome = Outcome(upload.NOT_VERIFIED, Phrase("sent-not-verified"))
+            self.outcome = yield from self._send_image(UNKNOWN)
             return
         answer, reasons = yield from self._announce()
         if answer.kind == READY:
@@ -325,8 +316,10 @@ class UploadTransfer(Transfer):
                 self.holds = holds
             self._sent(count)
 
-        end = UploaderEnd(self._image, self._verify)
+        end = UploaderEnd(self._image)
         yield from self._send(self._image, end, sent)
+        if not self._verify:
+            return Outcome(upload.NOT_VERIFIED, Phrase("sent-not-verified"))
         return (yield from self._receive(end, upload.answer_within_ms(self._image)))
 
 

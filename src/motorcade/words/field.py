@@ -43,45 +43,6 @@ class WordError(MotorcadeError):
         return str(self.details["allowed"])
 
 
-class Values:
-    """The raw values that a field may hold.
-
-    Args:
-        minimum, maximum: the allowed range; all that the bits hold unless given.
-        one_hot: at most one bit may be set.
-        only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
-        default: the raw value where a caller gives none.
-        unit: the unit of the raw value, such as ``"deg"``; empty for levels, counts and flags.
-        reserved_above: of a reserved field, the largest value with a meaning; strict decoding refuses larger ones.
-        parity_masks: of a field that is computed from other bits, a mask for each bit, most significant first: the
-            bit is 1 where the number of ones under its mask is odd; 0 where what the field ``needs`` is 0.
-    """
-
-    def __init__(
-        self,
-        minimum: int = 0,
-        maximum: "int | None" = None,
-        one_hot: bool = False,
-        only: "tuple[tuple[int, str], ...]" = (),
-        default: int = 0,
-        unit: str = "",
-        reserved_above: "int | None" = None,
-        parity_masks: "tuple[int, ...]" = (),
-    ) -> None:
-        self.minimum = minimum
-        self.maximum = maximum
-        self.one_hot = one_hot
-        self.only = only
-        self.default = default
-        self.unit = unit
-        self.reserved_above = reserved_above
-        self.parity_masks = parity_masks
-
-
-ANY = Values()
-RESERVED = Values(reserved_above=0)
-
-
 class Field:
     """Consecutive bits of a word.
 
@@ -90,13 +51,33 @@ class Field:
         high, low: its first and last bit; bit 31 is the most significant.
         meaning: one phrase for tables and documentation.
         source: the document that defines it, such as ``"seed 000, c3"``.
-        values: the raw values that it may hold; the field has their attributes, too.
         needs: name of the one-bit field without which this one should be 0.
-        goes_with: name of the field that is 0 exactly where this one is 0.
+        goes_with: name of the field that is 0 exactly where this one, which is one-hot, is 0.
+        values: the raw values that it may hold, by the names below.
+
+    Attributes:
+        minimum, maximum: the allowed range; all that the bits hold unless given.
+        one_hot: at most one bit may be set.
+        only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
+        default: the raw value where a caller gives none.
+        unit: the unit of the raw value, such as ``"deg"``; empty for levels, counts and flags.
+        reserved: the bits have no meaning yet.
+        defined: of a reserved field, the largest value with a meaning; strict decoding refuses larger ones.
+        parity_masks: of a field that is computed from other bits, a mask for each bit, most significant first: the
+            bit is 1 where the number of ones under its mask is odd; 0 where what the field ``needs`` is 0.
 
     Raises:
-        ValueError: the bits are not in a 32-bit word.
+        ValueError: the bits are not in a 32-bit word, or there is no such value.
     """
+
+    minimum = 0
+    one_hot = False
+    only: "tuple[tuple[int, str], ...]" = ()
+    default = 0
+    unit = ""
+    reserved = False
+    defined = 0
+    parity_masks: "tuple[int, ...]" = ()
 
     def __init__(
         self,
@@ -105,9 +86,9 @@ class Field:
         low: int,
         meaning: str,
         source: str = "",
-        values: Values = ANY,
         needs: str = "",
         goes_with: str = "",
+        **values: "Any",
     ) -> None:
         if not 0 <= low <= high < WORD_BITS:
             raise ValueError(f"field {name}: bits {high}-{low} are not in a 32-bit word")
@@ -119,25 +100,13 @@ class Field:
         self.word_mask = self.raw_mask << low
         self.meaning = meaning
         self.source = source
-        self.minimum = values.minimum
-        self.maximum = self.raw_mask if values.maximum is None else values.maximum
-        self.one_hot = values.one_hot
-        self.only = values.only
-        self.default = values.default
-        self.unit = values.unit
-        self.reserved = values.reserved_above is not None
-        self.defined = values.reserved_above or 0
-        self.parity_masks = values.parity_masks
         self.needs = needs
         self.goes_with = goes_with
-
-    def __repr__(self) -> str:
-        return f"Field({self.name!r}, {self.high}, {self.low})"
-
-    @property
-    def restricted(self) -> bool:
-        """Whether some values that fit into the bits are refused."""
-        return self.minimum > 0 or self.maximum < self.raw_mask or self.one_hot or bool(self.only)
+        self.maximum = self.raw_mask
+        for key in values:
+            if not hasattr(self, key):
+                raise ValueError(f"field {name}: there is no {key}")
+            setattr(self, key, values[key])
 
     @property
     def reserved_allowed(self) -> Phrase:
@@ -160,12 +129,10 @@ class Field:
         return Phrase("values-from-to", minimum=self.minimum, maximum=self.maximum)
 
     def allowed_beside(self, other: int) -> Phrase:
-        """Return the values that this field may hold where the field ``goes_with`` holds ``other``."""
-        if not other:
-            return Phrase("zero-without-others", others=self.goes_with.replace("_", " "))
-        if self.one_hot:
+        """Return the values that this field, of which one bit is set, may hold beside ``other`` in ``goes_with``."""
+        if other:
             return Phrase("exactly-one-bit")
-        return Phrase("values-from-to", minimum=max(1, self.minimum), maximum=self.maximum)
+        return Phrase("zero-without-others", others=self.goes_with.replace("_", " "))
 
     def allows(self, raw: int) -> bool:
         """Return whether this field may hold the integer ``raw``."""
@@ -212,7 +179,7 @@ class WordFormat:
         if name not in ("decode", "encode"):
             raise AttributeError(name)
         # Fields are the parameters of encode: the underscores keep these names different from theirs.
-        space: dict[str, Any] = {key: getattr(self, key) for key in ("_refuse_word", "_refuse", "_refuse_unpaired")}
+        space: dict[str, Any] = {key: getattr(self, key) for key in ("_refuse_word", "_refuse")}
         space["_values"] = self.values
         # tuple.__new__ skips the constructor of the named tuple, which is half of the cost of a decode.
         space["_new"] = getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw))
@@ -259,18 +226,13 @@ class WordFormat:
         return phrases
 
     def _check_layout(self) -> None:
-        covered = 0
-        last_low = WORD_BITS
+        high = WORD_BITS - 1
         for field in self.fields:
-            if covered & field.word_mask:
-                raise ValueError(f"{self.name}: field {field.name} overlaps another")
-            if field.low > last_low:
-                raise ValueError(f"{self.name}: field {field.name} stands after a less significant one")
-            covered |= field.word_mask
-            last_low = field.low
-        if covered != WORD_MASK:
-            missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
-            raise ValueError(f"{self.name}: not 32 bits, no field holds bits {missing}")
+            if field.high != high:
+                raise ValueError(f"{self.name}: field {field.name} begins at bit {field.high}, not at bit {high}")
+            high = field.low - 1
+        if high >= 0:
+            raise ValueError(f"{self.name}: no field holds bits {high} to 0")
         names = [field.name for field in self.fields]
         for field in self.fields:
             for other in (field.needs, field.goes_with):
@@ -278,28 +240,19 @@ class WordFormat:
                     raise ValueError(f"{self.name}: field {field.name} names {other}, which is no field")
 
     def _decode_source(self, space: "dict[str, Any]") -> str:
+        refused = self._conditions("found.")
+        unknown = [f"({_bits('word', field)}) > {field.defined}" for field in self.fields if field.reserved]
+        if unknown:
+            refused.append("strict and ({})".format(" or ".join(unknown)))
         lines = ["def decode(word, strict=False):"]
         lines.append("    if word >> 32: _refuse_word(word)")
-        reserved = [field for field in self.fields if field.reserved]
-        unknown = " or ".join([f"({_bits('word', field.high, field.low)}) > {field.defined}" for field in reserved])
-        strict = f"    if strict and ({unknown or 0}): _refuse(word, None)"
-        made = "_new(_values, {})".format(" + ".join(self._decoded_runs(space)))
-        restricted = [field for field in self.fields if field.restricted]
-        if not restricted and not self.paired:
-            lines += [strict, "    return " + made]
-            return "\n".join(lines)
-        lines.append("    found = " + made)
-        for field in restricted:
-            lines.append("    if {}: _refuse(0, found)".format(_condition(field, "found." + field.name)))
-        for field in self.paired:
-            condition = f"(found.{field.name} == 0) != (found.{field.goes_with} == 0)"
-            lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, found)")
-        # Reserved bits come last: where there is another reason to refuse a word, the error gives that one.
-        lines += [strict, "    return found"]
+        lines.append(f"    found = _new(_values, {self._decoded_runs(space)})")
+        lines.append("    if {}: _refuse(found)".format(" or ".join(refused) or "False"))
+        lines.append("    return found")
         return "\n".join(lines)
 
-    def _decoded_runs(self, space: "dict[str, Any]") -> list[str]:
-        """Return expressions for runs of fields, each a tuple of raw values; put their tables into ``space``.
+    def _decoded_runs(self, space: "dict[str, Any]") -> str:
+        """Return the source of a tuple of all raw values; put the tables that it needs into ``space``.
 
         A run of three or more narrow fields is looked up in a table of tuples, which halves the time to decode a
         control word. MicroPython has little memory: there every field is shifted out instead.
@@ -310,37 +263,34 @@ class WordFormat:
                 runs[-1].append(field)
             else:
                 runs.append([field])
-        expressions = []
+        tuples = []
         for run in runs:
-            high, low = run[0].high, run[-1].low
+            whole = Field("run", run[0].high, run[-1].low, "")
             if len(run) < 3:
-                for field in run:
-                    expressions.append("({},)".format(_bits("word", field.high, field.low)))
+                tuples += ["({},)".format(_bits("word", field)) for field in run]
                 continue
-            table = f"table_{low}"
-            entries = range(1 << high - low + 1)
-            space[table] = [tuple(bits >> f.low - low & f.raw_mask for f in run) for bits in entries]
-            expressions.append("{}[{}]".format(table, _bits("word", high, low)))
-        return _merged(expressions)
+            table = f"table_{whole.low}"
+            space[table] = [
+                tuple(bits >> f.low - whole.low & f.raw_mask for f in run) for bits in range(whole.raw_mask + 1)
+            ]
+            tuples.append("{}[{}]".format(table, _bits("word", whole)))
+        # Neighbours become one tuple.
+        return " + ".join(tuples).replace(",) + (", ", ")
 
     def _encode_source(self) -> str:
-        names = [field.name for field in self.fields]
-        lines = ["def encode({}):".format(", ".join(f"{f.name}={f.default}" for f in self.fields))]
         # A value doesn't fit if some of it is left after a shift by the width of its field;
         # values of one width are tested together.
-        spills = []
+        refused = []
         for width in sorted({field.width for field in self.fields}):
             same = [field.name for field in self.fields if field.width == width]
-            spills.append("({}) >> {}".format(" | ".join(same), width))
-        restricted = [_condition(field, field.name) for field in self.fields if field.restricted]
-        made = "({},)".format(", ".join(names))
+            refused.append("({}) >> {}".format(" | ".join(same), width))
+        refused += self._conditions("")
+        made = "({},)".format(", ".join([field.name for field in self.fields]))
+        lines = ["def encode({}):".format(", ".join(f"{f.name}={f.default}" for f in self.fields))]
         lines.append("    try:")
-        lines.append("        if {}: _refuse(0, {})".format(" or ".join(spills + restricted), made))
+        lines.append("        if {}: _refuse({})".format(" or ".join(refused), made))
         # A value that can't be shifted is no integer: _refuse finds it.
-        lines.append(f"    except TypeError: _refuse(0, {made})")
-        for field in self.paired:
-            condition = f"({field.name} == 0) != ({field.goes_with} == 0)"
-            lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, {made})")
+        lines.append(f"    except TypeError: _refuse({made})")
         # The upper half is combined before it is shifted: CPython is fastest with integers below 2^30.
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
         lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
@@ -348,53 +298,46 @@ class WordFormat:
         lines.append("    return " + " | ".join(halves + lower))
         return "\n".join(lines)
 
+    def _conditions(self, prefix: str) -> "list[str]":
+        """Return sources that are true where values that fit are refused; ``prefix`` stands before a field's name."""
+        conditions = []
+        for field in self.fields:
+            name = prefix + field.name
+            if field.only:
+                conditions.append(" and ".join([f"{name} != {value}" for value, _ in field.only]))
+            if field.one_hot:
+                conditions.append(f"{name} & ({name} - 1)")
+            if field.minimum > 0:
+                conditions.append(f"{name} < {field.minimum}")
+            if field.maximum < field.raw_mask:
+                conditions.append(f"{name} > {field.maximum}")
+            if field.goes_with:
+                conditions.append(f"({name} == 0) != ({prefix}{field.goes_with} == 0)")
+        return conditions
+
     def _refuse_word(self, word: int) -> None:
         raise WordError(self.name, word, Phrase("values-from-to", minimum=0, maximum=WORD_MASK), "not-32-bits")
 
-    def _refuse(self, word: int, raws: tuple[int, ...] | None) -> None:
-        """Raise the WordError for the first refused value of ``raws``, or for reserved bits of ``word``."""
-        if raws is None:
-            raws = tuple(word >> field.low & field.raw_mask for field in self.fields)
-            for field, raw in zip(self.fields, raws):
-                if field.reserved and raw > field.defined:
-                    raise WordError(field.name, raw, field.reserved_allowed)
-        for field, raw in zip(self.fields, raws):
+    def _refuse(self, raws: "tuple[int, ...]") -> None:
+        """Raise the WordError for the first of these values that is refused.
+
+        Reserved bits come last: where there is another reason to refuse a word, the error gives that one.
+        """
+        by_name = dict(zip([field.name for field in self.fields], raws))
+        for field in self.fields:
+            raw = by_name[field.name]
             if not isinstance(raw, int) or not field.allows(raw):
                 raise WordError(field.name, raw, field.allowed)
-
-    def _refuse_unpaired(self, name: str, raws: tuple[int, ...]) -> None:
-        """Raise the WordError for the field called ``name``: in ``raws``, only one of the pair is 0."""
-        by_name = dict(zip([field.name for field in self.fields], raws))
-        field = self.field(name)
-        raise WordError(name, by_name[name], field.allowed_beside(by_name[field.goes_with]))
-
-
-def _condition(field: Field, name: str) -> str:
-    """Return source that is true where ``name`` holds a value that fits but is refused."""
-    conditions = []
-    if field.only:
-        conditions.append(" and ".join(f"{name} != {value}" for value, _ in field.only))
-    if field.one_hot:
-        conditions.append(f"{name} & ({name} - 1)")
-    if field.minimum > 0:
-        conditions.append(f"{name} < {field.minimum}")
-    if field.maximum < field.raw_mask:
-        conditions.append(f"{name} > {field.maximum}")
-    return " or ".join(conditions)
+        for field in self.paired:
+            raw, other = by_name[field.name], by_name[field.goes_with]
+            if (raw == 0) != (other == 0):
+                raise WordError(field.name, raw, field.allowed_beside(other))
+        for field in self.fields:
+            if field.reserved and by_name[field.name] > field.defined:
+                raise WordError(field.name, by_name[field.name], field.reserved_allowed)
 
 
-def _bits(name: str, high: int, low: int) -> str:
-    """Return the source of the bits ``high`` to ``low`` of the word called ``name``."""
-    shifted = f"{name} >> {low}" if low else name
-    return shifted if high == WORD_BITS - 1 else f"{shifted} & {(1 << high - low + 1) - 1}"
-
-
-def _merged(expressions: list[str]) -> list[str]:
-    """Join neighbouring tuples: ``["(a,)", "(b,)", "t[c]"]`` becomes ``["(a, b,)", "t[c]"]``."""
-    merged: list[str] = []
-    for expression in expressions:
-        if merged and merged[-1].startswith("(") and expression.startswith("("):
-            merged[-1] = merged[-1][:-1] + " " + expression[1:]
-        else:
-            merged.append(expression)
-    return merged
+def _bits(name: str, field: Field) -> str:
+    """Return the source of the bits of ``field`` in the word called ``name``."""
+    shifted = f"{name} >> {field.low}" if field.low else name
+    return shifted if field.high == WORD_BITS - 1 else f"{shifted} & {field.raw_mask}"

@@ -9,7 +9,7 @@ from collections import namedtuple
 
 from motorcade.devices import DEVICES
 from motorcade.errors import MotorcadeError
-from motorcade.words.field import RESERVED, WORD_MASK, Field, Values, WordError, WordFormat
+from motorcade.words.field import WORD_MASK, Field, WordError, WordFormat
 from motorcade.words.infrared import CHECK_MASKS
 
 # For the type checker alone: MicroPython has no typing.
@@ -28,35 +28,27 @@ HEADER = WordFormat(
             8,
             "how long each follower word is sent: one bit, 8 levels",
             "seed 000, h2",
-            Values(one_hot=True),
             goes_with="follower_words",
+            one_hot=True,
         ),
-        Field("reserved", 7, 0, "1: follower words travel with a tag", "seed 000, h3", Values(reserved_above=1)),
+        Field("reserved", 7, 0, "1: follower words travel with a tag", "seed 000, h3", reserved=True, defined=1),
     ),
 )
 
-# The lowest bit of a control word that says what a car does. The bits below are c9 and, on the air, tag and check.
-_LOWEST = 11
-
-
-def _actions() -> "tuple[Field, ...]":
-    """Return the fields of all devices, the most significant first; bits that no device has are reserved."""
-    rows = [bits for device in DEVICES for bits in device.bits]
-    fields = [Field(row.name, row.high, row.low, row.meaning, row.source, needs=row.needs) for row in rows]
-    taken = sum([field.word_mask for field in fields])
-    for bit in range(_LOWEST, 32):
-        if not taken >> bit & 1:
-            fields.append(Field(f"extension_{bit}", bit, bit, "for an extension", "seed 000, c8", RESERVED))
-    return tuple(sorted(fields, key=lambda field: -field.low))
-
-
-_ACTIONS = _actions()
+_BITS = [bits for device in DEVICES for bits in device.bits]
+# The fields of all devices, the most significant first. Below them are c9 and, on the air, tag and check.
+_ACTIONS = tuple(
+    [
+        Field(bits.name, bits.high, bits.low, bits.meaning, bits.source, needs=bits.needs)
+        for bits in sorted(_BITS, key=lambda bits: -bits.low)
+    ]
+)
 
 CONTROL = WordFormat(
     "control",
     _ACTIONS
     + (
-        Field("reserved", 10, 1, "0; on the air tag and check", "seed 000, c8", RESERVED),
+        Field("reserved", 10, 1, "0; on the air tag and check", "seed 000, c8", reserved=True),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
     ),
 )
@@ -64,28 +56,30 @@ CONTROL = WordFormat(
 DRIVE = WordFormat(
     "drive",
     (
-        Field("code", 31, 28, "what the command is", "seed 001", Values(only=((1, "speed and direction"),), default=1)),
+        Field("code", 31, 28, "what the command is", "seed 001", only=((1, "speed and direction"),), default=1),
         Field(
             "angle",
             27,
             20,
             "servo angle in degrees; 90 centre, below right",
             "seed 001",
-            Values(maximum=180, default=90, unit="deg"),
+            maximum=180,
+            default=90,
+            unit="deg",
         ),
         Field("direction", 19, 19, "1 forward, 0 backward", "seed 001"),
         Field("speed", 18, 11, "PWM duty, 0 to 255", "seed 001"),
-        Field("reserved", 10, 0, "0, or a stamp: when the word was sent", "seed 001", Values(reserved_above=2047)),
+        Field("reserved", 10, 0, "0, or a stamp: when the word was sent", "seed 001", reserved=True, defined=2047),
     ),
 )
 
 LIGHTS = WordFormat(
     "lights",
     (
-        Field("code", 31, 28, "what the command is", "lights", Values(only=((2, "lights and horn"),), default=2)),
+        Field("code", 31, 28, "what the command is", "lights", only=((2, "lights and horn"),), default=2),
         Field("head_light", 27, 27, "the head light is on", "lights"),
         Field("horn", 26, 26, "the horn sounds", "lights"),
-        Field("reserved", 25, 11, "for extensions", "lights", RESERVED),
+        Field("reserved", 25, 11, "for extensions", "lights", reserved=True),
         Field("stamp", 10, 0, "0, or a stamp: when the word was sent", "lights"),
     ),
 )
@@ -102,17 +96,10 @@ FRAME = WordFormat(
             1,
             "computed from bits 31 to 6; 0 in a bare word",
             "tagged words",
-            Values(parity_masks=CHECK_MASKS),
             needs="tag",
+            parity_masks=CHECK_MASKS,
         ),
-        Field(
-            "parity",
-            0,
-            0,
-            "computed: makes the number of ones even",
-            "seed 000, c9",
-            Values(parity_masks=(WORD_MASK - 1,)),
-        ),
+        Field("parity", 0, 0, "computed: makes the number of ones even", "seed 000, c9", parity_masks=(WORD_MASK - 1,)),
     ),
 )
 
@@ -184,18 +171,6 @@ SWITCHES = (
 _DRIVE_FORMATS: "dict[int, WordFormat]" = {
     each.field("code").only[0][0]: each for each in [DRIVE] + [switch.word_format for switch in SWITCHES]
 }
-_DRIVE_CODES = Values(only=tuple([each.field("code").only[0] for each in _DRIVE_FORMATS.values()]))
-_DRIVE_CODE = Field(
-    "code", DRIVE.field("code").high, DRIVE.field("code").low, "what the command is", values=_DRIVE_CODES
-)
-
-
-def format_of(word: int) -> WordFormat:
-    """Return the format of a drive command, by its code. Raises WordError where there is no such code."""
-    code = word >> _DRIVE_CODE.low
-    if code not in _DRIVE_FORMATS:
-        raise WordError("code", code, _DRIVE_CODE.allowed)
-    return _DRIVE_FORMATS[code]
 
 
 def switched_by(word: int) -> "dict[str, int]":
@@ -203,9 +178,12 @@ def switched_by(word: int) -> "dict[str, int]":
 
     Raises WordError where it is no drive command.
     """
-    word_format = format_of(word)
-    values = word_format.decode(word, strict=True)
-    return {each.name: getattr(values, each.name) for each in SWITCHES if each.word_format is word_format}
+    code = word >> DRIVE.field("code").low
+    if code not in _DRIVE_FORMATS:
+        known = tuple([each.field("code").only[0] for each in _DRIVE_FORMATS.values()])
+        raise WordError("code", code, Field("code", 31, 28, "what the command is", only=known).allowed)
+    values = _DRIVE_FORMATS[code].decode(word, strict=True)
+    return {each.name: getattr(values, each.name) for each in SWITCHES if each.word_format is _DRIVE_FORMATS[code]}
 
 
 def switch_words(wanted: "Mapping[str, int]", present: "Mapping[str, int]") -> "list[int]":

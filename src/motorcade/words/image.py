@@ -53,9 +53,7 @@ def bytes_to_words(data: bytes) -> tuple[int, ...]:
 
 
 def image_words(image: Image) -> tuple[int, ...]:
-    """Return the words of an Image, header first. Raises WordError: too many words, or no dwell level for them."""
-    if image.followers and not 0 <= image.dwell_level <= 7:
-        raise WordError("dwell_level", image.dwell_level, Phrase("values-from-to", minimum=0, maximum=7))
+    """Return the words of an Image, header first. Raises WordError where there are too many words."""
     dwell = 1 << image.dwell_level if image.followers else 0
     header = HEADER.encode(
         leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell, reserved=image.tagged
@@ -132,5 +130,5 @@ def refused_image(reason: str) -> "ImageError | None":
     except ImageError as error:
         return error
     except (KeyError, ValueError):
-        return None
+        pass
     return None

@@ -67,23 +67,29 @@ def check_words(checksum: int, number: int) -> bytes:
 
 def ready_line(beginning: bytes, held: bytes) -> bytes:
     """Return the whole answer of a car that holds the image ``held``; ``beginning`` comes from `check_words`."""
-    line = beginning + f" holds={crc32(held):08x}".encode()
-    return line + f" sum={crc32(line):08x}\n".encode()
+    return _with_sum(beginning + f" holds={crc32(held):08x}".encode())
 
 
 def held_checksum(line: bytes, beginning: bytes) -> int | None:
     """Return the CRC-32 of the image that the car holds, from its answer; None where the line is no such answer."""
-    at = line.find(beginning)
-    if at < 0:
-        return None
-    line = line[at:].strip()
-    digits = line[len(beginning) + 7 : len(beginning) + 15]
+    answer = _answer_in(line, beginning)
+    begin, _, checksum = (answer or b"").partition(b" holds=")
     try:
-        checksum = int(digits, 16)
+        return int(checksum, 16) if begin == beginning else None
     except ValueError:
         return None
-    expected = beginning + f" holds={checksum:08x}".encode()
-    return checksum if line == expected + f" sum={crc32(expected):08x}".encode() else None
+
+
+def _with_sum(answer: bytes) -> bytes:
+    """Return the line of an answer, with the CRC-32 of the line up to there."""
+    return answer + f" sum={crc32(answer):08x}\n".encode()
+
+
+def _answer_in(line: bytes, beginning: bytes) -> bytes | None:
+    """Return the answer that begins so, without its sum; None where there is none or it was changed on the way."""
+    text, _, checksum = line.rstrip().rpartition(b" sum=")
+    at = text.find(beginning)
+    return text[at:] if at >= 0 and checksum == f"{crc32(text[at:]):08x}".encode() else None
 
 
 def car_request(kind: str, number: int, name: str = "") -> bytes:
@@ -150,8 +156,7 @@ def answer_line(request: Request, fields: "tuple[tuple[str, str], ...]") -> byte
     for name, value in fields:
         if value:
             line = line + f" {name}={value}"
-    data = line.encode()
-    return data + f" sum={crc32(data):08x}\n".encode()
+    return _with_sum(line.encode())
 
 
 def read_answer(line: bytes) -> "dict[str, str] | None":
@@ -159,12 +164,9 @@ def read_answer(line: bytes) -> "dict[str, str] | None":
 
     The field ``car`` is the kind and the number of the request. All are text that a stranger may have sent.
     """
-    begin, separator, checksum = line.rstrip().rpartition(b" sum=")
-    at = begin.find(b"OK car=")
-    if not separator or at < 0 or checksum != f"{crc32(begin[at:]):08x}".encode():
-        return None
+    answer = _answer_in(line, b"OK car=")
     try:
-        parts = str(begin[at + 3 :], "utf-8").split(" ")
+        parts = str(answer[3:], "utf-8").split(" ") if answer else []
     except ValueError:
         return None
-    return {part.partition("=")[0]: part.partition("=")[2] for part in parts}
+    return {part.partition("=")[0]: part.partition("=")[2] for part in parts} or None

@@ -178,19 +178,6 @@ class CarEnd:
         return brief(TOO_LARGE, {"words": count, "most": r[receiver.MOST_BYTES] // WORD_BYTES})
 
 
-class Lines:
-    """Split bytes into lines."""
-
-    def __init__(self) -> None:
-        self._line = b""
-
-    def split(self, data: bytes) -> list[bytes]:
-        """Return the lines that ``data`` completes, without their ends; of a very long line the last 200 bytes."""
-        parts = (self._line + data).split(b"\n")
-        self._line = parts[-1][-_LONGEST_LINE:]
-        return [part[-_LONGEST_LINE:] for part in parts[:-1]]
-
-
 def refusal(line: bytes) -> str | None:
     """Return the reason in an ERR line of a car, None where ``line`` is no such line."""
     at = line.find(b"ERR ")
@@ -200,80 +187,74 @@ def refusal(line: bytes) -> str | None:
     return None
 
 
-class _End:
-    """The base of UploaderEnd and ReadbackEnd, which run on the computer: it returns an Outcome once."""
+class LineEnd:
+    """What waits on a computer for the line with which a car answers bytes.
 
-    def __init__(self) -> None:
-        self._outcome: Outcome | None = None
-        self._is_returned = False
+    Send the bytes, call ``finish_sending``, then pass on what comes back until there is an outcome.
 
-    def next_event(self) -> Outcome | None:
-        """Return the Outcome once; None before it is known and afterwards."""
-        if self._outcome is None or self._is_returned:
-            return None
-        self._is_returned = True
-        return self._outcome
+    Args:
+        within_ms: within how long after the last byte the answer is due.
 
-
-class UploaderEnd(_End):
-    """The end of an uploader: it reads the answer of the car to ``image`` (bytes).
-
-    Send ``image``, call ``finish_sending``, then pass on what comes back until
-    ``next_event`` returns the Outcome.
+    Attributes:
+        outcome: the Outcome; None while the answer may come.
     """
 
-    def __init__(self, image: bytes, verify: bool = True) -> None:
-        super().__init__()
-        self.image = image
-        self._verify = verify
-        self._lines = Lines()
+    def __init__(self, within_ms: int) -> None:
+        self.outcome: Outcome | None = None
+        self._within_ms = within_ms
+        self._line = b""
         self._sent_ms: int | None = None
 
     def finish_sending(self, now_ms: int) -> None:
         """Note that the last byte was sent at ``now_ms``: the answer of the car is due from then on."""
         self._sent_ms = now_ms
-        if not self._verify and self._outcome is None:
-            self._outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came back by ``now_ms``; call it with ``b""`` so that it notices a missing answer."""
-        for line in self._lines.split(data):
-            self._take_line(line)
-        if self._outcome is not None or self._sent_ms is None:
-            return
-        within_ms = answer_within_ms(self.image)
-        if elapsed_ms(now_ms, self._sent_ms) >= within_ms:
-            self._outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=within_ms))
+        lines = (self._line + data).split(b"\n")
+        # Of a very long line the end counts.
+        self._line = lines.pop()[-_LONGEST_LINE:]
+        for line in lines:
+            if self.outcome is None:
+                self.outcome = self._outcome_of(line[-_LONGEST_LINE:])
+        if self.outcome is None and self._sent_ms is not None and elapsed_ms(now_ms, self._sent_ms) >= self._within_ms:
+            self.outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=self._within_ms))
 
-    def _take_line(self, line: bytes) -> None:
-        if self._outcome is not None:
-            return
+    def _outcome_of(self, line: bytes) -> Outcome | None:
+        """Return what the car answers by a line; None where it is no answer. A subclass adds to refusals."""
         reason = refusal(line)
-        if reason is not None:
-            self._outcome = Outcome(REFUSED, reason)
-            return
+        return None if reason is None else Outcome(REFUSED, reason)
+
+
+class UploaderEnd(LineEnd):
+    """The end of an uploader: it reads the answer of the car to ``image`` (bytes)."""
+
+    def __init__(self, image: bytes) -> None:
+        super().__init__(answer_within_ms(image))
+        self._expected = printable(ok_line(image)[:-1])
+
+    def _outcome_of(self, line: bytes) -> Outcome | None:
         at = line.find(b"OK words=")
-        if at < 0:
-            return
-        answer = line[at:].strip()
-        if answer.lower() == ok_line(self.image).strip().lower():
-            self._outcome = Outcome(VERIFIED, printable(answer))
-        else:
-            expected = printable(ok_line(self.image).strip())
-            self._outcome = Outcome(MISMATCH, Phrase("other-answer", answer=printable(answer), expected=expected))
+        refused = super()._outcome_of(line)
+        if refused or at < 0:
+            return refused
+        answer = printable(line[at:].strip())
+        if answer.lower() == self._expected.lower():
+            return Outcome(VERIFIED, answer)
+        return Outcome(MISMATCH, Phrase("other-answer", answer=answer, expected=self._expected))
 
 
-class ReadbackEnd(_End):
+class ReadbackEnd:
     """The end of a reader: it reads the bytes that follow READBACK_REQUEST. The Outcome's detail is the image."""
 
     def __init__(self, now_ms: int) -> None:
-        super().__init__()
+        self.outcome: Outcome | None = None
         self._buffer = b""
         self._last_ms = now_ms
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came by ``now_ms``; call it with ``b""`` so that it notices a missing answer."""
-        if self._outcome is not None:
+        if self.outcome is not None:
             return
         if data:
             self._buffer += data
@@ -284,12 +265,12 @@ class ReadbackEnd(_End):
                 phrase = Phrase("car-stopped-after", count=len(self._buffer))
             else:
                 phrase = Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS)
-            self._outcome = Outcome(SILENT, phrase)
+            self.outcome = Outcome(SILENT, phrase)
 
     def _advance(self) -> None:
         if self._buffer[:4] == b"ERR ":
             if b"\n" in self._buffer:
-                self._outcome = Outcome(REFUSED, printable(self._buffer[4 : self._buffer.find(b"\n")]))
+                self.outcome = Outcome(REFUSED, printable(self._buffer[4 : self._buffer.find(b"\n")]))
             return
         if len(self._buffer) < WORD_BYTES:
             return
@@ -299,9 +280,9 @@ class ReadbackEnd(_End):
             length = announced_words(header) * WORD_BYTES
             if len(self._buffer) >= length:
                 parse_image_bytes(self._buffer[:length])
-                self._outcome = Outcome(IMAGE, self._buffer[:length])
+                self.outcome = Outcome(IMAGE, self._buffer[:length])
         except ImageError as error:
-            self._outcome = Outcome(REFUSED, Phrase("readback-is-no-image", reason=error))
+            self.outcome = Outcome(REFUSED, Phrase("readback-is-no-image", reason=error))
 
 
 def printable(line: bytes) -> str:
