@@ -26,7 +26,7 @@ def test_a_pupil_who_was_removed_is_out_everywhere():
     assert class_view(room, MAT, 0.0).shared == [Shared("", None), Shared("red", None)]
     refused("no-such-pupil", room.pupil, "01")
     room.disconnect("01", 1.0)
-    assert room.join("Mia", BUS, "d", 0.0).id == "03"
+    assert room.join("Mia", BUS, "d", "a", 0.0).id == "03"
 
 
 def test_an_ended_class_has_no_names_and_a_new_code():
@@ -48,7 +48,7 @@ def test_what_is_stored_comes_back():
     again = Classroom(record, Random(2).randrange)
     assert record == room.record
     assert again.pupil_at("device 1").name == "小明"
-    assert again.join("Ben", BUS, "d", 0.0).id == "03"
+    assert again.join("Ben", BUS, "d", "a", 0.0).id == "03"
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", b"[]", b"\xff", b'{"code": 3}', b"[" * 5000])
@@ -160,7 +160,7 @@ def test_missions_are_handed_out_to_some_to_all_and_to_who_comes_later():
     assert [each.mission for each in room.record.pupils] == [None, 1]
     assert room.hand_out_mission(None, MissionChoice("first-drive"), "First drive") == 2
     assert [each.mission for each in room.record.pupils] == [2, 2]
-    late = room.join("Lin", BUS, "d", 0.0)
+    late = room.join("Lin", BUS, "d", "a", 0.0)
     assert room.handed_mission(late.mission) == MissionChoice("first-drive")
     assert [(each.kind, each.name) for each in room.pupil("02").news] == [
         ("mission", "My own"),
@@ -216,7 +216,7 @@ class AnyClass(RuleBasedStateMachine):
     @rule(name=st.sampled_from(["Mia", "mia", "Ben", "Lin", "小明"]))
     def join(self, name):
         self.devices += 1
-        self.attempt(lambda: self.room.join(name, BUS, f"d{self.devices}", self.now_s))
+        self.attempt(lambda: self.room.join(name, BUS, f"d{self.devices}", f"d{self.devices}", self.now_s))
 
     @rule(
         pupil=st.sampled_from(["01", "02", "03", "09"]), device=st.integers(1, 9), name=st.sampled_from(["Mia", "Ben"])

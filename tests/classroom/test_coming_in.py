@@ -36,7 +36,7 @@ def test_sixty_attempts_of_an_address_are_its_last_for_ten_minutes():
     for right in (
         lambda: room.check_code(code, "eve", 1.0),
         lambda: room.come_back("Mia", number, "d", "eve", 1.0),
-        lambda: room.join("Eve", BUS, "d", 1.0, "eve"),
+        lambda: room.join("Eve", BUS, "d", "eve", 1.0),
     ):
         assert refused("too-many-attempts", right).details["seconds"] == 599
     room.check_code(code, "mia", 1.0)
@@ -49,17 +49,17 @@ def test_a_class_behind_one_router_comes_in_although_each_mistypes_the_code_once
     for number in range(30):
         refused("wrong-class-code", room.check_code, "AAAAAA", "router", number / 10)
         room.check_code(room.record.code, "router", number / 10)
-        room.join(f"pupil {number}", BUS, f"device {number}", number / 10, "router")
+        room.join(f"pupil {number}", BUS, f"device {number}", "router", number / 10)
 
 
 def test_a_computer_that_joins_again_and_again_leaves_half_of_the_class_to_others():
     room = a_class()
     for number in range(MOST_OF_AN_ADDRESS):
-        room.join(f"eve {number}", BUS, f"eve {number}", 0.0, "eve")
-    assert refused("too-many-attempts", room.join, "eve", BUS, "device", 1.0, "eve").details["seconds"] == 599
+        room.join(f"eve {number}", BUS, f"eve {number}", "eve", 0.0)
+    assert refused("too-many-attempts", room.join, "eve", BUS, "device", "eve", 1.0).details["seconds"] == 599
     for number in range(MOST_PUPILS // 2):
-        room.join(f"Mia {number}", BUS, f"tablet {number}", 1.0, f"mia {number}")
-    refused("class-full", room.join, "eve", BUS, "device", 600.0, "eve")
+        room.join(f"Mia {number}", BUS, f"tablet {number}", f"mia {number}", 1.0)
+    refused("class-full", room.join, "eve", BUS, "device", "eve", 600.0)
 
 
 def test_a_flood_of_addresses_takes_no_memory():
@@ -130,7 +130,7 @@ def test_a_pupil_has_at_most_eight_devices_and_the_oldest_is_signed_out():
 )
 def test_names_that_look_alike_are_taken(first, second):
     room = with_pupils(first)
-    refused("nickname-taken", room.join, second, BUS, "d", 0.0)
+    refused("nickname-taken", room.join, second, BUS, "d", "a", 0.0)
     room.rename("01", second)
 
 
@@ -142,14 +142,14 @@ def test_the_page_says_how_long_a_password_has_to_be():
 @pytest.mark.parametrize("name", ["teacher", " Teacher ", "T.e.a.c.h.e.r", "Lehrer", "lehrerin", "老师", "теасher"])
 def test_nobody_is_called_as_a_teacher(name):
     room = with_pupils("Mia")
-    refused("nickname-reserved", room.join, name, BUS, "d", 0.0)
+    refused("nickname-reserved", room.join, name, BUS, "d", "a", 0.0)
     refused("nickname-reserved", room.rename, "01", name)
 
 
 @pytest.mark.parametrize("name", ["", "   ", "\n", "\u200b"])
 def test_a_name_is_needed(name):
     with pytest.raises(MotorcadeError):
-        a_class().join(name, BUS, "d", 0.0)
+        a_class().join(name, BUS, "d", "a", 0.0)
 
 
 INVISIBLE = ["\u3164", "Mia\u3164", "Mi\ufe0fa", "Mia\u034f", "Mi\U000e0101a", "\u2800", "Mi\u200da"]
@@ -166,7 +166,7 @@ INVISIBLE = ["\u3164", "Mia\u3164", "Mi\ufe0fa", "Mia\u034f", "Mi\U000e0101a", "
     ids=lambda name: ascii(name[:20]),
 )
 def test_a_name_with_markup_or_control_characters_is_refused(name):
-    refused("bad-user-name", a_class().join, name, BUS, "d", 0.0)
+    refused("bad-user-name", a_class().join, name, BUS, "d", "a", 0.0)
 
 
 @given(st.text(max_size=200))
@@ -187,18 +187,18 @@ def test_any_text_may_be_typed_as_a_code(text):
 
 
 def test_an_avatar_is_one_of_the_list():
-    refused("no-such-avatar", a_class().join, "Mia", "../bus", "d", 0.0)
+    refused("no-such-avatar", a_class().join, "Mia", "../bus", "d", "a", 0.0)
 
 
 def test_a_class_is_full_or_closed():
     room = a_class()
     for number in range(MOST_PUPILS):
-        room.join(f"pupil {number}", BUS, f"d{number}", 0.0)
-    refused("class-full", room.join, "one more", BUS, "d", 0.0)
+        room.join(f"pupil {number}", BUS, f"d{number}", f"a{number}", 0.0)
+    refused("class-full", room.join, "one more", BUS, "d", "a", 0.0)
     room.remove("01")
     room.set(is_open=False)
-    refused("class-closed", room.join, "one more", BUS, "d", 0.0)
+    refused("class-closed", room.join, "one more", BUS, "d", "a", 0.0)
     room.set(is_open=True, title=" 4b ", stuck_minutes=3)
-    assert room.join("one more", BUS, "d", 0.0).id == f"{MOST_PUPILS + 1}"
+    assert room.join("one more", BUS, "d", "a", 0.0).id == f"{MOST_PUPILS + 1}"
     assert (room.record.title, room.record.stuck_minutes) == ("4b", 3)
     assert len({pupil.number for pupil in room.record.pupils}) == MOST_PUPILS
