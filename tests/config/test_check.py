@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.config.check import KEYWORDS, check, choice, flag, line, list_of, load, number, published, table, whole
+from motorcade.config.check import check, choice, flag, line, list_of, load, number, published, table, whole
 from motorcade.config.files import parse
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
@@ -133,6 +133,15 @@ def test_a_value_may_be_told_by_a_phrase_of_its_own_with_a_unit_and_be_unique():
 def test_a_fault_in_toml_may_name_its_line(text, sentence):
     fault = check(parse(text, "TOML", "it.toml"), SCHEMA)[1][0]
     assert str(fault.error("it.toml", text)).startswith(sentence)
+
+
+# Those that `check` reads, and those that say nothing about a document.
+KEYWORDS = {
+    *("$schema", "$defs", "$ref", "title", "description", "default", "type", "enum", "x-allowed", "x-unit"),
+    *("minimum", "maximum", "exclusiveMinimum", "minLength", "maxLength", "pattern", "format"),
+    *("items", "prefixItems", "minItems", "maxItems", "uniqueItems"),
+    *("properties", "required", "additionalProperties", "oneOf", "dependentRequired"),
+}
 
 
 def keywords_in(schema):

@@ -77,13 +77,12 @@ def check_mat(mat: Mat, profile: Profile) -> None:
     if not len(starts):
         raise MotorcadeError("mat-needs-cars", file=file)
     columns = starts.x_m.tolist(), starts.y_m.tolist(), starts.heading.tolist()
-    for key, values, most in zip(
-        ("x-of-car", "y-of-car", "heading-of-car"), columns, (FARTHEST_M, FARTHEST_M, _MOST_HEADING), strict=True
-    ):
-        if not all(-most <= value <= most for value in values):
-            car = next(car for car, value in enumerate(values) if not -most <= value <= most)
-            what = Phrase(key, car=_name_of(mat, car))
-            raise MotorcadeError("start-out-of-range", file=file, what=what, value=values[car], most=most)
+    limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", _MOST_HEADING))
+    for (key, most), values in zip(limits, columns, strict=True):
+        for car, value in enumerate(values):
+            if not -most <= value <= most:
+                what = Phrase(key, car=_name_of(mat, car))
+                raise MotorcadeError("start-out-of-range", file=file, what=what, value=value, most=most)
     _check_room(mat, *columns[:2], profile.body.diameter_mm / 1000, file)
 
 
