@@ -144,28 +144,14 @@ def test_a_killed_process_leaves_a_readable_part(tmp_path):
     assert left.last_ms == moments[-1].t_ms
     assert f"what came after {moments[-1].t_ms / 1000:g} s is missing" in str(left.damage)
     assert len(all_events(left)) > 100
-
-
-@pytest.mark.parametrize("share", [0.3, 0.9])
-def test_a_cut_off_file_is_read_as_far_as_possible(share, tmp_path):
-    whole = record([tmp_path / "run.mcap"], world(), duration_ms=15_000)
-    data = (tmp_path / "run.mcap").read_bytes()
-    (tmp_path / "cut.mcap").write_bytes(data[: int(len(data) * share)])
-    cut = open_recording(tmp_path / "cut.mcap")
-    moments = list(cut.moments())
-    assert_same_moments(moments, list(whole.moments())[: len(moments)])
-    assert len(moments) >= int(share * 151) - 70
-    assert str(cut.damage).startswith(f"{tmp_path / 'cut.mcap'} is cut off or damaged")
-
-
-def test_a_damaged_file_is_reported_as_damaged(folder, kept, tmp_path):
-    data = bytearray((folder / "run.mcap").read_bytes())
-    data[3000] ^= 0xFF
+    # A byte that is wrong is as good as an end.
+    data = bytearray((tmp_path / "run.mcap").read_bytes())
+    data[len(data) // 2] ^= 0xFF
     (tmp_path / "run.mcap").write_bytes(data)
     damaged = open_recording(tmp_path / "run.mcap")
     moments = list(damaged.moments())
-    assert_same_moments(moments, list(kept.moments())[: len(moments)])
-    assert "damaged" in str(damaged.damage)
+    assert_same_moments(moments, whole[: len(moments)])
+    assert str(damaged.damage).startswith(f"{tmp_path / 'run.mcap'} is cut off or damaged")
 
 
 def test_an_interrupted_run_leaves_a_complete_recording(tmp_path):
