@@ -1,5 +1,7 @@
 """Joining a class over HTTP: codes, cookies, coming back, and what strangers reach."""
 
+import shutil
+
 import pytest
 
 from motorcade.classroom.room import MOST_OF_AN_ADDRESS
@@ -56,15 +58,18 @@ def test_a_pupil_comes_back_at_another_device(room, now):
     assert mia.names() == ["Robot"]
 
 
-def test_a_tablet_that_slept_finds_its_work(room, now):
-    mia = room.join("Mia")
-    mia.ask("class/draft/write", name="Robot", project={"leader": {"blocks": {}}})
-    with mia.open("class/stream") as page:
-        page.until("pupil")
-    now[0] += 600
-    assert mia.ask("class/draft/read")["project"]["leader"] == {"blocks": {}}
-    with mia.open("class/stream") as page:
-        assert page.until("pupil")["me"]["name"] == "Mia"
+def test_a_copy_of_a_running_classs_folder_continues_it_at_another_port_and_tablets_stay_signed_in(tmp_path):
+    with class_room(tmp_path / "class") as room:
+        mia, code = room.join("Mia"), room.code
+        mia.save("Robot")
+        shutil.unpack_archive(shutil.make_archive(tmp_path / "class", "zip", tmp_path / "class"), tmp_path / "copy")
+        kept = dict(mia.client.cookies)
+    with class_room(tmp_path / "copy", port=7711, first_key=None) as room:
+        tablet, other = room.browser(), room.browser()
+        tablet.client.cookies.update(kept)
+        assert tablet.ask("class/about")["me"]["id"] == mia.id
+        assert other.ask("class/return", code=code, name="Mia", number=mia.number)["id"] == mia.id
+        assert tablet.names() == other.names() == ["Robot"]
 
 
 def test_nobody_else_reads_a_draft(room):
@@ -74,16 +79,6 @@ def test_nobody_else_reads_a_draft(room):
     assert room.teacher.ask("teacher/library", pupil=mia.id)["draft_at"]
     assert room.teacher.ask("teacher/project", pupil=mia.id, name="")["leader"] == {"a": 1}
     assert room.teacher.ask("teacher/project", pupil=ben.id, name="") == "no-project"
-
-
-def test_a_tablet_stays_signed_in_where_the_class_begins_again_at_another_port(tmp_path):
-    with class_room(tmp_path) as room:
-        mia = room.join("Mia")
-        kept = dict(mia.client.cookies)
-    with class_room(tmp_path, port=7711, first_key=None) as room:
-        tablet = room.browser()
-        tablet.client.cookies.update(kept)
-        assert tablet.ask("class/about")["me"]["id"] == mia.id
 
 
 def test_only_the_printed_key_sets_the_password_and_only_once(tmp_path):

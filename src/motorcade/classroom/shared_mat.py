@@ -103,7 +103,7 @@ class SharedMat:
     def open(
         self,
         mission: MissionChoice | None = None,
-        followers: Annotated[int, Meta(ge=0, le=10)] = 2,
+        followers: Annotated[int, Meta(ge=0, le=7)] = 2,
         places: Annotated[int, Meta(ge=1, le=MOST_PLACES)] = 30,
     ) -> None:
         """Collect programs from now on; earlier ones are gone. Raises MotorcadeError.
