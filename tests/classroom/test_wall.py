@@ -220,8 +220,8 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
 
 
 def test_a_parade_goes_on_without_a_page_of_its_own_and_names_stay_at_their_cars(room, now):
-    ids = [f"0{number}" for number in range(1, 9)]
-    assert room.teacher.ask("teacher/mat/open", followers=7, places=8) == {}
+    ids = [f"0{number}" for number in range(1, 7)]
+    assert room.teacher.ask("teacher/mat/open", followers=10, places=6) == {}
     for name in ids:
         assert room.join(name).ask("class/mat", image=image(forward(60, speed=3))) == {}
     with room.teacher.open("teacher/wall") as wall:
@@ -229,12 +229,12 @@ def test_a_parade_goes_on_without_a_page_of_its_own_and_names_stay_at_their_cars
         assert room.teacher.ask("teacher/mat/start") == {}
         now[0] += 5
         listed = wall_message(wall)["worlds"]
-        assert [(each["pupil"], each["cars"], len(each["leads"])) for each in listed] == [("", 64, 8)]
+        assert [(each["pupil"], each["cars"], len(each["leads"])) for each in listed] == [("", 66, 6)]
         t_ms = 0
         while not t_ms:
             now[0] += 0.2
             t_ms, columns = on_the_wall(wall_message(wall), listed)[1][0]
-        assert len(columns[0]) == 64
+        assert len(columns[0]) == 66
     assert room.teacher.ask("teacher/remove", pupil="01") == {}
     for entries in (ids, ids[1:]):
         with room.teacher.open("teacher/stream") as shown:

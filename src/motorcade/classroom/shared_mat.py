@@ -34,13 +34,15 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
     All cars have to move, without touching each other, and then far.
     """
     rows, columns = -(-leaders // _IN_A_ROW), min(leaders, _IN_A_ROW)
+    # The row of followers ends before the next leader.
+    apart_m = max(_BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M * (followers + 1))
     cars: list[dict[str, Any]] = []
     for place in range(leaders):
         row, column = divmod(place, _IN_A_ROW)
-        x_m, y_m = (column + 0.75) * _BETWEEN_LEADERS_M, (rows - row - 0.5) * _BETWEEN_LEADERS_M
+        x_m, y_m = (column + 0.75) * apart_m, (rows - row - 0.5) * _BETWEEN_LEADERS_M
         cars.append({"at_m": [x_m, y_m], "role": "leader"})
         cars += [{"at_m": [round(x_m - _BETWEEN_FOLLOWERS_M * (k + 1), 3), y_m]} for k in range(followers)]
-    size_m = [(columns + 0.5) * _BETWEEN_LEADERS_M, rows * _BETWEEN_LEADERS_M]
+    size_m = [(columns + 0.5) * apart_m, rows * _BETWEEN_LEADERS_M]
     return {
         "format": "motorcade-mission/1",
         "name": sentences(Phrase("parade")),
@@ -103,7 +105,7 @@ class SharedMat:
     def open(
         self,
         mission: MissionChoice | None = None,
-        followers: Annotated[int, Meta(ge=0, le=7)] = 2,
+        followers: Annotated[int, Meta(ge=0, le=10)] = 2,
         places: Annotated[int, Meta(ge=1, le=MOST_PLACES)] = 30,
     ) -> None:
         """Collect programs from now on; earlier ones are gone. Raises MotorcadeError.
