@@ -40,7 +40,9 @@ def test_a_flood_of_addresses_takes_no_memory():
 )
 def test_names_that_look_alike_are_taken(first, second):
     room = with_pupils(first)
+    other = room.join("Ben", BUS, "d", "a", 0.0)
     refused("nickname-taken", room.join, second, BUS, "d", "a", 0.0)
+    refused("nickname-taken", room.rename, other.id, second)
     room.rename("01", second)
 
 

@@ -62,6 +62,8 @@ def test_the_teacher_chooses_the_address_of_the_qr_code(tmp_path):
     here = Network(["192.168.1.5", "10.0.0.2"], 7710)
     with class_room(tmp_path, network=here) as room:
         first = room.teacher.ask("teacher/addresses")
+        assert (first["local_name"], first["why_no_name"]) == (None, None)
+        assert first["qr_code"].startswith("<svg")
         chosen = room.teacher.ask("teacher/choose-address", address="http://10.0.0.2:7710/")
         assert chosen["addresses"] == ["http://10.0.0.2:7710/", "http://192.168.1.5:7710/"]
         assert chosen["qr_code"] != first["qr_code"]
@@ -69,6 +71,9 @@ def test_the_teacher_chooses_the_address_of_the_qr_code(tmp_path):
         for foreign in ("http://evil.example/", "javascript:alert(1)", ""):
             assert room.teacher.ask("teacher/choose-address", address=foreign) == "not-found"
         assert room.teacher.ask("teacher/addresses") == chosen
+        new = room.teacher.ask("teacher/new-code")
+        assert new["code"] != chosen["code"]
+        assert new["qr_code"] != chosen["qr_code"]
 
 
 def announce(found):

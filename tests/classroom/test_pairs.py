@@ -47,20 +47,17 @@ def test_each_stores_the_own_window_alone_and_reads_both(two):
     assert view(bo)["owners"] == {"leader": mia.id, "followers": bo.id}
     assert (write(mia, "leader", 1, 1), write(bo, "followers", 1, 1)) == (2, 2)
     assert write(mia, "followers", 9, 2) == write(bo, "leader", 9, 2) == "window-of-another"
+    assert write(mia, "leader", 9, 1) == "saved-elsewhere", "by another page of hers"
     for pupil in (mia, bo):
         assert (mark(pupil, "leader"), mark(pupil, "followers")) == ("leader 1", "followers 1")
         assert view(pupil)["versions"] == {"leader": 2, "followers": 2}
 
 
-def test_two_pages_of_one_pupil_never_store_over_each_other(two):
-    _, mia, _, _ = two
-    assert write(mia, "leader", 1, 1) == 2
-    assert write(mia, "leader", 2, 1) == "saved-elsewhere"
-    assert mark(mia, "leader") == "leader 1"
-
-
-def test_windows_are_swapped_when_both_want_it(two):
+def test_windows_are_swapped_when_both_want_it_and_how_one_plays_is_told_to_the_other(two):
     _, mia, bo, _ = two
+    assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}
+    played = {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400}
+    assert view(bo)["conducted"] == played
     assert mia.ask("class/pair/swap", wants=True) == {}
     assert view(bo)["asks"] == mia.id
     assert mia.ask("class/pair/swap", wants=True) == {}
@@ -97,15 +94,6 @@ def test_a_partner_whose_tablet_sleeps_holds_the_window_up_for_a_moment_only(two
     # The tablet wakes up, and sends what it has not sent yet.
     assert write(bo, "followers", 1, 1) == "window-of-another"
     assert mark(mia, "followers") == "followers 0"
-
-
-def test_how_one_plays_is_told_to_the_other(two):
-    _, mia, bo, _ = two
-    with bo.open("class/stream") as page:
-        page.until("pupil")
-        assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}
-        told = page.until("pupil")["pair"]["conducted"]
-    assert told == {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400}
 
 
 def test_nobody_comes_into_two_pairs_and_who_is_removed_is_in_none(two):
