@@ -21,6 +21,7 @@ from motorcade.program.compiler import compile_program
 from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
 from support.class_page import PASSWORD, PROJECT, class_room
+from support.classrooms import refused
 from support.world_page import KEY
 
 
@@ -276,6 +277,7 @@ def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_pat
     files.store(to_bytes(state.record))
     tmp_path.chmod(0o755)
     with class_room(tmp_path, first_key=None):
+        refused("class-is-running", ClassFolder(tmp_path).opened().__enter__)
         if sys.platform != "win32":
             assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o700, "others on this computer read nothing"
         assert list((tmp_path / OWNERS).iterdir()) == []
