@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motorcade.engine.moment import Moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, recording_box, show_box
+from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, show_box
 from motorcade.runs.recording import (
     FILM_ENDING,
     FOLLOWERS,
@@ -129,8 +129,9 @@ def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Pr
     """
     moments_s = speed * 1000 / recording.about.every_ms
     step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S - 1e-9)))
-    box = recording_box(recording)
-    pictures = _Pictures(recording.about, box, *_size(box))
+    # Where the mat's edge is a wall, no car is outside.
+    box = bounding_box(recording.about, [] if recording.about.mat.walled else recording.moments())
+    pictures = _Pictures(recording.about, box)
     images = _images(recording, pictures, step, progress)
     first = next(images, None)
     if first is None:
@@ -163,7 +164,8 @@ def _size(box: Box) -> tuple[int, int]:
 class _Pictures:
     """Draw moments as RGB images; the mat is drawn only once."""
 
-    def __init__(self, about: Description, box: Box, width: int, height: int):
+    def __init__(self, about: Description, box: Box):
+        width, height = _size(box)
         figure = Figure(figsize=(width / _FILM_DPI, height / _FILM_DPI), dpi=_FILM_DPI, layout="constrained")
         self._canvas = FigureCanvasAgg(figure)
         self._axes = figure.add_subplot()

@@ -5,6 +5,7 @@ A file's ending chooses its kind: `.mcap` records, `.gif` is a film, `.png`, `.s
 
 from collections.abc import Iterable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -82,9 +83,11 @@ class Recorder:
         world: the world, before the first slice.
         every_ms: the interval between recorded moments; choose slices that divide it.
         events: whether to record events too, for which the world was made with ``events=True``.
+        progress: called while films and pictures are drawn at the end, with the simulated time in ms that has been
+            drawn, added up over all of them.
 
     Raises:
-        MotorcadeError: a file can't be written, has another ending, or needs an extra that isn't installed.
+        MotorcadeError: a file can't be written or drawn, has another ending, or needs an extra that isn't installed.
     """
 
     def __init__(
@@ -93,10 +96,12 @@ class Recorder:
         world: "World",
         every_ms: int = EVERY_MS,
         events: bool = True,
+        progress: Progress = lambda done_ms: None,
     ):
         targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
         self._world = world
         self._events = events
+        self._progress = progress
         self._every_ms = every_ms
         self._due_ms = world.now_ms
         self._last_ms = -1
@@ -135,28 +140,19 @@ class Recorder:
             if world.now_ms >= self._due_ms:
                 self._record_moment(world)
 
-    def draw(self, progress: Progress = lambda done_ms: None) -> None:
-        """End the recording and draw the films and pictures; leaving the context does the same.
-
-        Args:
-            progress: called with the simulated time in ms that has been drawn, added up over all drawings.
-
-        Raises:
-            MotorcadeError: one can't be drawn.
-        """
-        if self._sinks and self._last_ms < self._world.now_ms:
-            self._record_moment(self._world)
-        self._close()
-        drawings, self._drawings = self._drawings, []
-        for number, path in enumerate(drawings):
-            before_ms = number * self._last_ms
-            recording = self._kept or open_recording(self._files[0])
-            draw(recording, path, lambda done_ms, before_ms=before_ms: progress(before_ms + done_ms))  # type: ignore[misc]
-
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         with self._opened:
-            if kind is None:
-                self.draw()
+            if kind is not None:
+                return
+            if self._last_ms < self._world.now_ms:
+                self._record_moment(self._world)
+            self._close()
+            for number, path in enumerate(self._drawings):
+                recording = self._kept or open_recording(self._files[0])
+                draw(recording, path, partial(self._drawn, number * self._last_ms))
+
+    def _drawn(self, before_ms: int, done_ms: int) -> None:
+        self._progress(before_ms + done_ms)
 
     def _record_moment(self, world: "World") -> None:
         moment = world.snapshot().in_single_precision()
