@@ -12,7 +12,6 @@ from motorcade.classroom.wall import ShownWorld, WallPictures
 from motorcade.engine.moment import moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
 from motorcade.service.missions import mission_goals
-from motorcade.service.world_messages import Hello
 from support.class_page import PASSWORD, class_room
 from support.pictures import pack_moment
 from support.world_page import KEY, MAT, OTHER
@@ -90,7 +89,7 @@ def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
 class StillWorld:
     """A world of one car, as the wall meets it; it is in play, and its newest moment is set by the test."""
 
-    cars, playing, referee, sent = 1, True, None, {}
+    cars, radius_m, playing, referee, sent = 1, 0.075, True, None, {}
 
     def __init__(self):
         self.world = self
@@ -103,8 +102,8 @@ class StillWorld:
     def newest(self):
         return 0, self.moment
 
-    def hello(self, session, resumed):
-        return Hello(session, resumed, 1, [0], 5, 0.075, 1.0)
+    def leads(self):
+        return [0]
 
 
 def test_a_slow_projector_gets_no_film():

@@ -22,15 +22,7 @@ from starlette.websockets import WebSocket
 
 from motorcade.classroom.folder import ClassFolder, ReportOrder, class_report, write_work
 from motorcade.classroom.handlers import Asks, Handlers
-from motorcade.classroom.messages import (
-    ClassView,
-    Goodbye,
-    MatView,
-    PairView,
-    PupilRow,
-    PupilView,
-    exchanges_of,
-)
+from motorcade.classroom.messages import ClassView, Goodbye, MatView, PairView, PupilRow, PupilView, exchanges_of
 from motorcade.classroom.pairs import Pairs
 from motorcade.classroom.record import Presence, Pupil
 from motorcade.classroom.room import Classroom

@@ -11,15 +11,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from motorcade.classroom.messages import AVATARS, Classmate, Id, News, Self, Shared, Text40, request
-from motorcade.classroom.names import (
-    RandomBelow,
-    check_free,
-    likeness,
-    new_code,
-    new_number,
-    typed_code,
-    typed_number,
-)
+from motorcade.classroom.names import RandomBelow, check_free, likeness, new_code, new_number, typed_code, typed_number
 from motorcade.classroom.record import ClassRecord, Presence, Pupil, SignIn
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import checked_user_name
