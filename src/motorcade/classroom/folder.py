@@ -179,9 +179,8 @@ class ClassFolder(FolderStorage):
         """Delete an owner's library, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
         for each in (owner, mission_library(owner)):
             try:
-                shutil.rmtree(self._owner_folder(each))
-            except FileNotFoundError:
-                pass
+                with suppress(FileNotFoundError):
+                    shutil.rmtree(self._owner_folder(each))
             except OSError as problem:
                 raise MotorcadeError("cant-delete", reason=problem) from None
             self._used_bytes.pop(each, None)

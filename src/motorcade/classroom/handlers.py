@@ -50,13 +50,8 @@ class Handlers:
     """
 
     def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop, programmed: CarList) -> None:
-        self._running = running
-        self._room = running.room
-        self._pairs = running.pairs
-        self._folder = running.folder
-        self._worlds = worlds
-        self._stop = stop
-        self._programmed = programmed
+        self._running, self._worlds, self._stop, self._programmed = running, worlds, stop, programmed
+        self._room, self._pairs, self._folder = running.room, running.pairs, running.folder
         self._gifts = Attempts(_GIFTS_A_MINUTE, 60.0, "gives-too-often")
 
     # Everybody who comes in.

@@ -52,10 +52,7 @@ class Network:
         self.addresses = [url_of(host, port, scheme=scheme) for host in hosts]
         self.local_name: str | None = None
         self.why_no_name: MotorcadeError | None = None
-        self._hosts = list(hosts)
-        self._port = port
-        self._scheme = scheme
-        self._announces = announces
+        self._hosts, self._port, self._scheme, self._announces = list(hosts), port, scheme, announces
 
     def choose(self, address: str) -> None:
         """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Self
 
 from motorcade.errors import MotorcadeError
@@ -99,12 +100,8 @@ class Recorder:
         progress: Progress = lambda done_ms: None,
     ):
         targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
-        self._world = world
-        self._events = events
-        self._progress = progress
-        self._every_ms = every_ms
-        self._due_ms = world.now_ms
-        self._last_ms = -1
+        self._world, self._events, self._progress, self._every_ms = world, events, progress, every_ms
+        self._due_ms, self._last_ms = world.now_ms, -1
         self._sinks = [each for each in targets if isinstance(each, Sink)]
         self._kept = next((each for each in self._sinks if isinstance(each, InMemoryRecording)), None)
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
@@ -115,12 +112,14 @@ class Recorder:
         about = Description.of(world, every_ms)
         with ExitStack() as opened:
             if self._drawings and not self._files and not self._kept:
-                self._kept = spooled = SpooledRecording(about)
-                opened.callback(spooled.remove)
-                self._sinks.append(spooled)
+                self._kept = SpooledRecording(about, opened.enter_context(TemporaryFile(prefix="motorcade-")))
+                self._sinks.append(self._kept)
             opened.callback(self._close)
             for path in self._files:
-                self._sinks.append(_new_file(path, about))
+                with needs_extra("recording", "runs"), writing(path):
+                    from motorcade.runs.mcap_file import McapSink
+
+                    self._sinks.append(McapSink(path, about))
             self(world)
             self._opened = opened.pop_all()
 
@@ -167,11 +166,3 @@ class Recorder:
         with writing(*self._files), ExitStack() as closing:
             for sink in sinks:
                 closing.callback(sink.close)
-
-
-@needs_extra("recording", "runs")
-def _new_file(path: Path, about: Description) -> Sink:
-    from motorcade.runs.mcap_file import McapSink
-
-    with writing(path):
-        return McapSink(path, about)
