@@ -166,15 +166,10 @@ def test_an_obstacle_may_have_any_outline_that_does_not_cross_itself(corners: st
             assert mat(f"[[polygon]]\ncorners_m = {each}").polygons == (tuple(map(tuple, each)),)
 
 
-def test_the_first_car_of_an_open_table_leads() -> None:
-    table = open_table([Pose(0, 0, 1), Pose(1, 2)], tick_ms=3)
-    assert table.tick_ms == 3
-    assert table.starts == Starts.of([Pose(0, 0, 1), Pose(1, 2)], [True, False])
-    assert table.starts != Starts.of([Pose(0, 0, 1), Pose(1, 2)], [True, True])
-
-
-def test_starts_are_read_only_and_equal_in_length() -> None:
-    starts = open_table([Pose(0, 0)]).starts
+def test_the_first_car_of_an_open_table_leads_and_starts_are_read_only_and_equal_in_length() -> None:
+    poses = [Pose(0, 0, 1), Pose(1, 2)]
+    starts = open_table(poses).starts
+    assert starts == Starts.of(poses, [True, False]) != Starts.of(poses, [True, True])
     with pytest.raises(TypeError, match="read-only"):
         starts.x_m[0] = 1
     with pytest.raises(MotorcadeError, match="one value per car"):
