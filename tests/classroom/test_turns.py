@@ -92,7 +92,7 @@ def test_a_pupil_drives_in_turn_and_gives_the_car_back():
 
 
 @mock_clock
-async def test_all_cars_are_stopped_although_one_is_away():
+async def test_all_cars_are_stopped_although_one_is_away_which_is_stopped_as_soon_as_it_is_back():
     cars = Cars("red", "away", "blue")
     emergency = EmergencyStop(cars)
     assert await emergency.stop() == ["away"]
@@ -100,16 +100,13 @@ async def test_all_cars_are_stopped_although_one_is_away():
     assert await emergency.release() == ["away"]
     assert [each for each in cars.asked if each[1] == "clear"] == [("red", "clear"), ("blue", "clear")]
     assert await EmergencyStop(Cars()).stop() == []
-
-
-@mock_clock
-async def test_a_car_out_of_reach_is_stopped_as_soon_as_it_is_back():
-    cars, back = Cars("red"), asyncio.Event()
+    back = asyncio.Event()
 
     async def stop(car, page):
         await back.wait()
         cars.asked.append((car, "stop"))
 
+    cars = Cars("red")
     cars.stop = stop
     emergency = EmergencyStop(cars)
     assert await emergency.stop() == ["red"]

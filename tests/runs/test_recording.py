@@ -102,18 +102,6 @@ def test_a_world_without_events_is_recorded_without_them(tmp_path):
 # while a run goes on
 
 
-def test_moments_go_to_the_disk_while_the_run_goes_on(tmp_path):
-    cars = world()
-    sizes = []
-    with Recorder(tmp_path / "run.mcap", cars) as recorder:
-        for _ in range(4):
-            for _ in range(100):
-                cars.run(100)
-                recorder(cars)
-            sizes.append((tmp_path / "run.mcap.part").stat().st_size)
-    assert sizes == sorted(set(sizes))
-
-
 def test_a_run_that_is_not_complete_leaves_the_old_recording(tmp_path):
     record([tmp_path / "run.mcap"], world())
     old = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
