@@ -114,21 +114,16 @@ def test_a_pupil_has_one_world_and_takes_no_place_from_others(tmp_path):
         hers[2].set()
 
 
-def test_a_flood_from_one_tablet_is_refused_and_others_notice_nothing(room):
-    flood, mia = room.join("Eve"), room.join("Mia")
-    answers = [flood.ask("capabilities") for _ in range(100)]
-    assert answers.count("requests-too-fast") == 100 - 40
+def test_a_flood_from_one_tablet_or_a_stranger_is_refused_and_others_notice_nothing(room):
+    eve, mia, stranger = room.join("Eve"), room.join("Mia"), room.browser()
+    for flood, request in ((eve, "capabilities"), (stranger, "class/about")):
+        answers = [flood.ask(request) for _ in range(60)]
+        assert answers.count("requests-too-fast") == 60 - 40
     assert mia.ask("capabilities")["classroom"] == "pupil"
     assert mia.save("Robot") == 1
-    assert room.teacher.ask("teacher/freeze", frozen=False) == {}
-
-
-def test_a_flood_of_a_strangers_requests_is_refused(room):
-    mia, stranger = room.join("Mia"), room.browser()
-    answers = [stranger.ask("class/about") for _ in range(60)]
-    assert answers.count("requests-too-fast") == 20
     assert mia.ask("class/about")["me"]["name"] == "Mia"
     assert room.browser().ask("class/about")["is_open"]
+    assert room.teacher.ask("teacher/freeze", frozen=False) == {}
 
 
 def test_a_pupil_who_asks_for_much_at_once_keeps_nobody_waiting(room, monkeypatch):
@@ -224,13 +219,10 @@ def test_what_a_pupil_imports_stays_in_the_own_shelf(room, tmp_path):
     ben.save("Robot")
     before = sorted(each.name for each in tmp_path.iterdir())
     text = ben.ask("projects/export")["text"]
-    for name in ("../../class", "..", "/etc/passwd", "C:\\x", "a" * 500, "02/Robot", ""):
+    for name in ("../../class", "..", "C:\\x", "02/Robot", ""):
         file = json.loads(text)
         file["projects"][0]["name"] = name
         assert mia.ask("projects/import", text=json.dumps(file)) == "no-projects-file"
-    deep = json.loads(text)
-    deep["projects"][0]["versions"][0]["text"] = "[" * 100_000
-    assert mia.ask("projects/import", text=json.dumps(deep))["left_out"] == ["Robot"]
     assert mia.ask("projects/import", text=text)["projects"][0]["stored_as"] == "Robot"
     assert ben.names() == ["Robot"]
     assert sorted(each.name for each in tmp_path.iterdir()) == before

@@ -76,12 +76,8 @@ def _draw_tracks(
     """Draw the mat, the ``tracks`` (cars, moments, 2) of the cars ``drawn``, and all cars at the ``last`` moment."""
     axes = figure.add_subplot()
     draw_mat(axes, about)
-    left, bottom, right, top = bounding_box(about, [last])
-    if tracks.size:
-        low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
-        left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
-        right, top = max(right, float(high[0])), max(top, float(high[1]))
-    show_box(axes, (left, bottom, right, top))
+    axes.update_datalim(tracks.reshape(-1, 2))
+    show_box(axes, bounding_box(about, [last]))
     few, leads = len(drawn) <= _FEW_TRACKS, about.is_leader()
     # A different colour for each follower where there are few; red for leaders.
     cycle = np.array([rgb(colour) for colour in (FOLLOWERS if few else FOLLOWERS[:1])], np.float32)
