@@ -69,11 +69,8 @@ def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
             built_in_profile(name)
 
 
-def test_a_built_in_profile_is_found_from_any_folder(tmp_path: Path) -> None:
+def test_a_built_in_profile_is_found_from_any_folder_and_one_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert load_profile("classroom", tmp_path) == built_in_profile("classroom")
-
-
-def test_a_profile_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         load_profile("mine.toml", tmp_path)
     (tmp_path / "mine.toml").write_bytes(TEXT.encode("utf-16"))
