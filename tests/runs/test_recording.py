@@ -12,8 +12,6 @@ import lz4.frame
 import numpy as np
 import pytest
 import zstandard
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from mcap.reader import make_reader
 from PIL import Image
 
@@ -232,12 +230,8 @@ def test_mcap_messages_fit_their_schemas_and_have_foxgloves_names(folder, kept):
         chunks = reader.get_summary().chunk_indexes
     names = {topic: {name for name, _ in messages} for topic, messages in topics.items()}
     assert names["/scene"] == names["/mat"] == {"foxglove.SceneUpdate"}
-    assert {topic: len(messages) for topic, messages in topics.items() if topic != "/events"} == {
-        "/mat": 1,
-        "/scene": 31,
-        "/cars": 31,
-        "/counts": 31,
-    }
+    counts = {topic: len(messages) for topic, messages in topics.items() if topic != "/events"}
+    assert counts == {"/mat": 1, "/scene": 31, "/cars": 31, "/counts": 31}
     assert {chunk.compression for chunk in chunks} == {"zstd"}
 
 
@@ -285,22 +279,6 @@ def test_films_and_pictures_are_drawn_at_the_end_of_the_run(keeps, tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
     with Image.open(tmp_path / "run.gif") as film:
         assert film.n_frames == 4
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data())
-def test_any_damage_is_an_error_with_a_sentence_or_a_shorter_recording(folder, kept, tmp_path, data):
-    content = bytearray((folder / "run.mcap").read_bytes())
-    for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=5)):
-        content[place] = data.draw(st.integers(0, 255))
-    (tmp_path / "run.mcap").write_bytes(content[: data.draw(st.integers(0, len(content)))])
-    try:
-        left = open_recording(tmp_path / "run.mcap")
-        assert left.last_ms >= 0
-        for _ in (*left.moments(), *left.events()):
-            pass
-    except MotorcadeError as problem:
-        problem.sentence("zh")
 
 
 @pytest.mark.parametrize("compress", [lz4.frame.compress, zstandard.compress], ids=["lz4", "zstd"])
