@@ -270,13 +270,14 @@ def test_many_cars_are_triangles_of_few_colours(tmp_path):
 
 @pytest.mark.parametrize("keeps", [True, False])
 def test_films_and_pictures_are_drawn_at_the_end_of_the_run(keeps, tmp_path):
-    cars = world()
+    cars, done = world(), []
     kept = InMemoryRecording(Description.of(cars, 100)) if keeps else None
-    with Recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recorder:
+    with Recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars, progress=done.append) as recorder:
         for _ in range(3):
             cars.run(100)
             recorder(cars)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
+    assert done[-1] == 2 * 300
     with Image.open(tmp_path / "run.gif") as film:
         assert film.n_frames == 4
 
