@@ -258,11 +258,14 @@ def test_the_scene_shows_each_car_where_it_is(folder, kept):
 
 
 def test_many_cars_are_triangles_of_few_colours(tmp_path):
-    from motorcade.runs.mcap_file import SceneMessages
-
     many = crowd(2500, 4)
     *_, last = many.moments()
-    cars, _ = json.loads(SceneMessages(many.about).message(last))["entities"]
+    sink = mcap_file.McapSink(tmp_path / "many.mcap", many.about)
+    sink.write(last)
+    sink.close()
+    with (tmp_path / "many.mcap").open("rb") as file:
+        ((_, _, scene),) = make_reader(file).iter_messages(topics=["/scene"])
+    cars, _ = json.loads(scene.data)["entities"]
     assert not cars["texts"]
     assert sum(len(each["points"]) for each in cars["triangles"]) == 3 * 2500
     assert len(cars["triangles"]) == 2
