@@ -177,20 +177,20 @@ def test_a_class_of_this_computer_alone_is_not_announced(announcing):
 
 def test_a_certificate_is_made_once_and_tablets_trust_it_also_at_new_addresses(tmp_path):
     now = datetime.now(UTC)
-    first = class_keys(tmp_path, ["192.168.1.5"], now)
-    made, authority = first.server.read_bytes(), first.authority.read_bytes()
-    assert class_keys(tmp_path, ["192.168.1.5"], now).server.read_bytes() == made
-    moved = class_keys(tmp_path, ["192.168.1.6"], now)
-    assert moved.authority.read_bytes() == authority
-    certificate = x509.load_pem_x509_certificate(moved.server.read_bytes())
+    first, public = class_keys(tmp_path, ["192.168.1.5"], now)
+    made, authority = first.read_bytes(), public.read_bytes()
+    assert class_keys(tmp_path, ["192.168.1.5"], now)[0].read_bytes() == made
+    moved, _ = class_keys(tmp_path, ["192.168.1.6"], now)
+    assert public.read_bytes() == authority
+    certificate = x509.load_pem_x509_certificate(moved.read_bytes())
     certificate.verify_directly_issued_by(x509.load_pem_x509_certificate(authority))
     names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     assert "motorcade.local" in names.get_values_for_type(x509.DNSName)
     assert {"127.0.0.1", "192.168.1.6"} <= {*map(str, names.get_values_for_type(x509.IPAddress))}
-    later = class_keys(tmp_path, ["192.168.1.5"], now + timedelta(days=395))
-    assert later.server.read_bytes() != made
+    later, _ = class_keys(tmp_path, ["192.168.1.5"], now + timedelta(days=395))
+    assert later.read_bytes() != made
     if sys.platform != "win32":
-        assert first.server.stat().st_mode & 0o077 == 0
+        assert first.stat().st_mode & 0o077 == 0
 
 
 def test_the_terminal_shows_the_code_in_half_blocks():

@@ -8,7 +8,6 @@ from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import NamedTuple
 
 import psutil
 import segno
@@ -162,16 +161,10 @@ def qr_for_terminal(text: str) -> str:
     return drawn.getvalue().rstrip("\n")
 
 
-class ClassKeys(NamedTuple):
-    """The files of a class's HTTPS: the server's secret keys, and the authority's certificate for tablets."""
+def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> tuple[Path, Path]:
+    """Return the files of a class's HTTPS: the server's secret keys, and the authority's certificate for tablets.
 
-    server: Path
-    authority: Path
-
-
-def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> ClassKeys:
-    """Return the keys for ``motorcade.local`` and these addresses; made where they aren't there or end soon.
-
+    The keys are for ``motorcade.local`` and these addresses; they are made where they aren't there or end soon.
     The authority stays when the addresses change, so a tablet that trusts it goes on to do so. Raises MotorcadeError,
     or OSError where the folder can't be written to.
     """
@@ -186,4 +179,4 @@ def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> ClassKeys:
         made.unlink(missing_ok=True)
         make_keys(folder, [CarKeys(_NAME, tuple(hosts))], [], now)
         made.replace(kept)
-    return ClassKeys(kept, folder / AUTHORITY_PUBLIC)
+    return kept, folder / AUTHORITY_PUBLIC
