@@ -3,27 +3,32 @@
 import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
+from pathlib import Path
 
-import msgspec
 import pytest
+from starlette.routing import WebSocketRoute
 from starlette.testclient import WebSocketDenialResponse
-from starlette.websockets import WebSocketDisconnect
 
 from motorcade.classroom.app import REQUESTS, make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.running import SESSIONS, ClassServerSettings, RunningClass
 from motorcade.server.studio import workers
-from motorcade.service.documents import example
 from motorcade.service.requests import respond
 from support.class_page import FIRST_KEY, PASSWORD, class_room
 from support.waiting import DEADLINE_S
-from support.world_page import KEY, OTHER
+from support.world_page import KEY
 
 GUARDED = [
     *("projects/list", "nothing", "class/nothing", "teacher/nothing"),
     *(name for name, (_, exchange) in REQUESTS.items() if not exchange.is_open),
 ]
+
+
+# All routes of the teacher, as the application has them.
+APP = make_class_app(ClassServerSettings(library=Path("none"), page=Path("none")), ClassFolder(Path("none")))
+TEACHERS = [each for each in APP._app.routes if getattr(each, "path", "").startswith("/api/teacher/")]
+STREAMS = [each.path.removeprefix("/api/") for each in TEACHERS if isinstance(each, WebSocketRoute)]
 
 
 @pytest.fixture
@@ -40,20 +45,6 @@ def shared(tmp_path_factory):
         yield opened
 
 
-def teachers_routes(folder):
-    """The paths of all routes of the teacher, as the application has them."""
-    app = make_class_app(ClassServerSettings(library=folder, page=folder), ClassFolder(folder))
-    routes = app._app.routes
-    return sorted(route.path for route in routes if getattr(route, "path", "").startswith("/api/teacher/"))
-
-
-def test_the_list_of_the_teachers_routes_is_complete(tmp_path):
-    assert teachers_routes(tmp_path) == [
-        *(f"/api/teacher/{name}" for name in ("cars", "mat", "report.html", "stream", "wall", "watch", "work.zip")),
-        "/api/teacher/{name:path}",
-    ]
-
-
 @pytest.mark.parametrize("name", GUARDED)
 def test_the_teachers_requests_answer_no_pupil_and_no_guarded_one_a_stranger(shared, name):
     who, code = (shared.eve, "teacher") if name.startswith("teacher/") else (shared.browser(), "class")
@@ -61,19 +52,13 @@ def test_the_teachers_requests_answer_no_pupil_and_no_guarded_one_a_stranger(sha
     assert (answer.status_code, answer.json()["error"]["code"]) == (401, f"{code}-session-needed")
 
 
-@pytest.mark.parametrize(
-    "path",
-    ["work.zip", "report.html", "cars", "mat", "stream", "wall", "watch", "", "nothing", "about/", "../teacher/freeze"],
-)
+@pytest.mark.parametrize("path", [*(each.path for each in TEACHERS), "/api/teacher/../teacher/freeze"])
 @pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "OPTIONS"])
 def test_no_other_way_leads_to_what_is_the_teachers(shared, path, method):
-    assert shared.eve.client.request(method, f"/api/teacher/{path}").status_code in (401, 404)
+    assert shared.eve.client.request(method, path).status_code in (401, 404)
 
 
-@pytest.mark.parametrize(
-    "path",
-    ["teacher/stream", "teacher/wall", "teacher/watch?pupil=01", "teacher/mat", "teacher/cars", "teacher/nothing"],
-)
+@pytest.mark.parametrize("path", [*STREAMS, "teacher/watch?pupil=01", "teacher/nothing"])
 def test_the_teachers_streams_refuse_pupils_and_strangers(shared, path):
     for browser in (shared.eve, shared.browser()):
         with pytest.raises(WebSocketDenialResponse) as refused, browser.open(path):
@@ -81,14 +66,17 @@ def test_the_teachers_streams_refuse_pupils_and_strangers(shared, path):
         assert refused.value.status_code == 401
 
 
-def test_a_made_up_session_is_nobodys(room):
-    mia = room.join("Mia")
-    stranger = room.browser()
-    for value in ("", "01", mia.id, "x" * 5000, "\\", "é"):
-        stranger.client.cookies.set("motorcade_class_7710", value.encode("ascii", "ignore").decode())
-        assert stranger.ask("projects/list") == "class-session-needed"
-        stranger.client.cookies.set("motorcade_teacher_7710", value.encode("ascii", "ignore").decode())
-        assert stranger.ask("teacher/settings") == "teacher-session-needed"
+def test_a_session_that_was_ended_or_made_up_is_nobodys(room):
+    mia, thief = room.join("Mia"), room.browser()
+    for owner, end, asks, code in (
+        (mia, "class/leave", "projects/list", "class-session-needed"),
+        (room.teacher, "teacher/sign-out", "teacher/freeze", "teacher-session-needed"),
+    ):
+        ((name, secret),) = owner.client.cookies.items()
+        assert owner.ask(end) == {}
+        for value in (secret, "", "01", mia.id, "x" * 5000, "\\"):
+            thief.client.cookies.set(name, value)
+            assert thief.ask(asks) == code
 
 
 def test_guessed_projects_of_others_are_not_there(room):
@@ -111,9 +99,6 @@ def test_a_world_of_another_pupil_is_not_taken_over(room):
             kind, refused = his.next()
             assert (kind, refused["code"]) == ("error", "bad-session")
         assert ben.client.get(f"/api/world/{KEY}/timeline.csv").json()["error"]["code"] == "no-world"
-        with ben.open(f"world?session={OTHER}") as his:
-            his.set(seed=5)
-            assert his.until("state")["seed"] == 5
         hers.send("step")
         assert hers.until("state", lambda state: state["t_ms"])["t_ms"] == 5
 
@@ -129,21 +114,16 @@ def test_a_pupil_has_one_world_and_takes_no_place_from_others(tmp_path):
         hers[2].set()
 
 
-def test_a_flood_from_one_tablet_is_refused_and_others_notice_nothing(room):
-    flood, mia = room.join("Eve"), room.join("Mia")
-    answers = [flood.ask("capabilities") for _ in range(100)]
-    assert answers.count("requests-too-fast") == 100 - 40
+def test_a_flood_from_one_tablet_or_a_stranger_is_refused_and_others_notice_nothing(room):
+    eve, mia, stranger = room.join("Eve"), room.join("Mia"), room.browser()
+    for flood, request in ((eve, "capabilities"), (stranger, "class/about")):
+        answers = [flood.ask(request) for _ in range(60)]
+        assert answers.count("requests-too-fast") == 60 - 40
     assert mia.ask("capabilities")["classroom"] == "pupil"
     assert mia.save("Robot") == 1
-    assert room.teacher.ask("teacher/freeze", frozen=False) == {}
-
-
-def test_a_flood_of_a_strangers_requests_is_refused(room):
-    mia, stranger = room.join("Mia"), room.browser()
-    answers = [stranger.ask("class/about") for _ in range(60)]
-    assert answers.count("requests-too-fast") == 20
     assert mia.ask("class/about")["me"]["name"] == "Mia"
     assert room.browser().ask("class/about")["is_open"]
+    assert room.teacher.ask("teacher/freeze", frozen=False) == {}
 
 
 def test_a_pupil_who_asks_for_much_at_once_keeps_nobody_waiting(room, monkeypatch):
@@ -209,9 +189,10 @@ def test_pupils_cannot_steal_each_others_place_by_giving(room):
     assert (news[0]["kind"], news[0]["name"], news[0]["sender"]) == ("project", "Robot (Mia)", "Mia")
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://192.168.1.5", "https://192.168.1.5:7711"])
-@pytest.mark.parametrize("path", ["class/stream", "teacher/stream", "teacher/wall", f"world?session={KEY}", "upload"])
-def test_a_page_of_another_site_opens_no_stream_with_the_browsers_cookies(shared, origin, path):
+@pytest.mark.parametrize("path", ["class/stream", *STREAMS, f"world?session={KEY}", "upload"])
+def test_a_page_of_another_site_opens_no_stream_with_the_browsers_cookies(shared, path):
+    """`tests/server/test_request_filter.py` has more origins."""
+    origin = "https://192.168.1.5:7711"
     for browser in (shared.eve, shared.teacher):
         with (
             pytest.raises(WebSocketDenialResponse) as refused,
@@ -224,28 +205,6 @@ def test_a_page_of_another_site_opens_no_stream_with_the_browsers_cookies(shared
             assert asked.json()["error"]["code"] == f"foreign-{header}"
 
 
-@pytest.mark.parametrize(
-    "messages",
-    [
-        ["", "{", "[]", "null", '{"do":"nothing"}', "\x00"],
-        ["x" * (1 << 21)],
-        [b"\x00" * 100],
-        ['{"do":"shown","frame":99999999}', '{"do":"shown","frame":-1}', '{"do":"play","speed":1}'],
-        ["{" * 100_000],
-    ],
-    ids=["damaged", "huge", "bytes", "out-of-order", "deep"],
-)
-@pytest.mark.parametrize("path", ["class/stream", f"world?session={OTHER}"])
-def test_whatever_a_pupils_page_sends_the_class_goes_on(shared, path, messages):
-    with shared.eve.open(path) as page:
-        # The last one is answered with an error for certain.
-        for message in [*messages, "{"]:
-            page._socket.send({"type": "websocket.receive", "bytes" if isinstance(message, bytes) else "text": message})
-        with suppress(WebSocketDisconnect):
-            page.until("error")
-    assert shared.teacher.ask("teacher/lower-hand", pupil=shared.eve.id) == {}
-
-
 def test_no_page_and_no_redirect_holds_a_secret_and_none_is_sent_to_another_site(shared):
     for browser in (shared.eve, shared.teacher, shared.browser()):
         for path in ("/", "/join", "/teacher", "/wall", "/privacy"):
@@ -255,46 +214,16 @@ def test_no_page_and_no_redirect_holds_a_secret_and_none_is_sent_to_another_site
             assert not any(secret in said for secret in (shared.code, shared.eve.number, FIRST_KEY, PASSWORD))
 
 
-def test_a_session_that_was_ended_is_not_let_in_again(room):
-    mia = room.join("Mia")
-    cookies = dict(mia.client.cookies)
-    mia.ask("class/leave")
-    thief = room.browser()
-    thief.client.cookies.update(cookies)
-    assert thief.ask("projects/list") == "class-session-needed"
-    cookies = dict(room.teacher.client.cookies)
-    room.teacher.ask("teacher/sign-out")
-    thief.client.cookies.update(cookies)
-    assert thief.ask("teacher/freeze", frozen=True) == "teacher-session-needed"
-
-
 def test_what_a_pupil_imports_stays_in_the_own_shelf(room, tmp_path):
     mia, ben = room.join("Mia"), room.join("Ben")
     ben.save("Robot")
     before = sorted(each.name for each in tmp_path.iterdir())
     text = ben.ask("projects/export")["text"]
-    for name in ("../../class", "..", "/etc/passwd", "C:\\x", "a" * 500, "02/Robot", ""):
+    for name in ("../../class", "..", "C:\\x", "02/Robot", ""):
         file = json.loads(text)
         file["projects"][0]["name"] = name
         assert mia.ask("projects/import", text=json.dumps(file)) == "no-projects-file"
-    deep = json.loads(text)
-    deep["projects"][0]["versions"][0]["text"] = "[" * 100_000
-    assert mia.ask("projects/import", text=json.dumps(deep))["left_out"] == ["Robot"]
     assert mia.ask("projects/import", text=text)["projects"][0]["stored_as"] == "Robot"
     assert ben.names() == ["Robot"]
     assert sorted(each.name for each in tmp_path.iterdir()) == before
     assert sorted(each.name.partition("-")[0] for each in (tmp_path / "owners").iterdir()) == ["01", "02"]
-
-
-def test_a_request_that_takes_too_long_is_ended_and_keeps_nobody_waiting(room):
-    eve, mia = room.join("Eve"), room.join("Mia")
-    # Python's reader of TOML takes the square of a key's parts for each line.
-    lines = "".join("a." * 98 + f"k{number} = 1\n" for number in range(4_800))
-    heavy = {"text": f'format = "motorcade-mission/1"\n{lines}'}
-    with ThreadPoolExecutor(1) as pool:
-        hers = pool.submit(eve.ask, "missions/open", heavy)
-        assert mia.ask("missions/open", {"text": "motorcade-mission"}) == "mission-not-valid"
-        assert hers.result() == "request-too-heavy"
-    blocks = msgspec.to_builtins(example("parade"))
-    attempt = {"leader": blocks["leader"], "followers": blocks["followers"], "mission": {"id": "forward-and-stop"}}
-    assert isinstance(mia.ask("missions/check", attempt), dict)

@@ -1,15 +1,16 @@
 """One project, two windows: a pupil programs the leader, another one the followers."""
 
+from functools import partial
+
 import pytest
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.pairs import AWAY_S, Pairs
 from motorcade.errors import MotorcadeError
 from support.class_page import PROJECT, class_room
-from support.classrooms import refused, with_pupils
+from support.classrooms import with_pupils
 
 BOTH = {"leader": {"blocks": {"mark": "leader 0"}}, "followers": {"blocks": {"mark": "followers 0"}}}
 
@@ -47,20 +48,17 @@ def test_each_stores_the_own_window_alone_and_reads_both(two):
     assert view(bo)["owners"] == {"leader": mia.id, "followers": bo.id}
     assert (write(mia, "leader", 1, 1), write(bo, "followers", 1, 1)) == (2, 2)
     assert write(mia, "followers", 9, 2) == write(bo, "leader", 9, 2) == "window-of-another"
+    assert write(mia, "leader", 9, 1) == "saved-elsewhere", "by another page of hers"
     for pupil in (mia, bo):
         assert (mark(pupil, "leader"), mark(pupil, "followers")) == ("leader 1", "followers 1")
         assert view(pupil)["versions"] == {"leader": 2, "followers": 2}
 
 
-def test_two_pages_of_one_pupil_never_store_over_each_other(two):
-    _, mia, _, _ = two
-    assert write(mia, "leader", 1, 1) == 2
-    assert write(mia, "leader", 2, 1) == "saved-elsewhere"
-    assert mark(mia, "leader") == "leader 1"
-
-
-def test_windows_are_swapped_when_both_want_it(two):
+def test_windows_are_swapped_when_both_want_it_and_how_one_plays_is_told_to_the_other(two):
     _, mia, bo, _ = two
+    assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}
+    played = {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400}
+    assert view(bo)["conducted"] == played
     assert mia.ask("class/pair/swap", wants=True) == {}
     assert view(bo)["asks"] == mia.id
     assert mia.ask("class/pair/swap", wants=True) == {}
@@ -99,15 +97,6 @@ def test_a_partner_whose_tablet_sleeps_holds_the_window_up_for_a_moment_only(two
     assert mark(mia, "followers") == "followers 0"
 
 
-def test_how_one_plays_is_told_to_the_other(two):
-    _, mia, bo, _ = two
-    with bo.open("class/stream") as page:
-        page.until("pupil")
-        assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}
-        told = page.until("pupil")["pair"]["conducted"]
-    assert told == {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400}
-
-
 def test_nobody_comes_into_two_pairs_and_who_is_removed_is_in_none(two):
     room, mia, bo, _ = two
     eve = room.join("Eve")
@@ -119,6 +108,10 @@ def test_nobody_comes_into_two_pairs_and_who_is_removed_is_in_none(two):
     room.teacher.ask("teacher/remove", pupil=bo.id)
     assert view(mia)["owners"] == {"leader": mia.id, "followers": None}
     assert mia.ask("class/pair/begin", to=eve.id, **begin) == {}
+    assert eve.ask("class/pair/leave") == "", "who was asked may refuse"
+    assert (view(mia)["partner"], view(mia)["owners"]) == (None, {"leader": mia.id, "followers": None})
+    assert mia.ask("class/pair/begin", to=eve.id, **begin) == {}
+    assert view(eve)["joined"] is False
     assert eve.ask("class/pair/join") == {}
     assert view(mia)["owners"] == {"leader": mia.id, "followers": eve.id}
     # The project of the pair stays.
@@ -139,78 +132,37 @@ def test_a_class_begun_again_has_all_windows_as_they_were_answered(tmp_path):
         assert mark(again, "leader") == "leader 1"
 
 
-class AnyOrder(RuleBasedStateMachine):
-    """Three pupils do anything in any order: no window has two owners, nor one who isn't in the pair."""
+ACTS = ("begin", "join", "take", "swap", "leave", "wait")
+WHO, WINDOW = st.sampled_from(["01", "02", "03"]), st.sampled_from(["leader", "followers"])
 
-    def __init__(self):
-        super().__init__()
-        self.room = with_pupils("Mia", "Bo", "Eve")
-        self.pairs = Pairs(self.room)
-        self.now_s = 0.0
 
-    who = st.sampled_from(["01", "02", "03"])
-    window = st.sampled_from(["leader", "followers"])
-
-    def attempt(self, act, *arguments):
-        before = self.owners()
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(ACTS), WHO, WHO, WINDOW, st.booleans()), max_size=25))
+def test_whatever_three_pupils_do_a_window_has_one_owner_who_is_in_the_pair(acts):
+    room = with_pupils("Mia", "Bo", "Eve")
+    pairs, now_s = Pairs(room), 0.0
+    for act, who, to, window, wants in acts:
+        now_s += AWAY_S / 4 * (act == "wait")
+        pair, before = pairs.of(who), [dict(each.owners) for each in room.record.pairs]
+        owner = pair and pair.owners[window]
+        doing = {
+            "begin": partial(pairs.begin, who, to, "Parade"),
+            "join": partial(pairs.join, who),
+            "take": partial(pairs.take, who, window, wants, now_s),
+            "swap": partial(pairs.swap, who, wants),
+            "leave": partial(pairs.leave, who),
+            "wait": partial(pairs.advance, now_s),
+        }
         try:
-            act(*arguments)
+            doing[act]()
         except MotorcadeError:
-            assert self.owners() == before
-
-    def owners(self):
-        return [dict(pair.owners) for pair in self.room.record.pairs]
-
-    @rule(who=who, to=who)
-    def begin(self, who, to):
-        self.attempt(self.pairs.begin, who, to, "Parade")
-
-    @rule(who=who)
-    def join(self, who):
-        self.attempt(self.pairs.join, who)
-
-    @rule(who=who, window=window, wants=st.booleans())
-    def take(self, who, window, wants):
-        pair = self.pairs.of(who)
-        before = pair and pair.owners[window]
-        self.attempt(self.pairs.take, who, window, wants, self.now_s)
-        if before not in (None, who) and self.pairs.of(who) and self.now_s < AWAY_S:
-            assert pair.owners[window] == before
-
-    @rule(who=who, wants=st.booleans())
-    def swap(self, who, wants):
-        self.attempt(self.pairs.swap, who, wants)
-
-    @rule(who=who)
-    def leave(self, who):
-        self.pairs.leave(who)
-
-    @rule()
-    def wait(self):
-        self.now_s += AWAY_S / 2
-        self.pairs.advance(self.now_s)
-
-    @invariant()
-    def owners_are_members(self):
-        members = [each for pair in self.room.record.pairs for each in pair.members]
+            assert [dict(each.owners) for each in room.record.pairs] == before
+        if act == "take" and owner not in (None, who) and now_s < AWAY_S:
+            assert pair.owners[window] == owner
+        members = [each for pair in room.record.pairs for each in pair.members]
         assert len(members) == len(set(members))
-        for pair in self.room.record.pairs:
-            assert 0 < len(pair.joined) <= len(pair.members) <= 2
-            assert {*pair.owners.values()} <= {None, *pair.joined}
+        for each in room.record.pairs:
+            assert 0 < len(each.joined) <= len(each.members) <= 2
+            assert {*each.owners.values()} <= {None, *each.joined}
         for each in ("01", "02", "03"):
-            self.pairs.view(each)
-
-
-TestAnyOrder = AnyOrder.TestCase
-TestAnyOrder.settings = settings(max_examples=40, stateful_step_count=25, deadline=None)
-
-
-def test_who_was_asked_may_refuse():
-    room = with_pupils("Mia", "Bo")
-    pairs = Pairs(room)
-    pairs.begin("01", "02", "Parade")
-    assert pairs.view("02").joined is False
-    refused("not-in-a-pair", pairs.joined, "02")
-    pairs.leave("02")
-    assert pairs.view("01").partner is None
-    assert pairs.view("01").owners == {"leader": "01", "followers": "01"}
+            pairs.view(each)

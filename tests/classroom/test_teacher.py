@@ -4,7 +4,6 @@ import errno
 import io
 import json
 import re
-import shutil
 import stat
 import sys
 import zipfile
@@ -22,7 +21,8 @@ from motorcade.program.compiler import compile_program
 from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
 from support.class_page import PASSWORD, PROJECT, class_room
-from support.world_page import KEY, OTHER
+from support.classrooms import refused
+from support.world_page import KEY
 
 
 @pytest.fixture
@@ -67,6 +67,8 @@ def test_frozen_pages_play_nothing_and_lose_nothing(room):
         for time in ("play", "step"):
             world.send(time)
             assert world.until("error")["code"] == "class-frozen"
+        world.send("set", mat={"format": "motorcade-mat/1", "name": "x", "crowd": [{"cars": 501}]})
+        assert world.until("error")["code"] == "too-many-cars"
         assert world.set()["cars"] == 3, "a page that is loaded again shows its world"
         assert mia.save("Robot") == 1
         room.teacher.ask("teacher/freeze", frozen=False)
@@ -75,37 +77,26 @@ def test_frozen_pages_play_nothing_and_lose_nothing(room):
         assert world.until("state", lambda state: state["playing"])
 
 
-def test_a_starter_is_handed_out_as_a_copy_for_each(room):
+def test_projects_are_handed_out_as_copies_and_a_pupils_own_is_given_back_as_another(room):
     mia, ben = room.join("Mia"), room.join("Ben")
     room.teacher.save("Starter")
-    ben.save("Starter")
+    ben.save("Starter", leader={"own": True})
     assert room.teacher.ask("teacher/hand-out", name="Starter") == {"pupils": 2, "missed": []}
     assert (mia.names(), ben.names()) == (["Starter"], ["Starter", "Starter 2"])
-    project = {"leader": {"own": True}}
-    assert room.teacher.ask("teacher/hand-out", name="Extra", project=project, to=[ben.id]) == {
-        "pupils": 1,
-        "missed": [],
-    }
-    assert (mia.names(), len(ben.names())) == (["Starter"], 3)
     assert room.teacher.ask("teacher/hand-out", name="Nothing") == "no-project"
     assert room.teacher.ask("teacher/hand-out", name="Starter", to=["99"]) == "no-such-pupil"
-    assert room.teacher.names() == ["Starter"], "the teacher has a shelf of her own"
-
-
-def test_the_teacher_opens_a_pupils_project_and_gives_it_back_as_another(room):
-    mia = room.join("Mia")
-    mia.save("Robot", leader={"own": True})
-    shelf = room.teacher.ask("teacher/library", pupil=mia.id)
-    assert (shelf["pupil"], [each["name"] for each in shelf["projects"]]) == ("Mia", ["Robot"])
-    opened = room.teacher.ask("teacher/project", pupil=mia.id, name="Robot")
-    assert (opened["name"], opened["leader"]) == ("Robot", {"own": True})
-    assert room.teacher.names() == [], "to look leaves nothing in the teacher's shelf"
+    library = room.teacher.ask("teacher/library", pupil=ben.id)
+    assert (library["pupil"], {each["name"] for each in library["projects"]}) == ("Ben", {"Starter", "Starter 2"})
+    opened = room.teacher.ask("teacher/project", pupil=ben.id, name="Starter")
+    assert (opened["name"], opened["leader"]) == ("Starter", {"own": True})
     hint = PROJECT | {"leader": {"hint": True}}
-    assert room.teacher.ask("teacher/hand-out", to=[mia.id], name="Robot", project=hint) == {"pupils": 1, "missed": []}
-    assert mia.ask("projects/read", name="Robot")["leader"] == {"own": True}, "hers stays as it is"
-    assert mia.ask("projects/read", name="Robot 2")["leader"] == {"hint": True}
-    with mia.open("class/stream") as page:
-        assert [each["name"] for each in page.until("pupil")["news"]] == ["Robot 2"]
+    handed = room.teacher.ask("teacher/hand-out", to=[ben.id], name="Starter", project=hint)
+    assert handed == {"pupils": 1, "missed": []}
+    assert ben.ask("projects/read", name="Starter")["leader"] == {"own": True}, "his stays as it is"
+    assert ben.ask("projects/read", name="Starter 3")["leader"] == {"hint": True}
+    assert (mia.names(), room.teacher.names()) == (["Starter"], ["Starter"])
+    with ben.open("class/stream") as page:
+        assert [each["name"] for each in page.until("pupil")["news"]] == ["Starter 2", "Starter 3"]
 
 
 def test_who_is_away_finds_what_came_and_the_frozen_class_also_after_a_restart(tmp_path):
@@ -113,7 +104,10 @@ def test_who_is_away_finds_what_came_and_the_frozen_class_also_after_a_restart(t
         mia = room.join("Mia")
         room.teacher.save("Starter")
         room.teacher.ask("teacher/hand-out", name="Starter")
-        room.teacher.ask("teacher/hand-out", mission={"id": "follow-me"}, to=[mia.id])
+        assert room.teacher.ask("teacher/hand-out", mission={"id": "no-such"}) == "no-mission"
+        handed = room.teacher.ask("teacher/hand-out", mission={"id": "follow-me"})
+        assert handed == {"pupils": 1, "missed": []}
+        ClassFolder(tmp_path).add_stars(mia.id, "follow-me", [1, 2])
         cookies = dict(mia.client.cookies)
     with class_room(tmp_path, first_key=None) as room:
         mia = room.browser()
@@ -124,6 +118,11 @@ def test_who_is_away_finds_what_came_and_the_frozen_class_also_after_a_restart(t
             view = page.until("pupil")
         assert [(each["kind"], each["sender"]) for each in view["news"]] == [("project", ""), ("mission", "")]
         assert (view["mission"], view["frozen"], mia.names()) == (1, True, ["Starter"])
+        for pupil in (mia, room.join("Ben")):
+            assert pupil.ask("class/mission", number=1)["id"] == "follow-me"
+        assert room.teacher.ask("teacher/progress")["stars"] == {"01": {"follow-me": [1, 2]}, "02": {}}
+        with room.teacher.open("teacher/stream") as shown:
+            assert shown.until("class")["pupils"][0]["stars"] == 2
         mia.ask("class/seen", number=view["news"][-1]["number"])
         with mia.open("class/stream") as page:
             assert page.until("pupil")["news"] == []
@@ -185,25 +184,8 @@ def test_a_full_shelf_keeps_the_hand_out_from_nobody_else(tmp_path):
         assert (mia.names(), ben.names()) == (["a", "b"], ["Starter"])
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
-def test_others_on_this_computer_read_no_folder_that_was_there_before(tmp_path):
-    tmp_path.chmod(0o755)
-    with class_room(tmp_path):
-        assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o700
-
-
 def no_room(path, data):
     raise OSError(errno.ENOSPC, "No space left on device")
-
-
-def test_a_mission_is_handed_out_to_who_is_here_and_who_comes(room):
-    mia = room.join("Mia")
-    assert room.teacher.ask("teacher/hand-out", mission={"id": "follow-me"}) == {"pupils": 1, "missed": []}
-    assert room.teacher.ask("teacher/hand-out", mission={"id": "no-such"}) == "no-mission"
-    for pupil in (mia, room.join("Ben")):
-        with pupil.open("class/stream") as page:
-            number = page.until("pupil")["mission"]
-        assert pupil.ask("class/mission", number=number)["id"] == "follow-me"
 
 
 def test_progress_in_a_mission_is_seen_live(room):
@@ -220,17 +202,6 @@ def test_progress_in_a_mission_is_seen_live(room):
     progress = room.teacher.ask("teacher/progress")
     assert progress["stars"] == {"01": {}}
     assert "forward-and-stop" in {each["id"] for each in progress["missions"]}
-
-
-def test_stars_are_counted_for_the_teacher(tmp_path):
-    with class_room(tmp_path) as room:
-        mia = room.join("Mia")
-        ClassFolder(tmp_path).add_stars(mia.id, "follow-me", [1, 2])
-    with class_room(tmp_path, first_key=None) as room:
-        room.teacher.ask("teacher/sign-in", password=PASSWORD)
-        assert room.teacher.ask("teacher/progress")["stars"] == {"01": {"follow-me": [1, 2]}}
-        with room.teacher.open("teacher/stream") as shown:
-            assert shown.until("class")["pupils"][0]["stars"] == 2
 
 
 def test_all_work_is_collected_with_an_overview(room):
@@ -254,17 +225,6 @@ def test_all_work_is_collected_with_an_overview(room):
     assert "Robot <3" not in page
     assert "舞蹈" in page
     assert 'lang="zh"' in page
-
-
-def test_renaming_and_a_new_number(room):
-    mia, ben = room.join("Mia"), room.join("Ben")
-    assert room.teacher.ask("teacher/rename", pupil=ben.id, name="mia") == "nickname-taken"
-    assert room.teacher.ask("teacher/rename", pupil=ben.id, name="Benjamin") == {}
-    number = room.teacher.ask("teacher/reset-number", pupil=ben.id)["number"]
-    tablet = room.browser()
-    assert tablet.ask("class/return", code=room.code, name="Ben", number=number) == "wrong-number"
-    assert tablet.ask("class/return", code=room.code, name="Benjamin", number=number)["id"] == ben.id
-    assert mia.ask("class/classmates") == [{"id": "02", "name": "Benjamin", "avatar": "bus"}]
 
 
 def test_a_removed_pupil_is_out_at_once_and_shelf_and_own_missions_are_gone(room, tmp_path):
@@ -291,6 +251,7 @@ def test_the_end_of_the_class_deletes_all_names_and_work(room, tmp_path):
     mia = room.join("Mia")
     mia.save("Robot")
     code = room.code
+    room.teacher.ask("teacher/hand-out", mission={"id": "follow-me"})
     with mia.open("class/stream") as page:
         page.until("pupil")
         assert room.teacher.ask("teacher/end", password="wrong") == "wrong-password"
@@ -301,28 +262,10 @@ def test_the_end_of_the_class_deletes_all_names_and_work(room, tmp_path):
     assert room.code != code
     left = b"".join(file.read_bytes() for file in tmp_path.rglob("*") if file.is_file())
     assert b"Mia" not in left
+    assert b"follow-me" not in left
     assert list((tmp_path / OWNERS).iterdir()) == []
+    assert room.browser().ask("teacher/sign-in", password=PASSWORD) == {}
     assert room.join("Mia").id == "02"
-
-
-def test_a_pupils_world_has_500_cars_at_most(room):
-    mia, ben = room.join("Mia"), room.join("Ben")
-    with mia.open(f"world?session={KEY}") as hers, ben.open(f"world?session={OTHER}") as his:
-        hers.set()
-        assert his.set()["cars"] == 3
-        hers.send("set", mat={"format": "motorcade-mat/1", "name": "x", "crowd": [{"cars": 501}]})
-        assert hers.until("error")["code"] == "too-many-cars"
-
-
-def test_a_zip_of_the_folder_of_a_running_class_is_a_backup(tmp_path):
-    with class_room(tmp_path / "class") as room:
-        mia, code = room.join("Mia"), room.code
-        mia.save("Robot")
-        shutil.unpack_archive(shutil.make_archive(tmp_path / "class", "zip", tmp_path / "class"), tmp_path / "backup")
-    with class_room(tmp_path / "backup", first_key=None) as room:
-        tablet = room.browser()
-        assert tablet.ask("class/return", code=code, name="Mia", number=mia.number)["id"] == mia.id
-        assert tablet.names() == ["Robot"]
 
 
 def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_path):
@@ -332,54 +275,55 @@ def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_pat
     state = Classroom(files.load(Random(1).randrange), Random(1).randrange)
     state.remove("01")
     files.store(to_bytes(state.record))
+    tmp_path.chmod(0o755)
     with class_room(tmp_path, first_key=None):
+        refused("class-is-running", ClassFolder(tmp_path).opened().__enter__)
+        if sys.platform != "win32":
+            assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o700, "others on this computer read nothing"
         assert list((tmp_path / OWNERS).iterdir()) == []
     assert files.load(Random(1).randrange).removed == []
 
 
-def test_the_teacher_gets_a_report_of_all_work_against_a_mission(tmp_path):
-    with class_room(tmp_path) as room:
-        mia, ben = room.join("Mia"), room.join("小明")
-        for pupil, program in ((mia, "solution"), (ben, "near_miss")):
-            program = getattr(built_in_mission("forward-and-stop"), program)
-            opened = mia.ask("open", text=program.as_json())
-            pupil.ask(
-                "projects/write", name="Mine", project={key: opened[key] for key in ("leader", "followers", "profile")}
-            )
-        path, order = "/api/teacher/report.html", {"mission": "forward-and-stop"}
-        answer = room.teacher.client.post(f"{path}?language=zh", json=order)
-        rows = re.findall(r"<th scope=row>(.*?)</th><td[^>]*>(.*?)</td>", answer.text)
-        assert rows == [("01 Mia/Mine.motorcade.json", "★★★"), ("02 小明/Mine.motorcade.json", "–")]
-        assert room.teacher.client.post(path, json={"mission": "none"}).status_code == 404
-        assert mia.client.post(path, json=order).status_code == 401
-        # Files from elsewhere are checked in place of the class's work; no name leads out of their folder.
-        program = built_in_mission("forward-and-stop").solution
-        solution = program.as_json().encode()
-        chosen = [
-            ("Kai.motorcade.json", solution),
-            ("../../Kai.motorcade.json", solution),
-            ("Anna/Mine.json", solution),
-            ("Anna/Mine.py", b"1 +"),
-            ("Anna", solution),
-            ("anna/MINE.json", solution[:40]),
-            ("Bo/words.image", compile_program(program).image),
-            ("Bo/photo.png", b"\x89PNG" + bytes(1_500_000)),
-            ("a" * 300 + ".json", b"\xff"),
-        ]
-        files = [{"name": name, "data": b64encode(data).decode()} for name, data in chosen]
-        answer = room.teacher.client.post(path, json={**order, "files": files})
-        rows = dict(re.findall(r"<th scope=row>(.*?)</th><td[^>]*>(.*?)</td>", answer.text))
-        assert len(rows) == len(chosen)
-        won = {name for name, stars in rows.items() if stars == "★★★"}
-        assert won == {"Kai.motorcade.json", "_/Kai.motorcade.json", "Anna/Mine.json", "Anna 2", "Bo/words.image"}
-        assert {"Anna/Mine.py", "anna 3/MINE.json", "Bo/photo.png"} <= rows.keys()
-        many = [{"name": str(number), "data": ""} for number in range(MOST_FILES + 1)]
-        assert room.teacher.client.post(path, json={**order, "files": many}).status_code == 400
-        # A mission of the teacher's own comes as a file: here with one goal.
-        own = {**built_in_mission("forward-and-stop").document, "name": "Mine"}
-        own["goal"] = own["goal"][:1]
-        answer = room.teacher.client.post(f"{path}?language=en", json={"text": json.dumps(own)})
-        assert "Mine" in answer.text
-        assert re.findall(r"<th scope=row>.*?</th><td>(.*?)</td>", answer.text) == ["★", "–"]
-        answer = room.teacher.client.post(path, json={"text": "{}"})
-        assert answer.json()["error"]["code"] == "not-a-mission"
+def rows(answer):
+    """The files in a report, and what each has earned."""
+    return dict(re.findall(r"<th scope=row>(.*?)</th><td[^>]*>(.*?)</td>", answer.text))
+
+
+def test_the_teacher_gets_a_report_of_all_work_or_of_chosen_files_against_a_mission(room):
+    mia, ben = room.join("Mia"), room.join("小明")
+    mission = built_in_mission("forward-and-stop")
+    for pupil, program in ((mia, mission.solution), (ben, mission.near_miss)):
+        opened = mia.ask("open", text=program.as_json())
+        project = {key: opened[key] for key in ("leader", "followers", "profile")}
+        pupil.ask("projects/write", name="Mine", project=project)
+    path, order = "/api/teacher/report.html", {"mission": "forward-and-stop"}
+    answer = room.teacher.client.post(f"{path}?language=zh", json=order)
+    assert rows(answer) == {"01 Mia/Mine.motorcade.json": "★★★", "02 小明/Mine.motorcade.json": "–"}
+    assert room.teacher.client.post(path, json={"mission": "none"}).status_code == 404
+    assert mia.client.post(path, json=order).status_code == 401
+    many = [{"name": str(number), "data": ""} for number in range(MOST_FILES + 1)]
+    assert room.teacher.client.post(path, json={**order, "files": many}).status_code == 400
+    assert room.teacher.client.post(path, json={"text": "{}"}).json()["error"]["code"] == "not-a-mission"
+    # Files from elsewhere are checked in place of the class's work; no name leads out of their folder.
+    solution = mission.solution.as_json().encode()
+    chosen = {
+        "Kai.motorcade.json": solution,
+        "../../Kai.motorcade.json": solution,
+        "Anna/Mine.json": solution,
+        "Anna/Mine.py": b"1 +",
+        "Anna": solution,
+        "anna/MINE.json": solution[:40],
+        "Bo/words.image": compile_program(mission.solution).image,
+        "Bo/photo.png": b"\x89PNG" + bytes(1_500_000),
+        "a" * 300 + ".json": b"\xff",
+    }
+    files = [{"name": name, "data": b64encode(data).decode()} for name, data in chosen.items()]
+    # A mission of the teacher's own comes as a file: here with one goal.
+    own = json.dumps(mission.document | {"name": "Mine", "goal": mission.document["goal"][:1]})
+    answer = room.teacher.client.post(f"{path}?language=en", json={"text": own, "files": files})
+    assert "Mine" in answer.text
+    found = rows(answer)
+    assert len(found) == len(chosen)
+    won = {name for name, stars in found.items() if stars == "★"}
+    assert won == {"Kai.motorcade.json", "_/Kai.motorcade.json", "Anna/Mine.json", "Anna 2", "Bo/words.image"}
+    assert {"Anna/Mine.py", "anna 3/MINE.json", "Bo/photo.png"} <= found.keys()

@@ -92,26 +92,23 @@ def test_a_pupil_drives_in_turn_and_gives_the_car_back():
 
 
 @mock_clock
-async def test_all_cars_are_stopped_although_one_is_away():
+async def test_all_cars_are_stopped_although_one_is_away_which_is_stopped_as_soon_as_it_is_back():
     cars = Cars("red", "away", "blue")
-    emergency = EmergencyStop(cars, "teacher")
+    emergency = EmergencyStop(cars)
     assert await emergency.stop() == ["away"]
     assert [each for each in cars.asked if each[1] == "stop"] == [("red", "stop"), ("blue", "stop")]
     assert await emergency.release() == ["away"]
     assert [each for each in cars.asked if each[1] == "clear"] == [("red", "clear"), ("blue", "clear")]
-    assert await EmergencyStop(Cars(), "teacher").stop() == []
-
-
-@mock_clock
-async def test_a_car_out_of_reach_is_stopped_as_soon_as_it_is_back():
-    cars, back = Cars("red"), asyncio.Event()
+    assert await EmergencyStop(Cars()).stop() == []
+    back = asyncio.Event()
 
     async def stop(car, page):
         await back.wait()
         cars.asked.append((car, "stop"))
 
+    cars = Cars("red")
     cars.stop = stop
-    emergency = EmergencyStop(cars, "teacher")
+    emergency = EmergencyStop(cars)
     assert await emergency.stop() == ["red"]
     back.set()
     await pass_time(0.1)
@@ -135,7 +132,7 @@ async def test_a_stop_is_lifted_once_the_new_connection_to_the_car_is_there(monk
         await act(control, action)
 
     monkeypatch.setattr(Control, "act", connecting)
-    assert await EmergencyStop(cars, "teacher").release() == []
+    assert await EmergencyStop(cars).release() == []
     assert cars.asked == [("red", "clear"), ("red", "leave")]
 
 

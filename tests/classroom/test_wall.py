@@ -8,12 +8,10 @@ import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.classroom.messages import DrawnWall, Wall
-from motorcade.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures
-from motorcade.engine.moment import first_cars, moment_bytes, unpack_moment
+from motorcade.classroom.wall import ShownWorld, WallPictures
+from motorcade.engine.moment import moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
-from motorcade.server.studio import sessions
 from motorcade.service.missions import mission_goals
-from motorcade.service.world_messages import Hello
 from support.class_page import PASSWORD, class_room
 from support.pictures import pack_moment
 from support.world_page import KEY, MAT, OTHER
@@ -75,10 +73,8 @@ def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
         now[0] += 5
         while len((listed := wall_message(wall))["worlds"]) < 2:
             now[0] += 5
-        assert [(each["pupil"], each["cars"], each["mat"]["name"]) for each in listed["worlds"]] == [
-            (mia.id, 3, "a table"),
-            (ben.id, 2, "small"),
-        ]
+        shown = [(each["pupil"], each["cars"], each["mat"]["name"]) for each in listed["worlds"]]
+        assert shown == [(mia.id, 3, "a table"), (ben.id, 2, "small")]
         number, found = on_the_wall(wall_message(wall), listed["worlds"])
         assert number == listed["number"]
         assert [found[place][1][0].tolist() for place in (0, 1)] == [[0, 0.5, 0.5], [0, 0.5]]
@@ -91,7 +87,7 @@ def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
 class StillWorld:
     """A world of one car, as the wall meets it; it is in play, and its newest moment is set by the test."""
 
-    cars, playing, referee, sent = 1, True, None, {}
+    cars, radius_m, playing, referee, sent = 1, 0.075, True, None, {}
 
     def __init__(self):
         self.world = self
@@ -104,8 +100,8 @@ class StillWorld:
     def newest(self):
         return 0, self.moment
 
-    def hello(self, session, resumed):
-        return Hello(session, resumed, 1, [0], 5, 0.075, 1.0)
+    def leads(self):
+        return [0]
 
 
 def test_a_slow_projector_gets_no_film():
@@ -156,13 +152,6 @@ def test_the_list_is_sent_at_most_once_a_second():
         sent += map(type, wall.answers(step / 5))
     assert sent.count(Wall) == 2
     assert sent.count(bytes) == 2, "no picture refers to a list that the page doesn't have"
-
-
-@pytest.mark.parametrize(("cars", "shown"), [(3, 3), (100, MOST_CARS_SHOWN), (7, 5), (1, 0)])
-def test_of_a_crowd_the_first_cars_are_shown(cars, shown):
-    columns = [list(range(k, cars + k)) for k in range(7)]
-    found = unpack_moment(first_cars(pack_moment(*columns), cars, shown), shown)
-    assert [column.tolist() for column in found.values()] == [column[:shown] for column in columns]
 
 
 def test_the_teacher_looks_on_at_one_pupils_world(room, now):
@@ -227,35 +216,27 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
         assert shown.until("class")["mat"]["state"] == "closed"
 
 
-def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
-    assert room.teacher.ask("teacher/mat/open", followers=3, places=25) == {}
-    for number in range(25):
-        assert room.join(f"pupil {number}").ask("class/mat", image=image(forward(60, speed=3))) == {}
+def test_a_parade_goes_on_without_a_page_of_its_own_and_names_stay_at_their_cars(room, now):
+    ids = [f"0{number}" for number in range(1, 7)]
+    assert room.teacher.ask("teacher/mat/open", followers=10, places=6) == {}
+    for name in ids:
+        assert room.join(name).ask("class/mat", image=image(forward(60, speed=3))) == {}
     with room.teacher.open("teacher/wall") as wall:
         assert wall_message(wall)["worlds"] == []
         assert room.teacher.ask("teacher/mat/start") == {}
         now[0] += 5
-        listed = wall_message(wall)
-        assert [(each["pupil"], each["cars"], len(each["leads"])) for each in listed["worlds"]] == [("", 100, 25)]
+        listed = wall_message(wall)["worlds"]
+        assert [(each["pupil"], each["cars"], len(each["leads"])) for each in listed] == [("", 66, 6)]
         t_ms = 0
         while not t_ms:
             now[0] += 0.2
-            t_ms, columns = on_the_wall(wall_message(wall), listed["worlds"])[1][0]
-        assert len(columns[0]) == 100, "the parade goes on without a page of its own"
-
-
-def test_names_stay_at_their_cars_when_a_pupil_is_removed_while_the_mat_runs(room):
-    mia, ben = room.join("Mia"), room.join("Ben")
-    assert room.teacher.ask("teacher/mat/open", followers=1, places=2) == {}
-    for pupil in (mia, ben):
-        assert pupil.ask("class/mat", image=image(forward(1))) == {}
-    assert room.teacher.ask("teacher/mat/start") == {}
-    assert room.teacher.ask("teacher/remove", pupil=mia.id) == {}
-    with room.teacher.open("teacher/stream") as shown:
-        assert shown.until("class")["mat"]["entries"] == [mia.id, ben.id]
-    assert room.teacher.ask("teacher/mat/start") == {}
-    with room.teacher.open("teacher/stream") as shown:
-        assert shown.until("class")["mat"]["entries"] == [ben.id]
+            t_ms, columns = on_the_wall(wall_message(wall), listed)[1][0]
+        assert len(columns[0]) == 66
+    assert room.teacher.ask("teacher/remove", pupil="01") == {}
+    for entries in (ids, ids[1:]):
+        with room.teacher.open("teacher/stream") as shown:
+            assert shown.until("class")["mat"]["entries"] == entries
+        assert room.teacher.ask("teacher/mat/start") == {}
 
 
 def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
@@ -276,11 +257,3 @@ def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
         goal.text["zh"] for goal in mission_goals(built_in_mission("follow-me"))
     ]
     assert room.teacher.ask("teacher/end", password=PASSWORD) == {}
-
-
-def test_the_shared_mat_stays_when_its_page_leaves(room, monkeypatch, caplog):
-    monkeypatch.setattr(sessions, "GRACE_S", 0)
-    with room.teacher.open("teacher/mat") as shown:
-        shown.until("wall")
-    assert room.teacher.ask("teacher/about")["signed_in"]
-    assert caplog.text == ""

@@ -22,13 +22,6 @@ PI, ESP32, RP2040, UNO, MEGA = (
 PIR = "[pir]\noutput = {}\n"
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: "/".join(path.parts[-2:]))
-def test_the_pin_files_that_come_with_motorcade_are_valid(path):
-    pins = load_pins(path)
-    assert pins.wires
-    assert {role for wire in pins.wires for role in [wire.role.key]} >= {"forward", "backward"}
-
-
 def test_a_pin_file_says_what_is_where():
     text = PI + "[left_motor]\nbackward = 6\nforward = 5\n" + PIR.format(25) + "[duties]\nturn = [0, 1, 2, 3]\n"
     pins = parse_pins(text, "car.toml")
@@ -42,32 +35,23 @@ def test_a_pin_file_says_what_is_where():
     assert (pins.pin("left_motor", "backward"), pins.pin("left_motor", "enable")) == (6, None)
     assert (pins.drive_duties, pins.turn_duties) == ((0, 85, 170, 255), (0, 1, 2, 3))
     assert motor_pins(pins) == [5, 6]
+    # This pin only reads.
+    assert parse_pins(ESP32 + PIR.format(34), "car.toml").pin("pir", "output") == 34
 
 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("format =", "car.toml is not TOML"),
-        ('name = "Car"\n', 'format is missing; give "motorcade-pins/1"'),
         (PI.replace("pins/1", "pins/9") + PIR.format(4), 'format is "motorcade-pins/9"; allowed: "motorcade-pins/1"'),
-        (
-            HEAD.format("z80") + PIR.format(4),
-            'chip is "z80"; allowed: "raspberry-pi", "rp2040", "esp32", "arduino-uno"',
-        ),
         (UNO + PIR.format(1), "GPIO1 of Arduino Uno.* is the USB line's"),
         (UNO + "[infrared]\nsender = 3\n", r"infrared.sender is 3, but on Arduino Uno.* this wire can only be at D11"),
-        (UNO + "[ultrasonic]\ntrigger = 4\necho = 5\n", "this wire can only be at D2, D3"),
         (UNO + "[voice]\nreceive = 5\n", "this wire can only be at A0, A1, A2, A3, A4, A5"),
         (MEGA + "[infrared]\nsender = 11\n", "this wire can only be at D10"),
         (PI, "no device is connected; devices are left_motor"),
-        (PI + "[pri]\noutput = 4\n", "pri is not known; known are format, name, chip, left_motor"),
-        (PI + "[pir]\n", "car.toml: pir.output is missing; give a whole number"),
         (PI + "[leds]\n", r"\[leds\] names no pin; known are led_0, led_1, led_2, led_3"),
-        (PI + "[leds]\nled_4 = 4\n", "leds.led_4 is not known; known are led_0"),
         (PI + "[left_motor]\nforward = 5\n", "left_motor.backward is missing"),
         (PI + PIR.format(28), "pir.output is 28, but Raspberry Pi has no such pin; it has 2-27"),
         (PI + PIR.format(0), "GPIO0 of Raspberry Pi is for the memory of add-on boards; choose another pin"),
-        (PI + PIR.format(-1), "pir.output is -1, but Raspberry Pi has no such pin"),
         (ESP32 + PIR.format(6), "GPIO6 of ESP32 leads to the flash memory"),
         (ESP32 + PIR.format(20), "ESP32 has no such pin; it has 0, 2, 4-5, 12-19, 21-23, 25-27, 32-39"),
         (ESP32 + "[servo]\nsignal = 34\n", "GPIO34 of ESP32 only reads, and this wire has to be driven"),
@@ -75,10 +59,6 @@ def test_a_pin_file_says_what_is_where():
         (
             PI + PIR.format(17) + "[leds]\nled_0 = 4\nled_3 = 17\n",
             r"leds.led_3 and pir.output are both on GPIO17 \(11\); give one of them another pin",
-        ),
-        (
-            PI + PIR.format(4) + "[duties]\ndrive = [0, 1, 2]\n",
-            "duties.drive is .*; allowed: a list of 4, each a whole number from 0 to 255",
         ),
         (PI + PIR.format(4) + "[duties]\ndrive = [1, 2, 3, 4]\n", "must begin at 0 and rise"),
         (PI + PIR.format(4) + "[duties]\ndrive = [0, 9, 9, 255]\n", "must begin at 0 and rise"),
@@ -88,10 +68,6 @@ def test_a_pin_file_that_cannot_be_is_refused_in_a_sentence(text, says):
     with pytest.raises(MotorcadeError, match=says) as refused:
         parse_pins(text, "car.toml")
     assert re.search(r"[\u4e00-\u9fff]", refused.value.sentence("zh"))
-
-
-def test_a_pin_that_only_reads_may_be_read():
-    assert parse_pins(ESP32 + PIR.format(34), "car.toml").pin("pir", "output") == 34
 
 
 def test_a_pin_file_that_is_not_there_is_named(tmp_path):
@@ -107,6 +83,7 @@ def test_a_pin_file_that_is_not_there_is_named(tmp_path):
 def test_each_wire_is_a_row_of_the_table_and_a_line_of_the_drawing(path, language):
     pins = load_pins(path)
     rows = wiring_rows(pins, language)
+    assert {wire.role.key for wire in pins.wires} >= {"forward", "backward"}
     assert [row.pin for row in rows] == [wire.pin for wire in pins.wires]
     svg = ElementTree.fromstring(wiring_svg(pins, language))
     assert len(svg.findall("{*}path")) == len(rows)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from motorcade import Program, compile_program, load_profile, wait
+from motorcade.config import profile as cars
 from motorcade.config.profile import built_in_profile, built_in_profiles, parse_profile
 from motorcade.errors import MotorcadeError
 
@@ -13,28 +14,23 @@ TEXT = (resources.files("motorcade") / "profiles" / "classroom.toml").read_text(
 
 
 def test_the_classrooms_cars_are_the_protocols() -> None:
-    profile = built_in_profile("classroom")
-    assert profile.name == "classroom"
-    assert profile.durations_ms == (0, 1000, 2000, 3000)
-    assert profile.dwell_ms == (1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000)
-    assert profile.speeds_mm_s == (0, 100, 200, 300)
-    assert profile.turn_rates_deg_s == (0, 30, 60, 90)
-    assert profile.avoid_radii_mm == (100, 200, 300, 400)
-    assert profile.idle_state_ms == 100
-    infrared = profile.infrared
-    assert (infrared.range_mm, infrared.unit_us, infrared.gap_ms) == (1000, 560, 5)
-    assert (infrared.relay_period_ms, infrared.sense_ms) == (250, 6)
-    assert profile.serial.baud == 115200
-    body = profile.body
-    assert (body.diameter_mm, body.wheel_base_mm) == (150, 120)
-    assert (body.ultrasonic_cone_deg, body.ultrasonic_range_mm) == (15, 2000)
-    assert (body.pir_range_mm, body.pir_half_angle_deg) == (3000, 55)
-    servo = profile.servo
-    assert servo.period_ms == 20
-    assert (servo.pulse_0_deg_us, servo.pulse_90_deg_us, servo.pulse_180_deg_us) == (500, 1500, 2500)
-    assert profile.motor.pwm_max == 255
-    drive = profile.drive
-    assert (drive.failsafe_ms, drive.watchdog_ms, drive.hand_over_ms, drive.commands_per_s) == (300, 200, 5000, 100)
+    # What has a default is in the file too.
+    assert built_in_profile("classroom") == cars.Profile(
+        "classroom",
+        durations_ms=(0, 1000, 2000, 3000),
+        dwell_ms=(1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000),
+        speeds_mm_s=(0, 100, 200, 300),
+        turn_rates_deg_s=(0, 30, 60, 90),
+        avoid_radii_mm=(100, 200, 300, 400),
+        idle_state_ms=100,
+        infrared=cars.Infrared(range_mm=1000, unit_us=560, gap_ms=5, relay_period_ms=250, sense_ms=6),
+        serial=cars.Serial(115200),
+        body=cars.Body(150, 120, 15, 2000, 3000, 55),
+        floor=cars.FloorSensors(),
+        servo=cars.Servo(20, 500, 1500, 2500, 35),
+        motor=cars.DriveMotor(255),
+        drive=cars.DriveLimits(failsafe_ms=300, watchdog_ms=200, hand_over_ms=5000, commands_per_s=100),
+    )
 
 
 @pytest.mark.parametrize(
@@ -73,11 +69,8 @@ def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
             built_in_profile(name)
 
 
-def test_a_built_in_profile_is_found_from_any_folder(tmp_path: Path) -> None:
+def test_a_built_in_profile_is_found_from_any_folder_and_one_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert load_profile("classroom", tmp_path) == built_in_profile("classroom")
-
-
-def test_a_profile_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         load_profile("mine.toml", tmp_path)
     (tmp_path / "mine.toml").write_bytes(TEXT.encode("utf-16"))

@@ -228,7 +228,7 @@ def class_messages(sent):
     for name, text, who in sent:
         now_s += 1.0
         kind, exchange = REQUESTS[name]
-        given_ = {"asks": None, "who": who, "now_s": now_s}
+        given_ = {"asks": None, "client": "a", "who": who, "now_s": now_s}
         with refused():
             message = decode(text.encode(errors="replace"), exchange.message)
             owner = room if kind is Classroom else pairs

@@ -1,9 +1,6 @@
 """Mats: a file's content becomes a mat."""
 
 import json
-import subprocess
-import sys
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,13 +125,6 @@ def test_keys_that_are_left_out_have_defaults() -> None:
     assert mat(CAR) == Mat("n", Starts(np.ones(1), np.ones(1), np.zeros(1), np.zeros(1, bool), (("car[0]", 1),)))
 
 
-def test_toml_and_json_have_the_same_keys() -> None:
-    texts = [EVERYTHING, *(each.read_text(encoding="utf-8") for each in EXAMPLES if each.suffix == ".toml")]
-    for text in texts:
-        as_json = json.dumps(tomllib.loads(text))
-        assert parse_mat(as_json, "m", "JSON") == parse_mat(text, "m", "TOML")
-
-
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
 def test_an_example_has_room_for_its_cars_and_a_leader(path: Path) -> None:
     read = read_mat(path)
@@ -176,44 +166,11 @@ def test_an_obstacle_may_have_any_outline_that_does_not_cross_itself(corners: st
             assert mat(f"[[polygon]]\ncorners_m = {each}").polygons == (tuple(map(tuple, each)),)
 
 
-def test_the_first_car_of_an_open_table_leads() -> None:
-    table = open_table([Pose(0, 0, 1), Pose(1, 2)], tick_ms=3)
-    assert table.tick_ms == 3
-    assert table.starts == Starts.of([Pose(0, 0, 1), Pose(1, 2)], [True, False])
-    assert table.starts != Starts.of([Pose(0, 0, 1), Pose(1, 2)], [True, True])
-
-
-def test_starts_are_read_only_and_equal_in_length() -> None:
-    starts = open_table([Pose(0, 0)]).starts
+def test_the_first_car_of_an_open_table_leads_and_starts_are_read_only_and_equal_in_length() -> None:
+    poses = [Pose(0, 0, 1), Pose(1, 2)]
+    starts = open_table(poses).starts
+    assert starts == Starts.of(poses, [True, False]) != Starts.of(poses, [True, True])
     with pytest.raises(TypeError, match="read-only"):
         starts.x_m[0] = 1
     with pytest.raises(MotorcadeError, match="one value per car"):
         Starts.of([Pose(0, 0)], [True, False])
-
-
-WITHOUT_NUMPY = """
-import sys
-for name in ("numba", "numpy"):
-    sys.modules[name] = None
-from motorcade.config.profile import built_in_profile
-from motorcade.mats import check_mat, parse_mat
-mat = parse_mat('''
-format = "motorcade-mat/1"
-name = "n"
-size_m = [9, 9]
-edge = "wall"
-[[crowd]]
-cars = 100
-leaders = 4
-placement = "random"
-[[polygon]]
-corners_m = [[4, 4], [5, 4], [5, 5]]
-''', "m", "TOML")
-check_mat(mat, built_in_profile("classroom"))
-print(len(mat.starts))
-"""
-
-
-def test_a_mat_is_read_and_checked_where_there_is_no_numpy() -> None:
-    done = subprocess.run([sys.executable, "-c", WITHOUT_NUMPY], check=True, capture_output=True, text=True)
-    assert done.stdout == "100\n"

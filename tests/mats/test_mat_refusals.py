@@ -18,6 +18,9 @@ STEP = "[t_s, x, y], t_s from 0 to 1000000 s, x and y from -2000 to 2000 m"
 PATH = f"a list of 1 to 10000 {STEP}"
 CORNERS = f"a list of 3 to 1000 {POINT}"
 METRES = "allowed: a number from -2000 to 2000 metres"
+MEETS = "meets itself where its sides {} and {} touch or cross; list its corners in order around it"
+ROOM = "lower cars or spacing_m, or give it a larger or emptier area"
+ACROSS = "a car's body is 0.15 m across, so"
 MARKS = "line, patch, spot"
 TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polygon, voice, person, car, crowd, physics"
 
@@ -45,18 +48,15 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [1, 1], [1, 0], [0, 1]]",
-            "polygon[0].corners_m meets itself where its sides 0 and 2 touch or cross; "
-            "list its corners in order around it",
+            f"polygon[0].corners_m {MEETS.format(0, 2)}",
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [2, 0], [2, 2], [1, 0], [0, 2]]",
-            "polygon[0].corners_m meets itself where its sides 0 and 2 touch or cross; "
-            "list its corners in order around it",
+            f"polygon[0].corners_m {MEETS.format(0, 2)}",
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [2, 0], [1, 0], [1, 1]]",
-            "polygon[0].corners_m meets itself where its sides 0 and 1 touch or cross; "
-            "list its corners in order around it",
+            f"polygon[0].corners_m {MEETS.format(0, 1)}",
         ),
         (
             "[[person]]\npath = [[0, 0, 0], [-1, 1, 1]]",
@@ -79,23 +79,19 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
         ),
         (
             f"[[crowd]]\ncars = 401\n{AREA}",
-            "crowd[0] finds room for 400 of its 401 cars on 5 x 5 m, 0.25 m apart; "
-            "lower cars or spacing_m, or give it a larger or emptier area",
+            f"crowd[0] finds room for 400 of its 401 cars on 5 x 5 m, 0.25 m apart; {ROOM}",
         ),
         (
             f'[[crowd]]\ncars = 26\nspacing_m = 1\nplacement = "random"\n{AREA}',
-            "crowd[0] finds room for 25 of its 26 cars on 5 x 5 m, 1 m apart; "
-            "lower cars or spacing_m, or give it a larger or emptier area",
+            f"crowd[0] finds room for 25 of its 26 cars on 5 x 5 m, 1 m apart; {ROOM}",
         ),
         (
             f"[[crowd]]\ncars = 3\n{AREA}[[polygon]]\ncorners_m = [[-9, -9], [9, -9], [9, 9], [-9, 9]]",
-            "crowd[0] finds room for 0 of its 3 cars on 5 x 5 m, 0.25 m apart; "
-            "lower cars or spacing_m, or give it a larger or emptier area",
+            f"crowd[0] finds room for 0 of its 3 cars on 5 x 5 m, 0.25 m apart; {ROOM}",
         ),
         (
             "[[crowd]]\ncars = 3\ncorner_m = [0, 0]\nsize_m = [9, 0.2]",
-            "crowd[0] finds room for 0 of its 3 cars on 9 x 0.2 m, 0.25 m apart; "
-            "lower cars or spacing_m, or give it a larger or emptier area",
+            f"crowd[0] finds room for 0 of its 3 cars on 9 x 0.2 m, 0.25 m apart; {ROOM}",
         ),
         (f"[[crowd]]\ncars = 1500000\n{AREA}" * 2, "there are 3000000 cars in all; allowed: up to 2000000"),
         ("[physics]\ncollisions = 1", "physics.collisions is 1; allowed: true or false"),
@@ -104,30 +100,28 @@ TABLE = f"format, name, tick_ms, size_m, edge, floor, {MARKS}, wall, disc, polyg
         ("", "there are no cars; add a [[car]] or a [[crowd]]"),
         (
             f'size_m = [1.05, 9]\nedge = "wall"\n{CAR}',
-            "car[0] starts at [1, 1], over the mat's edge; "
-            "a car's body is 0.15 m across, so keep its centre 0.075 m inside",
+            f"car[0] starts at [1, 1], over the mat's edge; {ACROSS} keep its centre 0.075 m inside",
         ),
         (
             f"{CAR}[[wall]]\nfrom_m = [1.07, 0]\nto_m = [1.07, 3]",
-            "car[0] starts at [1, 1], on wall[0]; a car's body is 0.15 m across, so move one of them",
+            f"car[0] starts at [1, 1], on wall[0]; {ACROSS} move one of them",
         ),
         (
             f"[[disc]]\ncentre_m = [9, 9]\nradius_m = 1\n[[disc]]\ncentre_m = [1, 2]\nradius_m = 0.95\n{CAR}",
-            "car[0] starts at [1, 1], on disc[1]; a car's body is 0.15 m across, so move one of them",
+            f"car[0] starts at [1, 1], on disc[1]; {ACROSS} move one of them",
         ),
         (
             f"[[polygon]]\ncorners_m = [[0, 0], [9, 0], [9, 9], [0, 9]]\n{CAR}",
-            "car[0] starts at [1, 1], on polygon[0]; a car's body is 0.15 m across, so move one of them",
+            f"car[0] starts at [1, 1], on polygon[0]; {ACROSS} move one of them",
         ),
         (
             f"{CAR}[[car]]\nat_m = [1.1, 1]",
-            "car[1] starts at [1.1, 1], 0.1 m from car[0]; "
-            "a car's body is 0.15 m across, so move them apart, or give a crowd more spacing_m",
+            f"car[1] starts at [1.1, 1], 0.1 m from car[0]; {ACROSS} move them apart, or give a crowd more spacing_m",
         ),
         (
             f"{CAR}[[crowd]]\ncars = 5\nspacing_m = 0.1\n{AREA}",
-            "car 1 of crowd[0] starts at [0.15, 0.05], 0.1 m from car 0 of crowd[0]; "
-            "a car's body is 0.15 m across, so move them apart, or give a crowd more spacing_m",
+            f"car 1 of crowd[0] starts at [0.15, 0.05], 0.1 m from car 0 of crowd[0]; {ACROSS} "
+            "move them apart, or give a crowd more spacing_m",
         ),
         (
             "[[crowd]]\ncars = 5\ncorner_m = [1999.5, 0]\nsize_m = [5, 1]",
@@ -157,21 +151,10 @@ def assert_in_chinese(problem: MotorcadeError) -> None:
     [
         ("x", "TOML", "mat m is not TOML: Expected"),
         ("[1]", "JSON", f"mat m: the whole of it is [1]; allowed: a table {{...}} of {TABLE}"),
-        ('name = "n"', "TOML", 'mat m: format is missing; give "motorcade-mat/1"'),
-        (
-            'format = "motorcade-mat/1"',
-            "TOML",
-            "mat m: name is missing; give a line of 1 to 100 characters in quotation marks",
-        ),
         (
             'format = "motorcade-mat/2"\nname = "n"',
             "TOML",
             'mat m: format is "motorcade-mat/2"; allowed: "motorcade-mat/1"',
-        ),
-        (
-            '{"format": "motorcade-mat/1", "name": "n", "physics": {"capture_ratio": null}}',
-            "JSON",
-            "mat m: physics.capture_ratio is null; allowed: a number above 1, up to 1000000",
         ),
     ],
 )
@@ -198,14 +181,12 @@ def test_a_file_that_cannot_be_read_is_refused_in_a_sentence(tmp_path: Path) -> 
     ("changes", "said"),
     [
         ({"tick_ms": 50}, "tick_ms is 50; allowed: a whole number from 1 to 40 milliseconds"),
-        ({"physics": Physics(wheel_noise=2)}, "physics.wheel_noise is 2; allowed: a number from 0 to 0.5"),
         (
             {"physics": Physics(capture_ratio=math.nan)},
             "physics.capture_ratio is nan; allowed: a number above 1, up to 1000000",
         ),
         ({"discs": ((5, 5, np.float64(-1)),)}, "disc[0].radius_m is -1.0; allowed: a number from 0.001 to 2000 metres"),
         ({"walls": ((1, 1, 1, 1),)}, "wall[0] has no length; give two different points, 1 mm apart or more"),
-        ({"walled": True}, "edge is a wall but there is no size_m; give the mat's width and height"),
         ({"people": (Person(()),)}, f"person[0].path is []; allowed: {PATH}"),
         ({"starts": Starts.of([Pose(math.nan, 0)], [True])}, "the x of car 0 is nan; allowed: -2000 to 2000"),
         (

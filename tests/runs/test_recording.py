@@ -12,8 +12,6 @@ import lz4.frame
 import numpy as np
 import pytest
 import zstandard
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from mcap.reader import make_reader
 from PIL import Image
 
@@ -102,18 +100,6 @@ def test_a_world_without_events_is_recorded_without_them(tmp_path):
 # while a run goes on
 
 
-def test_moments_go_to_the_disk_while_the_run_goes_on(tmp_path):
-    cars = world()
-    sizes = []
-    with Recorder(tmp_path / "run.mcap", cars) as recorder:
-        for _ in range(4):
-            for _ in range(100):
-                cars.run(100)
-                recorder(cars)
-            sizes.append((tmp_path / "run.mcap.part").stat().st_size)
-    assert sizes == sorted(set(sizes))
-
-
 def test_a_run_that_is_not_complete_leaves_the_old_recording(tmp_path):
     record([tmp_path / "run.mcap"], world())
     old = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
@@ -144,28 +130,14 @@ def test_a_killed_process_leaves_a_readable_part(tmp_path):
     assert left.last_ms == moments[-1].t_ms
     assert f"what came after {moments[-1].t_ms / 1000:g} s is missing" in str(left.damage)
     assert len(all_events(left)) > 100
-
-
-@pytest.mark.parametrize("share", [0.3, 0.9])
-def test_a_cut_off_file_is_read_as_far_as_possible(share, tmp_path):
-    whole = record([tmp_path / "run.mcap"], world(), duration_ms=15_000)
-    data = (tmp_path / "run.mcap").read_bytes()
-    (tmp_path / "cut.mcap").write_bytes(data[: int(len(data) * share)])
-    cut = open_recording(tmp_path / "cut.mcap")
-    moments = list(cut.moments())
-    assert_same_moments(moments, list(whole.moments())[: len(moments)])
-    assert len(moments) >= int(share * 151) - 70
-    assert str(cut.damage).startswith(f"{tmp_path / 'cut.mcap'} is cut off or damaged")
-
-
-def test_a_damaged_file_is_reported_as_damaged(folder, kept, tmp_path):
-    data = bytearray((folder / "run.mcap").read_bytes())
-    data[3000] ^= 0xFF
+    # A byte that is wrong is as good as an end.
+    data = bytearray((tmp_path / "run.mcap").read_bytes())
+    data[len(data) // 2] ^= 0xFF
     (tmp_path / "run.mcap").write_bytes(data)
     damaged = open_recording(tmp_path / "run.mcap")
     moments = list(damaged.moments())
-    assert_same_moments(moments, list(kept.moments())[: len(moments)])
-    assert "damaged" in str(damaged.damage)
+    assert_same_moments(moments, whole[: len(moments)])
+    assert str(damaged.damage).startswith(f"{tmp_path / 'run.mcap'} is cut off or damaged")
 
 
 def test_an_interrupted_run_leaves_a_complete_recording(tmp_path):
@@ -258,12 +230,8 @@ def test_mcap_messages_fit_their_schemas_and_have_foxgloves_names(folder, kept):
         chunks = reader.get_summary().chunk_indexes
     names = {topic: {name for name, _ in messages} for topic, messages in topics.items()}
     assert names["/scene"] == names["/mat"] == {"foxglove.SceneUpdate"}
-    assert {topic: len(messages) for topic, messages in topics.items() if topic != "/events"} == {
-        "/mat": 1,
-        "/scene": 31,
-        "/cars": 31,
-        "/counts": 31,
-    }
+    counts = {topic: len(messages) for topic, messages in topics.items() if topic != "/events"}
+    assert counts == {"/mat": 1, "/scene": 31, "/cars": 31, "/counts": 31}
     assert {chunk.compression for chunk in chunks} == {"zstd"}
 
 
@@ -290,11 +258,14 @@ def test_the_scene_shows_each_car_where_it_is(folder, kept):
 
 
 def test_many_cars_are_triangles_of_few_colours(tmp_path):
-    from motorcade.runs.mcap_file import SceneMessages
-
     many = crowd(2500, 4)
     *_, last = many.moments()
-    cars, _ = json.loads(SceneMessages(many.about).message(last))["entities"]
+    sink = mcap_file.McapSink(tmp_path / "many.mcap", many.about)
+    sink.write(last)
+    sink.close()
+    with (tmp_path / "many.mcap").open("rb") as file:
+        ((_, _, scene),) = make_reader(file).iter_messages(topics=["/scene"])
+    cars, _ = json.loads(scene.data)["entities"]
     assert not cars["texts"]
     assert sum(len(each["points"]) for each in cars["triangles"]) == 3 * 2500
     assert len(cars["triangles"]) == 2
@@ -302,31 +273,16 @@ def test_many_cars_are_triangles_of_few_colours(tmp_path):
 
 @pytest.mark.parametrize("keeps", [True, False])
 def test_films_and_pictures_are_drawn_at_the_end_of_the_run(keeps, tmp_path):
-    cars = world()
+    cars, done = world(), []
     kept = InMemoryRecording(Description.of(cars, 100)) if keeps else None
-    with Recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recorder:
+    with Recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars, progress=done.append) as recorder:
         for _ in range(3):
             cars.run(100)
             recorder(cars)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
+    assert done[-1] == 2 * 300
     with Image.open(tmp_path / "run.gif") as film:
         assert film.n_frames == 4
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data())
-def test_any_damage_is_an_error_with_a_sentence_or_a_shorter_recording(folder, kept, tmp_path, data):
-    content = bytearray((folder / "run.mcap").read_bytes())
-    for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=5)):
-        content[place] = data.draw(st.integers(0, 255))
-    (tmp_path / "run.mcap").write_bytes(content[: data.draw(st.integers(0, len(content)))])
-    try:
-        left = open_recording(tmp_path / "run.mcap")
-        assert left.last_ms >= 0
-        for _ in (*left.moments(), *left.events()):
-            pass
-    except MotorcadeError as problem:
-        problem.sentence("zh")
 
 
 @pytest.mark.parametrize("compress", [lz4.frame.compress, zstandard.compress], ids=["lz4", "zstd"])

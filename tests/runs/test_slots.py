@@ -42,23 +42,20 @@ def slots_of(events, tagged: bool, slot: int, followers: range) -> tuple[int, in
     return once, again, len(begun) - once - again
 
 
-@pytest.mark.parametrize("tagged", [0, 1], ids=["bare", "tagged"])
-def test_slots_count_the_beginnings_among_the_events(tagged: int) -> None:
-    run = simulate(image(tagged), seconds=140, mat=chain(5))
-    assert [slot.begin_ms for slot in run.slots] == list(range(0, 140_000, DWELL_MS))
+# Tags begin again after 31 slots.
+@pytest.mark.parametrize(("tagged", "seconds"), [(0, 20), (1, 80)], ids=["bare", "tagged"])
+def test_slots_count_the_beginnings_among_the_events(tagged: int, seconds: int) -> None:
+    run = simulate(image(tagged), seconds=seconds, mat=chain(5))
+    assert [slot.begin_ms for slot in run.slots] == list(range(0, 1000 * seconds, DWELL_MS))
     for number, slot in enumerate(run.slots):
         assert (slot.leader, slot.tag) == (0, number % 31 + 1 if tagged else 0)
         counted = (slot.once, slot.again, slot.never)
         assert counted == slots_of(run.events, bool(tagged), number, range(1, 5)), slot
 
 
-def test_each_follower_of_a_chain_begins_each_tagged_word_once() -> None:
+def test_each_follower_of_a_chain_begins_each_tagged_word_once_and_lags_are_those_of_the_first_beginnings() -> None:
     run = simulate(image(1), seconds=20, mat=chain(4))
     assert {(slot.once, slot.again, slot.never) for slot in run.slots[:-1]} == {(3, 0, 0)}
-
-
-def test_lags_are_those_of_the_first_beginnings() -> None:
-    run = simulate(image(1), seconds=4, mat=chain(4))
     for slot in run.slots:
         begun = [int(event["t_ms"]) for event in run.events if event["kind"] == START and event["other"] == slot.tag]
         assert slot.lag_p50_ms == median_low(begun) - slot.begin_ms
@@ -83,10 +80,6 @@ def test_a_word_that_nobody_begins_has_no_lag() -> None:
     assert simulate(image(1), seconds=1, mat=far).slots == [Slot(0, 1, 0, 0, 0, 1, None, None)]
 
 
-@pytest.mark.parametrize("followers", [0, 3])
-def test_a_program_for_the_leader_alone_has_no_slots(followers: int) -> None:
-    assert simulate(image(0, ()), followers, seconds=1).slots == []
-
-
-def test_a_leader_without_followers_has_no_slots() -> None:
+def test_there_are_no_slots_without_followers_or_words_for_them() -> None:
+    assert simulate(image(0, ()), followers=3, seconds=1).slots == []
     assert simulate(image(1), followers=0, seconds=1).slots == []

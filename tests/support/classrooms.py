@@ -22,7 +22,7 @@ def a_class(cars=(), seed=1):
 def with_pupils(*names, cars=()):
     room = a_class(cars)
     for number, name in enumerate(names):
-        room.join(name, BUS, f"device {number}", 0.0)
+        room.join(name, BUS, f"device {number}", f"address {number}", 0.0)
     return room
 
 

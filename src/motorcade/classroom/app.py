@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager, suppress
 from functools import partial
 from inspect import isawaitable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from anyio import to_thread
@@ -21,15 +22,7 @@ from starlette.websockets import WebSocket
 
 from motorcade.classroom.folder import ClassFolder, ReportOrder, class_report, write_work
 from motorcade.classroom.handlers import Asks, Handlers
-from motorcade.classroom.messages import (
-    ClassView,
-    Goodbye,
-    MatView,
-    PairView,
-    PupilRow,
-    PupilView,
-    exchanges_of,
-)
+from motorcade.classroom.messages import ClassView, Goodbye, MatView, PairView, PupilRow, PupilView, exchanges_of
 from motorcade.classroom.pairs import Pairs
 from motorcade.classroom.record import Presence, Pupil
 from motorcade.classroom.room import Classroom
@@ -64,10 +57,10 @@ _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:
     """Return the whole server of a class, as an ASGI application; the folder is locked for this process."""
     cars = real_cars(settings)
-    running = RunningClass(settings, folder, tuple(car.name for car in settings.cars))
+    running = RunningClass(settings, folder)
     worlds = PageWorlds(settings, settings.sessions, running)
     room_cars = CarList(settings, settings.places, settings.keys, running.is_teacher)
-    handlers = Handlers(running, worlds, EmergencyStop(cars or RemoteCars(()), TEACHER), room_cars)
+    handlers = Handlers(running, worlds, EmergencyStop(cars or RemoteCars(())), room_cars)
     walls = Walls(running, worlds)
 
     @asynccontextmanager
@@ -144,13 +137,13 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
         raise MotorcadeError("not-found")
     kind, exchange = REQUESTS[name]
     owner = next(each for each in (running.room, running.mat, running.pairs, handlers) if isinstance(each, kind))
-    who = "" if exchange.is_open else running.visitor(request)
+    who, now_s = "" if exchange.is_open else running.visitor(request), running.settings.clock()
     if who:
-        running.check_request(who, running.settings.clock())
+        running.check_request(who, now_s)
     async with running.bodies.loaded(request) as data:
         message = decode(data or b"{}", exchange.message)
     response, since = json_response(None), running.room.revision
-    given = {"asks": Asks(request, response, _address(request)), "who": who, "now_s": running.settings.clock()}
+    given = {"asks": Asks(request, response), "client": _address(request), "who": who, "now_s": now_s}
     try:
         answer = exchange.method(owner, **{name: given[name] for name in exchange.given}, **structs.asdict(message))
         answer = await answer if isawaitable(answer) else answer
@@ -205,9 +198,7 @@ def _pages(running: RunningClass) -> list[BaseRoute]:
     page = running.settings.page
 
     async def start(request: Request) -> Response:
-        if running.pupil(request) is None and not running.is_teacher(request):
-            return RedirectResponse("/join", 303)
-        return page_file(page / "index.html")
+        return page_file(page / "index.html") if _holder(running, request)[0] else RedirectResponse("/join", 303)
 
     async def of_the_class(request: Request) -> Response:
         return page_file(page / "class.html")
@@ -277,42 +268,27 @@ async def _ignore(message: Nothing) -> None:
 
 def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, pair: PairView | None = None) -> PupilView:
     """Return what a pupil's page shows of the class; no other pupil's number or progress."""
-    return PupilView(
-        me=room.self_of(pupil),
-        hand=room.presence[pupil.id].hand_s is not None,
-        frozen=room.frozen,
-        shared=room.shared(),
-        stopped=room.stopped,
-        mat=mat,
-        mission=pupil.mission,
-        news=pupil.news,
-        pair=pair,
-    )
+    hand = room.presence[pupil.id].hand_s is not None
+    own: dict[str, Any] = {
+        "me": room.self_of(pupil),
+        "hand": hand,
+        "mission": pupil.mission,
+        "news": pupil.news,
+        "pair": pair,
+    }
+    return PupilView(room.frozen, room.shared(), room.stopped, mat, **own)
 
 
 def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | None = None) -> ClassView:
     """Return what the teacher's page shows; ``disk`` is why work can't be stored at present."""
-    record = room.record
-    return ClassView(
-        title=record.title,
-        code=record.code,
-        is_open=record.is_open,
-        frozen=room.frozen,
-        stuck_minutes=record.stuck_minutes,
-        pupils=[_row(each, room.presence[each.id], now_s) for each in record.pupils],
-        shared=room.shared(),
-        stopped=room.stopped,
-        mat=mat,
-        disk=disk,
-    )
+    pupils = [_row(each, room.presence[each.id], now_s) for each in room.record.pupils]
+    settings = {name: getattr(room.record, name) for name in ("title", "code", "is_open", "stuck_minutes")}
+    return ClassView(room.frozen, room.shared(), room.stopped, mat, pupils=pupils, disk=disk, **settings)
 
 
 def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
     return PupilRow(
-        id=pupil.id,
-        name=pupil.name,
-        avatar=pupil.avatar,
-        number=pupil.number,
+        *(pupil.id, pupil.name, pupil.avatar, pupil.number),
         online=presence.pages > 0,
         away_s=0 if presence.pages else int(now_s - presence.left_s),
         hand_s=None if presence.hand_s is None else int(now_s - presence.hand_s),

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from html import escape
 from itertools import chain, count
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path, PureWindowsPath
 from threading import Lock
 from typing import Annotated, BinaryIO, NamedTuple
 from urllib.parse import quote
@@ -32,7 +32,7 @@ from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.uploads import VIRTUAL_CAR
 from motorcade.service.documents import project_text
 from motorcade.service.library import LONGEST_NAME, Limits, iso_time, mission_library
-from motorcade.service.messages import LibraryEntry, decode
+from motorcade.service.messages import decode
 from motorcade.service.missions import list_missions
 
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
@@ -179,9 +179,8 @@ class ClassFolder(FolderStorage):
         """Delete an owner's library, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
         for each in (owner, mission_library(owner)):
             try:
-                shutil.rmtree(self._owner_folder(each))
-            except FileNotFoundError:
-                pass
+                with suppress(FileNotFoundError):
+                    shutil.rmtree(self._owner_folder(each))
             except OSError as problem:
                 raise MotorcadeError("cant-delete", reason=problem) from None
             self._used_bytes.pop(each, None)
@@ -213,12 +212,17 @@ class ReportOrder(Struct):
 
 
 class _Work(NamedTuple):
-    """What a pupil has made: the folder in the ZIP file, the projects and their files, and the stars by mission."""
+    """What a pupil has made.
 
-    pupil: Pupil
-    folder: str
-    projects: list[tuple[LibraryEntry, str]]
-    draft: str | None
+    Attributes:
+        name: the pupil's.
+        files: of each project its name, when it was saved, and its file in the ZIP file; that is "" where it can't be
+            read. The draft has no name.
+        stars: by mission.
+    """
+
+    name: str
+    files: list[tuple[str, str, str]]
     stars: dict[str, list[int]]
 
 
@@ -267,19 +271,19 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
 def _add(write: Callable[[str, bytes], None], folder: ClassFolder, pupil: Pupil) -> _Work:
     """Write all work of a pupil, each file by its path and content."""
     place = f"{pupil.id} {_file_name(pupil.name, set())}"
-    projects, taken, draft_file = [], {"draft"}, None
+    files, taken = [], {"draft"}
     for entry in folder.list(pupil.id):
-        name = ""
+        path = ""
         with suppress(MotorcadeError):
             data = folder.read(pupil.id, entry.name)
-            name = f"{_file_name(entry.name, taken)}{_ENDING}"
-            write(f"{place}/{name}", data)
-        projects.append((entry, name))
+            path = f"{place}/{_file_name(entry.name, taken)}{_ENDING}"
+            write(path, data)
+        files.append((entry.name, entry.saved_at, path))
     with suppress(MotorcadeError):
         if (draft := folder.read_draft(pupil.id)) and draft.project:
-            draft_file = f"draft{_ENDING}"
-            write(f"{place}/{draft_file}", project_text(draft.project).encode())
-    return _Work(pupil, place, projects, draft_file, folder.stars(pupil.id))
+            files.append(("", "", f"{place}/draft{_ENDING}"))
+            write(files[-1][2], project_text(draft.project).encode())
+    return _Work(pupil.name, files, folder.stars(pupil.id))
 
 
 def _chosen_paths(names: Iterable[str]) -> Iterator[str]:
@@ -315,15 +319,13 @@ def overview(works: Iterable[_Work], title: str, language: str) -> str:
     missions = {each.id: each.name.get(language) or each.name["en"] for each in list_missions({})}
     rows = []
     for work in works:
-        items = [_link(work.folder, file, entry.name, entry.saved_at, words) for entry, file in work.projects]
-        if work.draft:
-            items.append(_link(work.folder, work.draft, words["draft"], "", words, is_html=True))
+        items = [_item(*each, words) for each in work.files]
         stars = [
             f"<li>{escape(missions.get(each, each))}: {'★' * len(earned)}</li>"
             for each, earned in work.stars.items()
             if earned
         ]
-        cells = (escape(work.pupil.name), f"<ul>{''.join(items)}</ul>", f"<ul>{''.join(stars)}</ul>")
+        cells = (escape(work.name), f"<ul>{''.join(items)}</ul>", f"<ul>{''.join(stars)}</ul>")
         rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
     heads = "".join(f"<th scope=col>{words[key]}</th>" for key in ("pupil", "projects", "stars"))
     name = escape(title) or words["title"]
@@ -334,9 +336,9 @@ def overview(works: Iterable[_Work], title: str, language: str) -> str:
     )
 
 
-def _link(folder: str, file: str, name: str, saved_at: str, words: dict[str, str], is_html: bool = False) -> str:
-    text = name if is_html else escape(name)
-    if not file:
+def _item(name: str, saved_at: str, path: str, words: dict[str, str]) -> str:
+    text = escape(name) or words["draft"]
+    if not path:
         return f"<li>{text} ({words['unreadable']})</li>"
     when = f" ({escape(saved_at[:16].replace('T', ' '))} UTC)" if saved_at else ""
-    return f'<li><a href="{quote(str(PurePosixPath(folder) / file))}">{text}</a>{when}</li>'
+    return f'<li><a href="{quote(path)}">{text}</a>{when}</li>'

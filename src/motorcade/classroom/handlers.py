@@ -3,8 +3,7 @@
 import os
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import msgspec
 from anyio import to_thread
@@ -33,13 +32,11 @@ _SALT_BYTES, _SECRET_BYTES = 16, 24
 _GIFTS_A_MINUTE = 10
 
 
-@dataclass(frozen=True, slots=True)
-class Asks:
-    """A request, and the response whose cookies the answer may set; ``address``: whose attempts are counted."""
+class Asks(NamedTuple):
+    """A request, and the response whose cookies the answer may set."""
 
     connection: HTTPConnection
     response: Response
-    address: str
 
 
 class Handlers:
@@ -53,13 +50,8 @@ class Handlers:
     """
 
     def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop, programmed: CarList) -> None:
-        self._running = running
-        self._room = running.room
-        self._pairs = running.pairs
-        self._folder = running.folder
-        self._worlds = worlds
-        self._stop = stop
-        self._programmed = programmed
+        self._running, self._worlds, self._stop, self._programmed = running, worlds, stop, programmed
+        self._room, self._pairs, self._folder = running.room, running.pairs, running.folder
         self._gifts = Attempts(_GIFTS_A_MINUTE, 60.0, "gives-too-often")
 
     # Everybody who comes in.
@@ -71,22 +63,17 @@ class Handlers:
         me = self._room.self_of(pupil) if pupil else None
         return messages.ClassAbout(me, record.is_open, list(messages.AVATARS), record.title)
 
-    @request("class/check-code", is_open=True)
-    def check_code(self, asks: Asks, code: Text40, now_s: float) -> None:
-        """Check the code before the nickname is asked for; spaces, dashes and small letters don't matter."""
-        self._room.check_code(code, asks.address, now_s)
-
     @request("class/join", is_open=True, stores=True)
-    def join(self, asks: Asks, code: Text40, name: Text40, avatar: Text40, now_s: float) -> Self:
+    def join(self, asks: Asks, client: str, code: Text40, name: Text40, avatar: Text40, now_s: float) -> Self:
         """Let a newcomer in, with a nickname and one of the avatars."""
-        self._room.check_code(code, asks.address, now_s)
-        return self._let_in(asks, lambda device: self._room.join(name, avatar, device, now_s, asks.address))
+        self._room.check_code(code, client, now_s)
+        return self._let_in(asks, lambda device: self._room.join(name, avatar, device, client, now_s))
 
     @request("class/return", is_open=True, stores=True)
-    def come_back(self, asks: Asks, code: Text40, name: Text40, number: Text40, now_s: float) -> Self:
+    def come_back(self, asks: Asks, client: str, code: Text40, name: Text40, number: Text40, now_s: float) -> Self:
         """Let a pupil in at another device, with the personal number."""
-        self._room.check_code(code, asks.address, now_s)
-        return self._let_in(asks, lambda device: self._room.come_back(name, number, device, asks.address, now_s))
+        self._room.check_code(code, client, now_s)
+        return self._let_in(asks, lambda device: self._room.come_back(name, number, device, client, now_s))
 
     def _let_in(self, asks: Asks, enter: Callable[[str], Pupil]) -> Self:
         secret = secrets.token_urlsafe(_SECRET_BYTES)
@@ -105,12 +92,12 @@ class Handlers:
         return messages.TeacherAbout(self._room.record.password is not None, self._running.is_teacher(asks.connection))
 
     @request("teacher/first-password", is_open=True, stores=True)
-    async def set_first_password(self, asks: Asks, key: Secret, password: Secret, now_s: float) -> None:
+    async def set_first_password(self, asks: Asks, client: str, key: Secret, password: Secret, now_s: float) -> None:
         """Set the password, and sign in; ``key`` stands behind ``/teacher#`` in the address that the command prints."""
-        self._room.of_an_address.check(asks.address, now_s)
+        self._room.of_an_address.check(client, now_s)
         first_key = self._running.first_key
         if first_key is None or not secrets.compare_digest(key.encode(), first_key.encode()):
-            raise self._room.refuse(asks.address, now_s, MotorcadeError("wrong-first-key"))
+            raise self._room.refuse(client, now_s, MotorcadeError("wrong-first-key"))
         check_password(password)
         self._room.set_password(await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES)))
         await self._running.settle()
@@ -119,9 +106,9 @@ class Handlers:
         self._sign_in(asks)
 
     @request("teacher/sign-in", is_open=True)
-    async def sign_in(self, asks: Asks, password: Secret, now_s: float) -> None:
+    async def sign_in(self, asks: Asks, client: str, password: Secret, now_s: float) -> None:
         """Sign the teacher in."""
-        await self._check_password(asks, password, now_s)
+        await self._check_password(client, password, now_s)
         self._sign_in(asks)
 
     def _sign_in(self, asks: Asks) -> None:
@@ -129,12 +116,12 @@ class Handlers:
         self._room.sign_in(digest(secret), self._running.settings.unix_s() + SIGNED_IN_S)
         self._running.remember(asks.response, asks.connection, secret, teacher=True)
 
-    async def _check_password(self, asks: Asks, password: str, now_s: float) -> None:
+    async def _check_password(self, client: str, password: str, now_s: float) -> None:
         """Raise MotorcadeError unless it is the password; one after the other, as each takes memory and time."""
         async with self._running.hashing:
-            self._room.of_an_address.check(asks.address, now_s)
+            self._room.of_an_address.check(client, now_s)
             if not await to_thread.run_sync(is_password, password, self._room.record.password or ""):
-                raise self._room.refuse(asks.address, now_s, MotorcadeError("wrong-password"))
+                raise self._room.refuse(client, now_s, MotorcadeError("wrong-password"))
 
     # Pupils.
 
@@ -297,17 +284,15 @@ class Handlers:
             data = project_text(project).encode()
         else:
             data = await to_thread.run_sync(self._folder.read, TEACHER, name)
-        missed, why = [], None
+        missed = []
         for pupil in pupils:
             try:
                 copied = await to_thread.run_sync(self._folder.copy, data, pupil.id, name)
-            except MotorcadeError as problem:
-                missed.append(pupil.id)
-                why = problem
-            else:
                 self._room.tell(pupil, "project", copied, "")
-        if why and len(missed) == len(pupils):
-            raise why
+            except MotorcadeError:
+                missed.append(pupil.id)
+                if len(missed) == len(pupils):
+                    raise
         return messages.HandedOut(len(pupils) - len(missed), missed)
 
     @request("teacher/library")
@@ -321,15 +306,14 @@ class Handlers:
     async def project(self, pupil: Id, name: Text40) -> StoredProject:
         """Return a project of a pupil; an empty name is that of the draft."""
         owner = self._room.pupil(pupil).id
-        found: Project | None
         if name:
-            found = open_text(await to_thread.run_sync(self._folder.read, owner, name))
+            found: Project | None = open_text(await to_thread.run_sync(self._folder.read, owner, name))
         else:
             draft = await self.read_draft(owner)
             name, found = draft.name, draft.project
-            if found is None:
-                raise MotorcadeError("no-project", name="")
-        return StoredProject(**{**structs.asdict(found), "name": name})
+        if found is None:
+            raise MotorcadeError("no-project", name="")
+        return StoredProject(**structs.asdict(found) | {"name": name})
 
     @request("teacher/progress")
     async def progress(self) -> messages.ClassProgress:
@@ -359,9 +343,9 @@ class Handlers:
         self._room.stop_cars(False)
 
     @request("teacher/end", stores=True)
-    async def end(self, asks: Asks, password: Secret, now_s: float) -> None:
+    async def end(self, client: str, password: Secret, now_s: float) -> None:
         """End the class: pupils, their names and their work are deleted."""
-        await self._check_password(asks, password, now_s)
+        await self._check_password(client, password, now_s)
         for pupil in self._room.record.pupils:
             self._pairs.leave(pupil.id)
         self._room.end()

@@ -23,8 +23,9 @@ AVATARS = (
 Text40 = Annotated[str, Meta(max_length=160)]
 Secret = Annotated[str, Meta(max_length=400)]
 Id = Annotated[str, Meta(max_length=8)]
-# What a method gets beside the message: the request, who sent it (a pupil's id, or the teacher), and the time.
-GIVEN = ("asks", "who", "now_s")
+# What a method gets beside the message: the request, the address that it came from, who sent it (a pupil's id, or the
+# teacher), and the time.
+GIVEN = ("asks", "client", "who", "now_s")
 # A window of a pair: the leader's program, with the mat, or the followers' program.
 Window = Literal["leader", "followers"]
 _Method = TypeVar("_Method", bound=Callable[..., Any])

@@ -5,10 +5,9 @@ import io
 import ipaddress
 import socket
 from collections.abc import AsyncIterator, Iterable, Sequence
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 import psutil
 import segno
@@ -20,9 +19,6 @@ from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
 from motorcade.server.running import url_of
 from motorcade.sockets import way_out
-
-if TYPE_CHECKING:
-    from zeroconf.asyncio import AsyncZeroconf
 
 LOCAL_NAME, _NAME = "motorcade.local", "motorcade"
 _OWN = "127.0.0.1"
@@ -55,11 +51,7 @@ class Network:
         self.addresses = [url_of(host, port, scheme=scheme) for host in hosts]
         self.local_name: str | None = None
         self.why_no_name: MotorcadeError | None = None
-        self._hosts = list(hosts)
-        self._port = port
-        self._scheme = scheme
-        self._announces = announces
-        self._zeroconf: AsyncZeroconf | None = None
+        self._hosts, self._port, self._scheme, self._announces = list(hosts), port, scheme, announces
 
     def choose(self, address: str) -> None:
         """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""
@@ -73,19 +65,17 @@ class Network:
 
         Where an interface can't do it, such as a tunnel, the likeliest address alone is announced.
         """
-        try:
+        async with AsyncExitStack() as opened:
             for hosts in [self._hosts, self._hosts[:1]] if self._announces else []:
-                self.why_no_name = await self._announce(hosts)
+                self.why_no_name = await self._announce(hosts, opened)
                 if self.why_no_name is None:
                     self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
                 if self.why_no_name is None or self.why_no_name.code != "local-name-not-announced":
                     break
             yield
-        finally:
-            await self._end_announcement()
 
-    async def _announce(self, hosts: list[str]) -> MotorcadeError | None:
-        """Announce these addresses; return why that isn't possible, or None."""
+    async def _announce(self, hosts: list[str], opened: AsyncExitStack) -> MotorcadeError | None:
+        """Announce these addresses until ``opened`` is closed; return why that isn't possible, or None."""
         try:
             from zeroconf import NonUniqueNameException, ServiceInfo
             from zeroconf.asyncio import AsyncZeroconf
@@ -100,34 +90,22 @@ class Network:
             properties={"path": "/join"},
         )
         try:
-            self._zeroconf = AsyncZeroconf(interfaces=hosts)
-            await self._zeroconf.async_register_service(info)
+            zeroconf = AsyncZeroconf(interfaces=hosts)
+            opened.push_async_callback(zeroconf.async_close)
+            await zeroconf.async_register_service(info)
         except NonUniqueNameException:
-            problem = MotorcadeError("local-name-taken", name=LOCAL_NAME)
+            return MotorcadeError("local-name-taken", name=LOCAL_NAME)
         except (OSError, RuntimeError) as found:
             # RuntimeError: an interface is gone.
-            problem = MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
-        else:
-            return None
-        await self._end_announcement()
-        return problem
-
-    async def _end_announcement(self) -> None:
-        if self._zeroconf:
-            await self._zeroconf.async_close()
-            self._zeroconf = None
+            return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
+        return None
 
 
 def interfaces() -> list[tuple[str, str]]:
     """Return the names and the addresses of the network interfaces of this computer that are up."""
     up = {name for name, status in psutil.net_if_stats().items() if status.isup}
-    families = (socket.AF_INET, socket.AF_INET6)
-    return [
-        (name, each.address)
-        for name, addresses in psutil.net_if_addrs().items()
-        for each in addresses
-        if name in up and each.family in families
-    ]
+    found = [(name, each) for name, addresses in psutil.net_if_addrs().items() if name in up for each in addresses]
+    return [(name, each.address) for name, each in found if each.family in (socket.AF_INET, socket.AF_INET6)]
 
 
 def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -> list[str]:
@@ -183,16 +161,10 @@ def qr_for_terminal(text: str) -> str:
     return drawn.getvalue().rstrip("\n")
 
 
-class ClassKeys(NamedTuple):
-    """The files of a class's HTTPS: the server's secret keys, and the authority's certificate for tablets."""
+def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> tuple[Path, Path]:
+    """Return the files of a class's HTTPS: the server's secret keys, and the authority's certificate for tablets.
 
-    server: Path
-    authority: Path
-
-
-def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> ClassKeys:
-    """Return the keys for ``motorcade.local`` and these addresses; made where they aren't there or end soon.
-
+    The keys are for ``motorcade.local`` and these addresses; they are made where they aren't there or end soon.
     The authority stays when the addresses change, so a tablet that trusts it goes on to do so. Raises MotorcadeError,
     or OSError where the folder can't be written to.
     """
@@ -207,4 +179,4 @@ def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> ClassKeys:
         made.unlink(missing_ok=True)
         make_keys(folder, [CarKeys(_NAME, tuple(hosts))], [], now)
         made.replace(kept)
-    return ClassKeys(kept, folder / AUTHORITY_PUBLIC)
+    return kept, folder / AUTHORITY_PUBLIC

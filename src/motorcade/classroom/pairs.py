@@ -129,11 +129,11 @@ class Pairs:
             pair.asks = None
         self._room.save()
 
-    def leave(self, who: str) -> Pair | None:
+    def leave(self, who: str) -> None:
         """Leave the pair: windows are free again. The last one who leaves ends it; so does who was never joined."""
         pair = self.of(who)
         if pair is None:
-            return None
+            return
         pair.members.remove(who)
         pair.joined = [each for each in pair.joined if each != who]
         pair.owners = {window: None if owner == who else owner for window, owner in pair.owners.items()}
@@ -143,7 +143,6 @@ class Pairs:
             self._room.record.removed.append(pair.library)
             self._conducted.pop(pair.id, None)
         self._room.save()
-        return pair
 
     @request("class/pair/conduct")
     def conduct(

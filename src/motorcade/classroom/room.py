@@ -11,15 +11,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from motorcade.classroom.messages import AVATARS, Classmate, Id, News, Self, Shared, Text40, request
-from motorcade.classroom.names import (
-    RandomBelow,
-    check_free,
-    likeness,
-    new_code,
-    new_number,
-    typed_code,
-    typed_number,
-)
+from motorcade.classroom.names import RandomBelow, check_free, likeness, new_code, new_number, typed_code, typed_number
 from motorcade.classroom.record import ClassRecord, Presence, Pupil, SignIn
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import checked_user_name
@@ -80,31 +72,34 @@ class Classroom:
 
     # Coming in.
 
-    def check_code(self, typed: str, address: str, now_s: float) -> None:
-        """Raise MotorcadeError where it isn't the code, or the address has tried too often."""
-        self.of_an_address.check(address, now_s)
-        if not compare_digest(typed_code(typed).encode(), self.record.code.encode()):
-            raise self.refuse(address, now_s, MotorcadeError("wrong-class-code", characters=len(self.record.code)))
+    @request("class/check-code", is_open=True)
+    def check_code(self, code: Text40, client: str, now_s: float) -> None:
+        """Check the code as somebody typed it: spaces, dashes and small letters don't matter.
+
+        Raises MotorcadeError where it isn't that of the class, or the address has tried too often.
+        """
+        self.of_an_address.check(client, now_s)
+        if not compare_digest(typed_code(code).encode(), self.record.code.encode()):
+            raise self.refuse(client, now_s, MotorcadeError("wrong-class-code", characters=len(self.record.code)))
 
     def refuse(self, address: str, now_s: float, problem: MotorcadeError) -> MotorcadeError:
         """Count what was wrong: a code, a number, a password or a first key. Return ``problem``."""
         self.of_an_address.add(address, now_s)
         return problem
 
-    def join(self, typed_name: str, avatar: str, device: str, now_s: float, address: str | None = None) -> Pupil:
-        """Let a newcomer in, who knows the code. Raises MotorcadeError.
+    def join(self, typed_name: str, avatar: str, device: str, address: str, now_s: float) -> Pupil:
+        """Let a newcomer in, who knows the code; it counts as an attempt of the address. Raises MotorcadeError.
 
         Args:
             typed_name: the nickname.
             avatar: the picture.
             device: the digest of a new secret.
+            address: whose attempts are counted.
             now_s: the time.
-            address: whose attempts are counted; None for no limit.
         """
         if not self.record.is_open:
             raise MotorcadeError("class-closed")
-        if address is not None:
-            self.of_an_address.check(address, now_s)
+        self.of_an_address.check(address, now_s)
         if len(self.record.pupils) >= MOST_PUPILS:
             raise MotorcadeError("class-full", most=MOST_PUPILS)
         if avatar not in AVATARS:
@@ -117,8 +112,7 @@ class Classroom:
         self.record.pupils.append(pupil)
         self.presence[pupil.id] = Presence(left_s=now_s, step_s=now_s)
         self._add_device(pupil, device)
-        if address is not None:
-            self.of_an_address.add(address, now_s)
+        self.of_an_address.add(address, now_s)
         return pupil
 
     def come_back(self, typed_name: str, typed: str, device: str, address: str, now_s: float) -> Pupil:

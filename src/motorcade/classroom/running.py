@@ -8,7 +8,6 @@ from contextlib import AbstractAsyncContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 from anyio import CapacityLimiter, to_thread
 from starlette.requests import HTTPConnection
@@ -76,15 +75,15 @@ class RunningClass(Visitors):
     Args:
         settings: of the server.
         folder: locked for this process.
-        cars: the names of the real cars.
     """
 
-    def __init__(self, settings: ClassServerSettings, folder: ClassFolder, cars: tuple[str, ...] = ()) -> None:
+    def __init__(self, settings: ClassServerSettings, folder: ClassFolder) -> None:
         super().__init__(settings.library, capabilities(settings))
         self.settings = settings
         self.storage = self.folder = folder
         self.first_key = settings.first_key
-        self.room = Classroom(folder.load(secrets.randbelow), secrets.randbelow, cars, settings.clock())
+        cars, record = [car.name for car in settings.cars], folder.load(secrets.randbelow)
+        self.room = Classroom(record, secrets.randbelow, cars, settings.clock())
         self.mat = SharedMat()
         self.pairs = Pairs(self.room)
         for pair in self.room.record.pairs:
@@ -118,8 +117,7 @@ class RunningClass(Visitors):
 
     def visitor(self, connection: HTTPConnection) -> str:
         """Return whose library it is that asks: a pupil's id, or the teacher. Raises MotorcadeError for strangers."""
-        pupil = self.pupil(connection)
-        if pupil:
+        if pupil := self.pupil(connection):
             return pupil.id
         if self.is_teacher(connection):
             return TEACHER
@@ -206,8 +204,7 @@ class RunningClass(Visitors):
     # What its visitors may do in the studio.
 
     def context(self, visitor: str) -> Context:
-        role: Literal["teacher", "pupil"] = "teacher" if visitor == TEACHER else "pupil"
-        able = capabilities(self.settings, role)
+        able = capabilities(self.settings, "teacher" if visitor == TEACHER else "pupil")
         return Context(able, self.storage, lambda: self._ports(visitor), visitor)
 
     def most_s(self, request: str) -> float:
@@ -274,28 +271,22 @@ class RunningClass(Visitors):
 
 
 class EmergencyStop:
-    """The teacher's emergency stop of all real cars.
+    """The teacher's emergency stop of all real cars."""
 
-    Args:
-        cars: the real cars.
-        page: the name of who stops them.
-    """
-
-    def __init__(self, cars: Fleet, page: str) -> None:
+    def __init__(self, cars: Fleet) -> None:
         self._cars = cars
-        self._page = page
         self._pending: list[asyncio.Task[None]] = []
 
     async def stop(self) -> list[str]:
         """Stop all cars at once; return those that could not be reached yet."""
-        return await self._at_all(lambda car: self._cars.stop(car, self._page))
+        return await self._at_all(lambda car: self._cars.stop(car, TEACHER))
 
     async def release(self) -> list[str]:
         """Let all cars drive again; return those that could not be reached yet."""
         return await self._at_all(self._clear)
 
     async def _clear(self, car: str) -> None:
-        control = await self._cars.connect(car, self._page)
+        control = await self._cars.connect(car, TEACHER)
         try:
             while True:
                 try:
@@ -310,7 +301,6 @@ class EmergencyStop:
 
     async def _at_all(self, act: Callable[[str], Awaitable[None]]) -> list[str]:
         """Do something at all cars, in place of what was begun before."""
-
         done = set()
 
         async def do(car: str) -> None:

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 from anyio import CapacityLimiter
-from msgspec import UNSET, Meta
+from msgspec import Meta
 
 from motorcade.classroom.messages import MatView, Wall, WallWorld, request
 from motorcade.errors import MotorcadeError, Phrase
@@ -23,7 +23,6 @@ _KEY = "mat"
 # So far apart, followers of one leader hear no other; followers stand behind theirs.
 _BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M = 2.5, 0.3
 _IN_A_ROW = 6
-_SEED_BELOW = 1 << 32
 _PARADE_S = 60
 MOST_PLACES = 60
 
@@ -34,13 +33,15 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
     All cars have to move, without touching each other, and then far.
     """
     rows, columns = -(-leaders // _IN_A_ROW), min(leaders, _IN_A_ROW)
+    # The row of followers ends before the next leader.
+    apart_m = max(_BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M * (followers + 1))
     cars: list[dict[str, Any]] = []
     for place in range(leaders):
         row, column = divmod(place, _IN_A_ROW)
-        x_m, y_m = (column + 0.75) * _BETWEEN_LEADERS_M, (rows - row - 0.5) * _BETWEEN_LEADERS_M
+        x_m, y_m = (column + 0.75) * apart_m, (rows - row - 0.5) * _BETWEEN_LEADERS_M
         cars.append({"at_m": [x_m, y_m], "role": "leader"})
         cars += [{"at_m": [round(x_m - _BETWEEN_FOLLOWERS_M * (k + 1), 3), y_m]} for k in range(followers)]
-    size_m = [(columns + 0.5) * _BETWEEN_LEADERS_M, rows * _BETWEEN_LEADERS_M]
+    size_m = [(columns + 0.5) * apart_m, rows * _BETWEEN_LEADERS_M]
     return {
         "format": "motorcade-mission/1",
         "name": sentences(Phrase("parade")),
@@ -57,13 +58,9 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
 
 def described(pupil: str, world: StudioWorld, mat: MatDocument) -> WallWorld:
     """Return what a page of the teacher has to know of a world before its pictures; ``pupil`` is its owner's id."""
-    hello = world.hello("", False)
-    leads = [] if hello.leads is UNSET else hello.leads
-    radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
-    referee = world.referee
-    zones = mission_zones(referee.mission) if referee else []
-    goals = mission_goals(referee.mission) if referee else []
-    return WallWorld(pupil, mat, leads, radius_m, hello.cars, zones, goals)
+    mission = world.referee.mission if world.referee else None
+    zones, goals = (mission_zones(mission), mission_goals(mission)) if mission else ([], [])
+    return WallWorld(pupil, mat, world.leads(), world.radius_m, world.cars, zones, goals)
 
 
 class SharedMat:
@@ -156,7 +153,7 @@ class SharedMat:
         choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
         mission = chosen_mission(choice)
         images += [NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
-        document, seed = mission.mat_document, secrets.randbelow(_SEED_BELOW)
+        document, seed = mission.mat_document, secrets.randbits(32)
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session
         async with session.lock:

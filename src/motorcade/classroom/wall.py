@@ -21,13 +21,7 @@ from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.history import HEADER_BYTES, header_of, renumbered
 from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import (
-    Goals,
-    Hello,
-    Shown,
-    State,
-    WorldAnswer,
-)
+from motorcade.service.world_messages import Goals, Hello, Shown, State, WorldAnswer
 
 PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 1 / 16, 1.0, 0.1
 # The shared mat goes on in such steps while only the wall shows it.
@@ -100,9 +94,7 @@ class WallPictures:
         parts = []
         now = {each.pupil: each for each in found}
         for place, world in enumerate(self._shown):
-            if self._seen is not None and place not in self._seen:
-                continue
-            if now.get(world.pupil) != world:
+            if (self._seen is not None and place not in self._seen) or now.get(world.pupil) != world:
                 continue
             t_ms, moment = world.moment()
             if self._last.get(place) == moment:
@@ -138,16 +130,14 @@ class _Onlooker:
             return answers
         for kind in (Hello, State, Goals, bytes):
             answer = world.session.sent.get(kind)
-            if answer is None or answer is self._sent.get(kind):
+            waits = kind is bytes and self._numbered - self.drawn >= _MOST_UNDER_WAY
+            if answer is None or answer is self._sent.get(kind) or waits:
                 continue
-            if isinstance(answer, bytes):
-                if self._numbered - self.drawn >= _MOST_UNDER_WAY:
-                    continue
-                self._numbered += 1
-                answers.append(renumbered(answer, self._numbered))
-            else:
-                answers.append(answer)
             self._sent[kind] = answer
+            if isinstance(answer, bytes):
+                self._numbered += 1
+                answer = renumbered(answer, self._numbered)
+            answers.append(answer)
         return answers
 
 
@@ -155,9 +145,7 @@ class Walls:
     """The WebSockets of the wall, and of those who look on at one world."""
 
     def __init__(self, running: RunningClass, worlds: PageWorlds) -> None:
-        self._running = running
-        self._worlds = worlds
-        self._mat = running.mat
+        self._running, self._worlds, self._mat = running, worlds, running.mat
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page that shows the wall."""
@@ -209,10 +197,9 @@ class Walls:
 
     def _now_shown(self) -> Iterator[ShownWorld]:
         """Yield the worlds of pupils whose pages are connected, and the shared mat."""
-        newest = self._worlds.newest()
-        found = [(pupil.id, newest.get(pupil.id)) for pupil in self._running.room.record.pupils]
+        shown = self._worlds.newest()
         if self._mat.view().state in ("running", "over"):
-            found.append(("", self._mat.session))
-        for owner, session in found:
-            if session and session.has_world and session.mat is not None:
+            shown[""] = self._mat.session
+        for owner in (*(pupil.id for pupil in self._running.room.record.pupils), ""):
+            if (session := shown.get(owner)) and session.has_world and session.mat is not None:
                 yield ShownWorld(owner, session, session.world, session.mat)

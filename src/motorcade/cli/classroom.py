@@ -63,8 +63,8 @@ def _class(
         record = files.load(secrets.randbelow)
         hosts, own = room_hosts(listener)
         first_key = secrets.token_urlsafe(_KEY_BYTES) if new_password or record.password is None else None
-        own_keys = class_keys(place / "https", hosts, datetime.now(UTC)) if https else None
-        scheme, bound = "https" if own_keys else "http", listener.getsockname()[1]
+        own_keys, authority = class_keys(place / "https", hosts, datetime.now(UTC)) if https else (None, None)
+        scheme, bound = "https" if https else "http", listener.getsockname()[1]
         reaches_others = not is_loopback(listener)
         settings = ClassServerSettings(
             library=place,
@@ -73,7 +73,7 @@ def _class(
             record=written.record if written else None,
             first_key=first_key,
             network=Network(hosts, bound, scheme, announces=reaches_others),
-            authority=own_keys.authority if own_keys else None,
+            authority=authority,
             places=tuple(listed(car_list)),
             **named,
         )
@@ -107,4 +107,4 @@ def _class(
                 open_browser(teacher)
 
         with announced(CLASS, record.title, listener.getsockname()[:2], print_problem):
-            serve_alone(app, settings, listener, ready, https_context(own_keys.server) if own_keys else None)
+            serve_alone(app, settings, listener, ready, https_context(own_keys) if own_keys else None)

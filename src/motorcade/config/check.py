@@ -1,7 +1,7 @@
 """Check a document against its JSON Schema, fill in defaults, and describe faults in every language.
 
 A document is what JSON or TOML holds: tables, lists, texts, numbers, true, false and null. The schema that Motorcade
-publishes is the one that is read here. It may use the keywords in KEYWORDS and no others; `x-` keywords are
+publishes is the one that is read here. It may use the keywords that this file reads and no others; `x-` keywords are
 Motorcade's own, and `published` leaves them out. Pure Python, so that it also runs in a browser.
 """
 
@@ -20,15 +20,6 @@ Schema = dict[str, Any]
 KeyPath = tuple[str | int, ...]
 Text = str | Phrase
 
-KEYWORDS = frozenset(
-    (
-        *("$schema", "$defs", "$ref", "title", "description", "default", "type", "enum"),
-        *("minimum", "maximum", "exclusiveMinimum", "minLength", "maxLength", "pattern", "format"),
-        *("items", "prefixItems", "minItems", "maxItems", "uniqueItems"),
-        *("properties", "required", "additionalProperties", "oneOf", "dependentRequired"),
-        *("x-allowed", "x-unit"),
-    )
-)
 _LONGEST_SHOWN = 40
 # Beyond it, not every whole number is a float.
 _EXACT = 2**53
@@ -307,16 +298,12 @@ def table(optional: tuple[str, ...] = (), /, **properties: Schema) -> Schema:
 
 def whole(minimum: int, maximum: int, unit: str = "", **more: Any) -> Schema:
     """The schema of an integer; sentences name its ``unit``, a phrase."""
-    return {"type": "integer", "minimum": minimum, "maximum": maximum, **_unit(unit), **more}
+    return number(minimum, maximum, unit, **more) | {"type": "integer"}
 
 
 def number(minimum: float, maximum: float, unit: str = "", **more: Any) -> Schema:
     """The schema of a number; sentences name its ``unit``, a phrase."""
-    return {"type": "number", "minimum": minimum, "maximum": maximum, **_unit(unit), **more}
-
-
-def _unit(unit: str) -> Schema:
-    return {"x-unit": unit} if unit else {}
+    return {"type": "number", "minimum": minimum, "maximum": maximum, **({"x-unit": unit} if unit else {}), **more}
 
 
 def allowed_as(key: str, schema: Schema, **details: Any) -> Schema:

@@ -100,7 +100,7 @@ def _in_rows(crowd: Crowd, sweep: SweepLine, budget: Budget) -> Places:
         y = corner_y + (row + 0.5) * crowd.spacing_m
         free = across
         if sweep.reaches(y, y):
-            free = array("d", compress(across, _free(sweep, PointRow(y, y, across, [y] * columns))))
+            free = array("d", compress(across, _free(sweep, (y, y, across, [y] * columns))))
         x_m += free[: crowd.cars - len(x_m)]
         y_m += array("d", [y]) * (len(x_m) - len(y_m))
         if len(x_m) == crowd.cars:
@@ -126,7 +126,7 @@ def _at_random(crowd: Crowd, sweep: Callable[[], SweepLine], budget: Budget, gen
         places = [
             place
             for row, (x_m, y_m) in enumerate(zip(x_rows, y_rows, strict=True))
-            for place in compress(count(row * columns), _free(here, PointRow(min(y_m), max(y_m), x_m, y_m)))
+            for place in compress(count(row * columns), _free(here, (min(y_m), max(y_m), x_m, y_m)))
         ]
         most_free = max(most_free, len(places))
         if len(places) >= crowd.cars:
@@ -156,7 +156,7 @@ def _jittered(
 
 def _free(sweep: SweepLine, row: PointRow) -> bytearray:
     """For each point of a row 1 where a car may stand there, else 0."""
-    free = bytearray(b"\1") * len(row.x_m)
+    free = bytearray(b"\1") * len(row[-1])
     for _, first, end in sweep.touched(row):
         free[first:end] = bytes(end - first)
     return free

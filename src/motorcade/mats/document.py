@@ -77,13 +77,12 @@ def check_mat(mat: Mat, profile: Profile) -> None:
     if not len(starts):
         raise MotorcadeError("mat-needs-cars", file=file)
     columns = starts.x_m.tolist(), starts.y_m.tolist(), starts.heading.tolist()
-    for key, values, most in zip(
-        ("x-of-car", "y-of-car", "heading-of-car"), columns, (FARTHEST_M, FARTHEST_M, _MOST_HEADING), strict=True
-    ):
-        if not all(-most <= value <= most for value in values):
-            car = next(car for car, value in enumerate(values) if not -most <= value <= most)
-            what = Phrase(key, car=_name_of(mat, car))
-            raise MotorcadeError("start-out-of-range", file=file, what=what, value=values[car], most=most)
+    limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", _MOST_HEADING))
+    for (key, most), values in zip(limits, columns, strict=True):
+        for car, value in enumerate(values):
+            if not -most <= value <= most:
+                what = Phrase(key, car=_name_of(mat, car))
+                raise MotorcadeError("start-out-of-range", file=file, what=what, value=value, most=most)
     _check_room(mat, *columns[:2], profile.body.diameter_mm / 1000, file)
 
 
@@ -246,7 +245,7 @@ def _fault_of(corners: Corners, beside: Sequence[tuple[int, Sequence[int]]]) -> 
             return "polygon-repeats-corner", {"one": number, "other": (number + 1) % len(corners)}
     if math.fsum(abs(_turn(corners[0], *side)) for side in sides) / 2 < _SMALLEST_M2:
         return "polygon-without-area", {}
-    if crossing := min((*_turned_back(sides), *_met(sides, beside)), default=None):
+    if crossing := min(_crossings(sides, beside), default=None):
         return "polygon-crosses-itself", {"one": crossing[0], "other": crossing[2]}
     return None
 
@@ -262,19 +261,15 @@ def _beside(corners: Corners) -> list[tuple[int, list[int]]]:
     return [(side, order[k + 1 : bisect_right(lows, high)]) for k, (_, high, side) in enumerate(spans)]
 
 
-def _turned_back(sides: Sequence[tuple[Point, Point]]) -> Iterator[tuple[int, int, int]]:
-    """Yield each side whose following side runs back over it."""
+def _crossings(
+    sides: Sequence[tuple[Point, Point]], beside: Sequence[tuple[int, Sequence[int]]]
+) -> Iterator[tuple[int, int, int]]:
+    """Yield each side whose following side runs back over it, with 0 between them; with 1 others that meet."""
     for side, ((x0, y0), (x1, y1)) in enumerate(sides):
         following = (side + 1) % len(sides)
         x2, y2 = sides[following][1]
         if _turn((x0, y0), (x1, y1), (x2, y2)) == 0 and (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1) < 0:
             yield side, 0, following
-
-
-def _met(
-    sides: Sequence[tuple[Point, Point]], beside: Sequence[tuple[int, Sequence[int]]]
-) -> Iterator[tuple[int, int, int]]:
-    """Yield the pairs of sides that are no neighbours and meet."""
     for side, others in beside:
         for other in others:
             if abs(side - other) not in (1, len(sides) - 1) and _meet(*sides[side], *sides[other]):

@@ -18,6 +18,9 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats.model import Disc, Mat
 
 Points = Sequence[float]
+# Two heights, outside of which no point of the row is, and the x and y of its points. They are sorted by x, and not
+# lower than those of the rows before.
+PointRow = tuple[float, float, Points, Points]
 # A point in a row is within what was computed for the row plus this, whatever was rounded.
 _MARGIN_M = 1e-4
 # A side that rises less is taken as level.
@@ -43,20 +46,6 @@ class Surface(NamedTuple):
     x_m: float
     y_m: float
     thick_m: float
-
-
-class PointRow(NamedTuple):
-    """Points that are sorted by x and not lower than those of the rows before.
-
-    Attributes:
-        low_m, high_m: no point of the row is outside.
-        x_m, y_m: the points.
-    """
-
-    low_m: float
-    high_m: float
-    x_m: Points
-    y_m: Points
 
 
 class _Side(NamedTuple):
@@ -162,7 +151,7 @@ class SweepLine:
 
         Raises MotorcadeError where the budget is not enough.
         """
-        if not self.reaches(row.low_m, row.high_m):
+        if not self.reaches(*row[:2]):
             return
         self._budget.take(_TESTS_A_VISIT * len(self._here))
         # The number of a polygon: the ends of runs of points, from the row's first point on, that have a side to their
@@ -182,8 +171,8 @@ class SweepLine:
                     yield shape, first, end
 
     def _near_side(self, side: _Side, row: PointRow) -> Iterator[tuple[int, int, int]]:
-        clearance_m, x_m, y_m = self._clearance_m, row.x_m, row.y_m
-        left, right = side.span(row.low_m - clearance_m, row.high_m + clearance_m)
+        clearance_m, (low_m, high_m, x_m, y_m) = self._clearance_m, row
+        left, right = side.span(low_m - clearance_m, high_m + clearance_m)
         first, end = bisect_left(x_m, left - clearance_m), bisect_right(x_m, right + clearance_m)
         self._budget.take(end - first)
         for k in range(first, end):
@@ -256,7 +245,7 @@ def obstructed(mat: Mat, x_m: Points, y_m: Points, clearance_m: float, file: Tex
         if not sweep.reaches(low_m, high_m):
             continue
         points.sort(key=x_m.__getitem__)
-        row = PointRow(low_m, high_m, [x_m[k] for k in points], [y_m[k] for k in points])
+        row = low_m, high_m, [x_m[k] for k in points], [y_m[k] for k in points]
         for shape, first, end in sweep.touched(row):
             hit = (shape, min(points[first:end]))
             found = hit if found is None else min(found, hit)

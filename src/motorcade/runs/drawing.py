@@ -17,7 +17,7 @@ from motorcade.engine.moment import Moment
 from motorcade.errors import Phrase
 from motorcade.locales import FIRST, catalogue
 from motorcade.mats.model import way_of
-from motorcade.runs.recording import LEDS, Description, Recording, rgb
+from motorcade.runs.recording import LEDS, Description, rgb
 
 _PERSON_M = 0.3
 _WALL = "#3a3a3a"
@@ -89,13 +89,6 @@ def bounding_box(about: Description, moments: Iterable[Moment]) -> Box:
         points.append((float(moment.x_m.max()) + radius_m, float(moment.y_m.max()) + radius_m))
     xs, ys = zip(*(points or [(0.0, 0.0), (1.0, 1.0)]), strict=True)
     return min(xs), min(ys), max(xs), max(ys)
-
-
-def recording_box(recording: Recording) -> Box:
-    """Find the box that holds a whole run: the mat and, unless its edge is a wall, every position of every car."""
-    about = recording.about
-    is_enclosed = about.mat.size_m is not None and about.mat.walled
-    return bounding_box(about, [] if is_enclosed else recording.moments())
 
 
 def draw_mat(axes: Axes, about: Description) -> None:

@@ -78,48 +78,6 @@ def _mat_message(about: Description) -> bytes:
     return _message(0, mat={"cubes": cubes, "cylinders": cylinders})
 
 
-class SceneMessages:
-    """Make the messages of what moves in a run: cars and people."""
-
-    def __init__(self, about: Description):
-        self._about = about
-        self._colours = WordColours(about.images)
-
-    def message(self, moment: Moment) -> bytes:
-        """Make the message of a moment."""
-        people = [
-            _cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(moment.t_ms)
-        ]
-        cars = {"triangles": self._bodies(moment)}
-        if len(moment.x_m) <= _MOST_DETAILED:
-            cars |= self._details(moment)
-        return _message(moment.t_ms, cars=cars, people={"cylinders": people})
-
-    def _bodies(self, moment: Moment) -> list[Any]:
-        """A flat triangle for each car that points ahead, in one list for each colour; thousands of cars are drawn."""
-        radius_m = self._about.diameter_m / 2
-        angles = moment.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)
-        xs = moment.x_m[:, None] + radius_m * np.cos(angles)
-        ys = moment.y_m[:, None] + radius_m * np.sin(angles)
-        colours = (self._colours.of(moment.word, moment.runs) * 255).astype(np.uint32)
-        keys = colours[:, 0] << 16 | colours[:, 1] << 8 | colours[:, 2]
-        triangles = []
-        for key in np.unique(keys).tolist():
-            chosen = keys == key
-            corners = zip(xs[chosen].ravel().tolist(), ys[chosen].ravel().tolist(), strict=True)
-            points = [{"x": round(x, 3), "y": round(y, 3), "z": _HEIGHT_M} for x, y in corners]
-            triangles.append(_triangles(points, _colour(f"#{key:06x}")))
-        return triangles
-
-    def _details(self, moment: Moment) -> dict[str, list[Any]]:
-        """The number of each car, and its LED where one is on."""
-        places = list(zip(moment.x_m.tolist(), moment.y_m.tolist(), strict=True))
-        wide_m = self._about.diameter_m
-        lit = [(place, led) for place, led in zip(places, moment.led.tolist(), strict=True) if led < len(LEDS)]
-        leds = [_cylinder(x, y, wide_m / 3, 0.03, _colour(LEDS[led]), _HEIGHT_M + 0.015) for (x, y), led in lit]
-        return {"cylinders": leds, "texts": [_text(x, y, str(car), wide_m / 2) for car, (x, y) in enumerate(places)]}
-
-
 def _message(t_ms: int, **entities: dict[str, list[Any]]) -> bytes:
     stamp = {"sec": t_ms // 1000, "nsec": t_ms % 1000 * 1_000_000}
     every = [{"timestamp": stamp, "id": name, **_EMPTY, **parts} for name, parts in entities.items()]
@@ -230,10 +188,9 @@ class McapSink(Sink):
     """Stream a run into a .part file, which becomes the MCAP file at the end. Raises OSError where that fails."""
 
     def __init__(self, path: Path, about: Description):
-        self._path = path
+        self._path, self._about, self._colours = path, about, WordColours(about.images)
         self._has_moments = False
         self._file = part_of(path).open("wb")
-        self._scene = SceneMessages(about)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         self._writer.start(library="motorcade")
         self._writer.add_metadata(_METADATA, about.to_texts())
@@ -251,7 +208,7 @@ class McapSink(Sink):
         columns = moment.to_dict()
         self._add("/counts", moment.t_ms, _json({"t_ms": moment.t_ms, **columns.pop("counts")}))
         self._add("/cars", moment.t_ms, _json(columns))
-        self._add("/scene", moment.t_ms, self._scene.message(moment))
+        self._add("/scene", moment.t_ms, self._scene(moment))
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         for first in range(0, len(events), _MOST_EVENTS):
@@ -266,6 +223,40 @@ class McapSink(Sink):
         else:
             # Nothing was recorded: an older file of this name stays.
             part_of(self._path).unlink()
+
+    def _scene(self, moment: Moment) -> bytes:
+        """Make the message of what moves: cars and people."""
+        people = [
+            _cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(moment.t_ms)
+        ]
+        cars = {"triangles": self._bodies(moment)}
+        if len(moment.x_m) <= _MOST_DETAILED:
+            cars |= self._details(moment)
+        return _message(moment.t_ms, cars=cars, people={"cylinders": people})
+
+    def _bodies(self, moment: Moment) -> list[Any]:
+        """A flat triangle for each car that points ahead, in one list for each colour; thousands of cars are drawn."""
+        radius_m = self._about.diameter_m / 2
+        angles = moment.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)
+        xs = moment.x_m[:, None] + radius_m * np.cos(angles)
+        ys = moment.y_m[:, None] + radius_m * np.sin(angles)
+        colours = (self._colours.of(moment.word, moment.runs) * 255).astype(np.uint32)
+        keys = colours[:, 0] << 16 | colours[:, 1] << 8 | colours[:, 2]
+        triangles = []
+        for key in np.unique(keys).tolist():
+            chosen = keys == key
+            corners = zip(xs[chosen].ravel().tolist(), ys[chosen].ravel().tolist(), strict=True)
+            points = [{"x": round(x, 3), "y": round(y, 3), "z": _HEIGHT_M} for x, y in corners]
+            triangles.append(_triangles(points, _colour(f"#{key:06x}")))
+        return triangles
+
+    def _details(self, moment: Moment) -> dict[str, list[Any]]:
+        """The number of each car, and its LED where one is on."""
+        places = list(zip(moment.x_m.tolist(), moment.y_m.tolist(), strict=True))
+        wide_m = self._about.diameter_m
+        lit = [(place, led) for place, led in zip(places, moment.led.tolist(), strict=True) if led < len(LEDS)]
+        leds = [_cylinder(x, y, wide_m / 3, 0.03, _colour(LEDS[led]), _HEIGHT_M + 0.015) for (x, y), led in lit]
+        return {"cylinders": leds, "texts": [_text(x, y, str(car), wide_m / 2) for car, (x, y) in enumerate(places)]}
 
     def _channel(self, topic: str, schema: dict[str, Any]) -> int:
         number: int = self._writer.register_schema(schema["title"], "jsonschema", _json(schema))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motorcade.engine.moment import Moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, recording_box, show_box
+from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, show_box
 from motorcade.runs.recording import (
     FILM_ENDING,
     FOLLOWERS,
@@ -76,12 +76,8 @@ def _draw_tracks(
     """Draw the mat, the ``tracks`` (cars, moments, 2) of the cars ``drawn``, and all cars at the ``last`` moment."""
     axes = figure.add_subplot()
     draw_mat(axes, about)
-    left, bottom, right, top = bounding_box(about, [last])
-    if tracks.size:
-        low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
-        left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
-        right, top = max(right, float(high[0])), max(top, float(high[1]))
-    show_box(axes, (left, bottom, right, top))
+    axes.update_datalim(tracks.reshape(-1, 2))
+    show_box(axes, bounding_box(about, [last]))
     few, leads = len(drawn) <= _FEW_TRACKS, about.is_leader()
     # A different colour for each follower where there are few; red for leaders.
     cycle = np.array([rgb(colour) for colour in (FOLLOWERS if few else FOLLOWERS[:1])], np.float32)
@@ -129,8 +125,9 @@ def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Pr
     """
     moments_s = speed * 1000 / recording.about.every_ms
     step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S - 1e-9)))
-    box = recording_box(recording)
-    pictures = _Pictures(recording.about, box, *_size(box))
+    # Where the mat's edge is a wall, no car is outside.
+    box = bounding_box(recording.about, [] if recording.about.mat.walled else recording.moments())
+    pictures = _Pictures(recording.about, box)
     images = _images(recording, pictures, step, progress)
     first = next(images, None)
     if first is None:
@@ -163,7 +160,8 @@ def _size(box: Box) -> tuple[int, int]:
 class _Pictures:
     """Draw moments as RGB images; the mat is drawn only once."""
 
-    def __init__(self, about: Description, box: Box, width: int, height: int):
+    def __init__(self, about: Description, box: Box):
+        width, height = _size(box)
         figure = Figure(figsize=(width / _FILM_DPI, height / _FILM_DPI), dpi=_FILM_DPI, layout="constrained")
         self._canvas = FigureCanvasAgg(figure)
         self._axes = figure.add_subplot()

@@ -5,7 +5,9 @@ A file's ending chooses its kind: `.mcap` records, `.gif` is a film, `.png`, `.s
 
 from collections.abc import Iterable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Self
 
 from motorcade.errors import MotorcadeError
@@ -82,9 +84,11 @@ class Recorder:
         world: the world, before the first slice.
         every_ms: the interval between recorded moments; choose slices that divide it.
         events: whether to record events too, for which the world was made with ``events=True``.
+        progress: called while films and pictures are drawn at the end, with the simulated time in ms that has been
+            drawn, added up over all of them.
 
     Raises:
-        MotorcadeError: a file can't be written, has another ending, or needs an extra that isn't installed.
+        MotorcadeError: a file can't be written or drawn, has another ending, or needs an extra that isn't installed.
     """
 
     def __init__(
@@ -93,13 +97,11 @@ class Recorder:
         world: "World",
         every_ms: int = EVERY_MS,
         events: bool = True,
+        progress: Progress = lambda done_ms: None,
     ):
         targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
-        self._world = world
-        self._events = events
-        self._every_ms = every_ms
-        self._due_ms = world.now_ms
-        self._last_ms = -1
+        self._world, self._events, self._progress, self._every_ms = world, events, progress, every_ms
+        self._due_ms, self._last_ms = world.now_ms, -1
         self._sinks = [each for each in targets if isinstance(each, Sink)]
         self._kept = next((each for each in self._sinks if isinstance(each, InMemoryRecording)), None)
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
@@ -110,12 +112,14 @@ class Recorder:
         about = Description.of(world, every_ms)
         with ExitStack() as opened:
             if self._drawings and not self._files and not self._kept:
-                self._kept = spooled = SpooledRecording(about)
-                opened.callback(spooled.remove)
-                self._sinks.append(spooled)
+                self._kept = SpooledRecording(about, opened.enter_context(TemporaryFile(prefix="motorcade-")))
+                self._sinks.append(self._kept)
             opened.callback(self._close)
             for path in self._files:
-                self._sinks.append(_new_file(path, about))
+                with needs_extra("recording", "runs"), writing(path):
+                    from motorcade.runs.mcap_file import McapSink
+
+                    self._sinks.append(McapSink(path, about))
             self(world)
             self._opened = opened.pop_all()
 
@@ -135,28 +139,19 @@ class Recorder:
             if world.now_ms >= self._due_ms:
                 self._record_moment(world)
 
-    def draw(self, progress: Progress = lambda done_ms: None) -> None:
-        """End the recording and draw the films and pictures; leaving the context does the same.
-
-        Args:
-            progress: called with the simulated time in ms that has been drawn, added up over all drawings.
-
-        Raises:
-            MotorcadeError: one can't be drawn.
-        """
-        if self._sinks and self._last_ms < self._world.now_ms:
-            self._record_moment(self._world)
-        self._close()
-        drawings, self._drawings = self._drawings, []
-        for number, path in enumerate(drawings):
-            before_ms = number * self._last_ms
-            recording = self._kept or open_recording(self._files[0])
-            draw(recording, path, lambda done_ms, before_ms=before_ms: progress(before_ms + done_ms))  # type: ignore[misc]
-
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         with self._opened:
-            if kind is None:
-                self.draw()
+            if kind is not None:
+                return
+            if self._last_ms < self._world.now_ms:
+                self._record_moment(self._world)
+            self._close()
+            for number, path in enumerate(self._drawings):
+                recording = self._kept or open_recording(self._files[0])
+                draw(recording, path, partial(self._drawn, number * self._last_ms))
+
+    def _drawn(self, before_ms: int, done_ms: int) -> None:
+        self._progress(before_ms + done_ms)
 
     def _record_moment(self, world: "World") -> None:
         moment = world.snapshot().in_single_precision()
@@ -171,11 +166,3 @@ class Recorder:
         with writing(*self._files), ExitStack() as closing:
             for sink in sinks:
                 closing.callback(sink.close)
-
-
-@needs_extra("recording", "runs")
-def _new_file(path: Path, about: Description) -> Sink:
-    from motorcade.runs.mcap_file import McapSink
-
-    with writing(path):
-        return McapSink(path, about)

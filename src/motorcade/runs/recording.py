@@ -6,13 +6,12 @@
 import json
 import os
 import pickle
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import cycle, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,14 +194,14 @@ class InMemoryRecording(Sink):
 
 
 class SpooledRecording(InMemoryRecording):
-    """The moments of a run in a temporary file, which goes when it is closed; for drawings of runs that nobody keeps.
+    """The moments of a run in a temporary file; for drawings of runs that nobody keeps.
 
     It takes no events: no drawing needs them.
     """
 
-    def __init__(self, about: Description):
+    def __init__(self, about: Description, file: BinaryIO):
         super().__init__(about)
-        self._file = tempfile.TemporaryFile(prefix="motorcade-")  # noqa: SIM115 - `remove` closes it
+        self._file = file
 
     def write(self, moment: Moment) -> None:
         pickle.dump(tuple(moment), self._file, pickle.HIGHEST_PROTOCOL)
@@ -217,10 +216,6 @@ class SpooledRecording(InMemoryRecording):
         while self._file.tell() < end:
             # Only this process wrote it.
             yield Moment(*pickle.load(self._file))
-
-    def remove(self) -> None:
-        """Close the file, so that the system removes it."""
-        self._file.close()
 
 
 def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:

@@ -186,7 +186,8 @@ def simulate(
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
     duration_ms = round(seconds * 1000)
-    with Recorder([recording, slots if slots.counts_anything else None, *files], world, EVERY_MS, events) as recorder:
+    targets = [recording, slots if slots.counts_anything else None, *files]
+    with Recorder(targets, world, EVERY_MS, events, lambda done_ms: progress(duration_ms + done_ms)) as recorder:
         before = world.snapshot()
         while world.now_ms < duration_ms:
             world.run(min(slice_ms, -(-duration_ms // world.tick_ms) * world.tick_ms - world.now_ms))
@@ -195,5 +196,4 @@ def simulate(
             driven_m += np.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
             before = now
             progress(world.now_ms)
-        recorder.draw(lambda done_ms: progress(duration_ms + done_ms))
     return Run(world, driven_m, recording, slots.slots(duration_ms) if slots.counts_anything else [])

@@ -149,6 +149,7 @@ export type WallAnswer = Wall | Refused;
 
 /** The requests of pupils: `POST /api/class/<name>`. */
 export interface PupilRequests {
+  "check-code": { message: { code: string }; answer: Nothing };
   "seen": { message: { number: number }; answer: Nothing };
   "classmates": { message: Nothing; answer: Classmate[] };
   "hand": { message: { raised: boolean }; answer: Nothing };
@@ -158,7 +159,6 @@ export interface PupilRequests {
   "pair/swap": { message: { wants: boolean }; answer: Nothing };
   "pair/conduct": { message: { playing: boolean; speed: number; seed: number; t_ms: number }; answer: Nothing };
   "about": { message: Nothing; answer: ClassAbout };
-  "check-code": { message: { code: string }; answer: Nothing };
   "join": { message: { code: string; name: string; avatar: string }; answer: Self };
   "return": { message: { code: string; name: string; number: string }; answer: Self };
   "leave": { message: Nothing; answer: Nothing };
