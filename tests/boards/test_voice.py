@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.boards.computer import KeyboardVoice
-from motorcade.boards.on_chip.parts import SerialVoice, VoiceSource
+from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, load_voice_map, parse_voice_map
 from motorcade.errors import MotorcadeError
@@ -43,10 +43,6 @@ def heard(*chunks: bytes) -> list[int]:
 )
 def test_a_modules_bytes_become_words_in_chunks_of_any_size(chunks, says):
     assert heard(*chunks) == says
-
-
-def test_a_source_without_a_microphone_hears_nothing():
-    assert VoiceSource().heard_voice() == NO_VOICE
 
 
 class Typist:

@@ -3,7 +3,6 @@
 import threading
 
 from motorcade.boards import lines
-from motorcade.boards.on_chip.parts import VoiceSource
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.check.checked_board import BoardObserver
 from motorcade.words.infrared import air_us, frame_durations_us, to_frame
@@ -113,13 +112,13 @@ def beam(clock, pins, frame, unit_us=560):
     pin.drive_high()
 
 
-class Voice(VoiceSource):
+class Voice:
     """Words that a test says."""
 
     def __init__(self) -> None:
         self.words: list[int] = []
 
-    def heard_voice(self) -> int:
+    def __call__(self) -> int:
         return self.words.pop(0) if self.words else NO_VOICE
 
 

@@ -11,7 +11,7 @@ if MYPY:
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come, open_receiver
 from motorcade.boards.on_chip.lines import UploadLine
-from motorcade.boards.on_chip.parts import Motor, Ultrasonic, VoiceSource, Wheels
+from motorcade.boards.on_chip.parts import Motor, Ultrasonic, Wheels
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_LED, UNIT_US
 from motorcade.words.infrared import air_us
@@ -32,7 +32,7 @@ class MicroPythonBoard(Board):
         stores: of the image and of the car's name; each has load and save.
         make_sender: makes an infrared sender from a pin and the unit of a frame in µs.
         interrupt: further arguments of machine.Pin.irq for infrared and echoes.
-        voice: where 'stop' and 'go' come from.
+        voice: returns what was heard since the last call, as `SerialVoice.heard_voice` does.
     """
 
     # No tick may take an RP2040 more than 20 ms. 64 bytes take 6 ms at 115200 baud.
@@ -48,7 +48,7 @@ class MicroPythonBoard(Board):
         stores: "tuple[Any, Any]",
         make_sender: "Callable[[int, int], Any]",
         interrupt: "dict[str, bool]",
-        voice: VoiceSource,
+        voice: "Callable[[], int]",
     ) -> None:
         self.number = settings["number"]
         self.is_leader = settings["is_leader"]
@@ -172,7 +172,7 @@ class MicroPythonBoard(Board):
         return bits
 
     def heard_voice(self) -> int:
-        return self._voice.heard_voice()
+        return self._voice()
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
         if self._wheels is not None:

@@ -16,8 +16,9 @@ from collections import namedtuple
 from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UploadLine, UsbLine
-from motorcade.boards.on_chip.parts import ImageFile, SerialVoice, VoiceSource
+from motorcade.boards.on_chip.parts import ImageFile, SerialVoice
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
+from motorcade.car.brain import NO_VOICE
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
 from motorcade.words.ticks import elapsed_ms
@@ -257,9 +258,10 @@ def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) 
     return SecureLine(Keys(tls, keys), *arguments)
 
 
-def _voice(settings: "dict[str, Any]", machine: "Any") -> VoiceSource:
+def _voice(settings: "dict[str, Any]", machine: "Any") -> "Callable[[], int]":
     if "voice" not in settings:
-        return VoiceSource()
+        return lambda: NO_VOICE
     voice = settings["voice"]
     line = UartLine(machine, settings["uarts"]["voice"], settings["pins"]["voice"], voice["baud"])
-    return SerialVoice(line.read, [(unhexlify(pattern), word) for pattern, word in voice["patterns"]])
+    patterns = [(unhexlify(pattern), word) for pattern, word in voice["patterns"]]
+    return SerialVoice(line.read, patterns).heard_voice
