@@ -8,8 +8,6 @@ Portable itself: CPython and MicroPython run this file with the same seed, and m
 import sys
 from binascii import crc32
 
-from drivers import DrivenCar
-from drivers import total_names as drive_names
 from inputs import damaged, draw_frame, draw_image, draw_raw
 from randomness import Random
 
@@ -77,7 +75,6 @@ def total_names():
     names += ["readback image", "readback refused", "readback silent"]
     names += ["parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
     names += ["infrared right", "infrared wrong", "infrared lost"]
-    names += drive_names()
     for word_format in FORMATS:
         name = word_format.name
         names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name}"]
@@ -374,9 +371,8 @@ def lines(seed, steps, every):
     record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):
         if step % STEPS_OF_A_PAIR == 0:
-            pair, drive = Pair(random, record), DrivenCar(random, record)
+            pair = Pair(random, record)
         pair.step()
-        drive.step()
         step_ticks(random, record)
         step_formats(random, record)
         step_parsing(random, record)

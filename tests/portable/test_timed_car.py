@@ -105,13 +105,11 @@ def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame
     assert figures["heard"] == before + after
 
 
-@pytest.mark.parametrize("role", ["leader", "follower"])
-def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(role, micropython_installed):
+def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(micropython_installed):
     """All its bytes are there at once, other than by a cable, and beside them come requests."""
     asks = [[at_ms, "air", list(car_request(ASK, at_ms >> 4 & 255))] for at_ms in (900, 1301, 1400)]
-    over_the_air = [[at_ms, "air", data] for at_ms, _, data in UPLOAD]
-    script = asks + over_the_air + (INFRARED if role == "follower" else [])
-    figures, outputs = played("esp32", role, "", script, SECONDS, wifi={"ssid": "room", "password": "secret"})
+    script = asks + [[at_ms, "air", data] for at_ms, _, data in UPLOAD] + INFRARED
+    figures, outputs = played("esp32", "follower", "", script, SECONDS, wifi={"ssid": "room", "password": "secret"})
     answers = b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"])
     assert ok_line(LARGEST) + LARGEST in answers
     assert answers.count(b"OK car=a") == 3
@@ -128,8 +126,7 @@ def test_collections_cost_no_frame_where_interrupts_are_soft(micropython_install
     assert figures["longest_us"] <= LONGEST_TURN_US
 
 
-@pytest.mark.parametrize("role", ["leader", "follower"])
-def test_most_ticks_allocate_nothing(role, micropython_installed, monkeypatch):
+def test_most_ticks_allocate_nothing(micropython_installed, monkeypatch):
     monkeypatch.setenv("MOTORCADE_HEAP_BYTES", "1000000")
-    figures, _ = played("rp2040", role, "", [[100, "upload", list(SMALL)]], 1, True)
+    figures, _ = played("rp2040", "leader", "", [[100, "upload", list(SMALL)]], 1, True)
     assert figures["bytes_a_turn"] < 100

@@ -15,7 +15,7 @@ EDGES = 1 << 30
 def test_a_line_that_never_falls_silent_does_not_hold_the_car():
     a_bench = bench(text=WITH_UART, platform="rp2")
     board = board_of(a_bench)
-    a_bench.upload(0, bytes(range(256)) * 20)
+    a_bench.upload(0, bytes(range(256)) * 5)
     a_bench.clock.sleep_ms(100)
     begin_us = a_bench.chip.now_us
     assert len(board.read_serial()) > 40
