@@ -61,13 +61,6 @@ def test_a_larger_image_is_refused_by_name_and_the_car_keeps_its_own(world, add,
     assert held_image(world, car) == SMALL
 
 
-def test_the_car_has_its_image_after_the_power_was_off(world, add) -> None:
-    car = add()
-    upload(world, car, SMALL)
-    again = add(eeprom=car.eeprom())
-    assert held_image(world, again) == SMALL
-
-
 @pytest.mark.parametrize("seed", [0, 2, 5])
 def test_damage_on_the_line_leaves_the_old_image_or_the_new_one(world, add, seed) -> None:
     car = add()
@@ -99,18 +92,6 @@ def test_half_uploads_and_babble_change_nothing(world, add) -> None:
     assert held_image(world, car) == SMALL
     upload(world, car, image_of(30))
     assert car.overruns == 0
-    assert car.longest_awake_us <= LONGEST_TICK_US
-
-
-def test_the_car_drives_on_while_an_image_is_stored(world, add) -> None:
-    car = add()
-    upload(world, car, image_of(MOST["uno"], seed=4))
-    car.forget_longest()
-    begin_ms = world.now_ms
-    # Each byte of the place differs from what was written there before.
-    upload(world, car, image_of(MOST["uno"], seed=5))
-    upload(world, car, image_of(MOST["uno"], seed=6))
-    assert world.now_ms - begin_ms < 2 * (600 + 2000)
     assert car.longest_awake_us <= LONGEST_TICK_US
 
 

@@ -14,7 +14,7 @@ from simulated.flash import Flash
 
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
-from motorcade.car.check import METHODS, NOT_CHECKED, BoardObserver
+from motorcade.car.check import METHODS, NOT_CHECKED
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.firmware.car_files import settings_of, templates
@@ -108,14 +108,6 @@ def test_without_an_observer_each_part_is_named_as_not_checked(kind, tmp_path):
     assert faults(found) == []
     parts = PARTS + SENSORS + (("cut_power",) if kind is EepromTin else ())
     assert not_checked(found) == sorted(f"observe.{part}" for part in parts)
-
-
-@pytest.mark.parametrize("part", PARTS + SENSORS)
-def test_an_observer_may_offer_a_part_alone(part, tmp_path):
-    methods = {part: getattr(TinObserver, part), "__init__": TinObserver.__init__}
-    found = checked(TinBoard, tmp_path, type("Partial", (BoardObserver,), methods))
-    assert faults(found) == []
-    assert not_checked(found) == sorted(f"observe.{other}" for other in PARTS + SENSORS if other != part)
 
 
 def test_what_the_arguments_were_not_given_is_named(tmp_path):

@@ -117,8 +117,3 @@ def test_a_module_may_send_text_and_several_patterns_may_mean_one_word():
 def test_a_wrong_voice_map_is_refused_with_a_sentence(text, says):
     with pytest.raises(MotorcadeError, match=says):
         parse_voice_map(text, "v.toml")
-
-
-def test_a_missing_voice_map_is_named(tmp_path):
-    with pytest.raises(MotorcadeError, match=r"missing\.toml can't be read"):
-        load_voice_map(tmp_path / "missing.toml")

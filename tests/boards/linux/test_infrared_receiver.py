@@ -1,11 +1,8 @@
 """A Raspberry Pi receives frames at its pin as they were sent; its car sends and obeys them."""
 
-import pytest
-
 from motorcade.car.loop import Car
-from motorcade.words.infrared import air_us, frame_durations_us, to_frame
+from motorcade.words.infrared import frame_durations_us
 from support.mock_pi import ENABLED, FORWARD_1_S, RECEIVER, SENSORS, beam, wheels
-from support.strategies import CLASSROOM
 
 
 def test_a_follower_runs_the_word_of_a_received_frame(car, clock, pins):
@@ -56,16 +53,3 @@ def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
     play(durations[42:])
     pin.drive_high()
     assert made.board.received_frames() == []
-
-
-def test_a_leader_sends_its_followers_words(car, clock, pins):
-    image = bytes.fromhex("00010100 A4800000")
-    made = car(ENABLED + SENSORS, is_leader=True, image=image)
-    loop = Car(made.board)
-    for _ in range(200):
-        loop.tick()
-        clock.now_s += 0.004
-    frame = to_frame(0xA4800000)
-    assert set(made.sender.frames) == {frame}
-    period_ms = air_us(frame, 560) / 1000 + CLASSROOM.infrared.gap_ms
-    assert len(made.sender.frames) == pytest.approx(800 / period_ms, abs=1.5)

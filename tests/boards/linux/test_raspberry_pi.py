@@ -211,7 +211,3 @@ def test_the_board_measures_the_distances_that_are_really_set(car, clock, pins):
     found = check_board(made.board, wait_ms=clock.wait_ms, observe=Sonar())
     assert [each.key for each in found] == [NOT_CHECKED]
     assert "put_obstacle" not in str(found)
-
-
-def test_nothing_is_in_sight_before_the_first_echo(car):
-    assert car(ENABLED + SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM
