@@ -33,13 +33,8 @@ INFRARED = [[100, "hear many", [frame_durations_us(HEARD), FRAME_EVERY_US, FRAME
 # Frame behind frame, 5 ms between them as in the protocol.
 WITHOUT_PAUSE_US = sum(frame_durations_us(HEARD)) + 5000
 UART = "[serial]\ntransmit = 8\nreceive = 9\n"
-CARS = [
-    pytest.param("rp2040", "leader", "", marks=pytest.mark.soak),
-    pytest.param("rp2040", "follower", "", marks=pytest.mark.soak),
-    ("rp2040", "follower", UART),
-    ("esp32", "leader", ""),
-    pytest.param("esp32", "follower", "", marks=pytest.mark.soak),
-]
+CARS = [(chip, role, "") for chip in ("rp2040", "esp32") for role in ("leader", "follower")]
+CARS.append(("rp2040", "follower", UART))
 
 
 def played(
@@ -59,7 +54,10 @@ def played(
     return figures, outputs
 
 
-@pytest.mark.parametrize(("chip", "role", "wired_further"), CARS)
+@pytest.mark.parametrize(
+    ("chip", "role", "wired_further"),
+    [each if each[2] else pytest.param(*each, marks=pytest.mark.soak) for each in CARS],
+)
 def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_further, micropython_installed):
     script = UPLOAD + (INFRARED if role == "follower" else [])
     figures, outputs = played(chip, role, wired_further, script, SECONDS)
