@@ -12,11 +12,11 @@ import threading
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from wifi_car import ChipBoard, Clock
 
-from motorcade.boards.on_chip.lines import UsbLine
 from motorcade.boards.on_chip.secure_line import serial_number
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.car.loop import Car
@@ -141,27 +141,11 @@ def test_more_clients_than_the_chip_has_room_for_get_their_turn():
 
 
 def test_the_chip_joins_its_network_by_a_name_of_its_own():
-    called = []
-
-    class Joining(Station):
-        def active(self, on):
-            called.append(on)
-
-        def connect(self, ssid, password):
-            called.append((ssid, password))
-
-    class Network:
-        STA_IF = 0
-
-        def hostname(self, name):
-            called.append(name)
-
-        def WLAN(self, kind):  # noqa: N802 - MicroPython's name
-            return Joining()
-
-    join_network(Network(), {"ssid": "Klasse", "password": "geheim"}, "00000af7")
-    assert called == ["motorcade-00000af7", True, ("Klasse", "geheim")]
-    assert UsbLine.sender == 0
+    network = Mock()
+    station = join_network(network, {"ssid": "Klasse", "password": "geheim"}, "00000af7")
+    network.hostname.assert_called_once_with("motorcade-00000af7")
+    station.active.assert_called_once_with(True)
+    station.connect.assert_called_once_with("Klasse", "geheim")
 
 
 PORTABLE = Path(__file__).parents[2] / "portable"
