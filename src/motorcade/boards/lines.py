@@ -27,10 +27,6 @@ _RETRY_S = 1.0
 _Result = TypeVar("_Result")
 
 
-class LineError(MotorcadeError):
-    """A line that the car can't open."""
-
-
 class Line(UploadLine):
     """A line that can be waited for. This class has no other end; it serves a car that takes no uploads."""
 
@@ -123,7 +119,7 @@ class TcpPort(NetworkLine, Line):
         try:
             listener = listen(host, port)
         except (OSError, UnicodeError) as problem:
-            raise LineError("cannot-listen", host=host, port=port, reason=problem) from None
+            raise MotorcadeError("cannot-listen", host=host, port=port, reason=problem) from None
         self._tls = tls
         self._refuses = refuses
         super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)
