@@ -1,14 +1,18 @@
-"""Emulated Unos send frames by infrared and hear each other: the waveform at the pin, and a convoy of three cars."""
+"""Emulated Unos: what a car does when somebody speaks, when it sees somebody or a wall; and a convoy by infrared."""
 
 from itertools import pairwise
 
 import pytest
 
-from motorcade.car.brain import NO_LED
+from motorcade.car.brain import NO_LED, VOICE_GO, VOICE_STOP
+from motorcade.config.pins import VoiceMap, parse_pins
+from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
 from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
+from support import arduino_build
 from support.emulated_chips import EDGES, LIGHT, UNO, Chip, World
 from support.emulated_uploads import held_image, image_of, upload
+from support.strategies import CLASSROOM
 
 CYCLES_A_US = 16
 CARRIER_HZ = 38_000
@@ -161,3 +165,79 @@ def test_no_byte_of_an_upload_is_lost_while_frames_come_and_go(world, car_progra
     assert len(follower.log(LIGHT)) - edges > 10 * 68
     assert follower.overruns == 0
     assert follower.longest_awake_us <= LONGEST_TICK_US
+
+
+STOP, GO = b"\xaa\x01", b"\xaa\x02"
+VOICE_BAUD = 9600
+# PC5 is A5, PB4 is D12, PD3 is D3, PC4 is A4, PB5 is D13.
+VOICE_PIN, PIR_PIN, ECHO_PIN = ("C", 5), ("B", 4), ("D", 3)
+LEFT_FLOOR_PIN, RIGHT_FLOOR_PIN = ("C", 4), ("B", 5)
+US_A_MM = 2000 / 343
+DRIVES, TURNS_RIGHT, STILL = (FORWARD, 2, NO_LED), (RIGHT, 2, NO_LED), (FORWARD, 0, NO_LED)
+# Along a line at level 2 for 3 s, listening, looking for persons, and avoiding what is nearer than 200 mm.
+ALERT = 1 << 29 | 2 << 25 | 3 << 23 | 1 << 18 | 1 << 16 | 3 << 14 | 1 << 13 | 1 << 12 | 1 << 11
+
+
+@pytest.fixture
+def car(world, compiled):
+    pins = (library_folder() / "uno.toml").read_text(encoding="utf-8") + "[voice]\nreceive = 19\n"
+    voice = VoiceMap(VOICE_BAUD, ((STOP, VOICE_STOP), (GO, VOICE_GO)))
+    own = sketch_files(parse_pins(pins, "uno.toml"), CLASSROOM, is_leader=True, number=1, voice=voice)
+    program = compiled("examples/Car", arduino_build.UNO, {**library_files(), **own})
+    made = world.add(UNO, program.elf, program.symbols)
+    made.set_pin(*VOICE_PIN, 1)
+    world.run(50)
+    # Followers' words, too: it sends infrared all the while.
+    upload(world, made, words_to_bytes((0x01010100, ALERT, 0xA5280000)))
+    world.run(20)
+    return made
+
+
+def speak(car, data: bytes) -> None:
+    at_us = 0.0
+    for byte in data:
+        for bit in (0, *(byte >> place & 1 for place in range(8)), 1):
+            car.set_pin(*VOICE_PIN, bit, at_us)
+            at_us += 1e6 / VOICE_BAUD
+
+
+def test_the_car_stops_and_goes_on_at_a_word_that_somebody_speaks(world, car) -> None:
+    assert shown(car) == DRIVES
+    for data, expected in ((STOP, STILL), (GO, DRIVES), (b"\x00" + STOP, STILL), (b"\xaa", STILL), (b"\x02", DRIVES)):
+        speak(car, data)
+        world.run(10)
+        assert shown(car) == expected
+    assert car.overruns == 0
+
+
+def test_the_car_stands_while_a_person_is_near(world, car) -> None:
+    for level, expected in ((1, STILL), (0, DRIVES), (1, STILL)):
+        car.set_pin(*PIR_PIN, level)
+        world.run(5)
+        assert shown(car) == expected
+
+
+def test_the_car_follows_a_line(world, car) -> None:
+    for left, right, expected in ((0, 1, TURNS_RIGHT), (1, 1, DRIVES), (0, 1, TURNS_RIGHT), (0, 0, DRIVES)):
+        car.set_pin(*LEFT_FLOOR_PIN, left)
+        car.set_pin(*RIGHT_FLOOR_PIN, right)
+        world.run(5)
+        assert shown(car) == expected
+
+
+def test_the_car_turns_away_from_a_wall_and_forgets_it(world, car) -> None:
+    def echoes(distance_mm: int, times: int) -> None:
+        for _ in range(times):
+            car.set_pin(*ECHO_PIN, 1)
+            car.set_pin(*ECHO_PIN, 0, distance_mm * US_A_MM)
+            world.run(60)
+
+    echoes(150, 4)
+    assert shown(car) == TURNS_RIGHT
+    echoes(260, 3)
+    assert shown(car) == DRIVES
+    echoes(180, 3)
+    assert shown(car) == TURNS_RIGHT
+    # No echo comes any more.
+    world.run(250)
+    assert shown(car) == DRIVES
