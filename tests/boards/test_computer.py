@@ -45,16 +45,6 @@ def test_a_car_with_only_a_clock_keeps_the_contract():
     assert (car.obstacle_mm(), car.sees_person(), car.heard_voice()) == (NOTHING_IN_SIGHT_MM, False, 0)
 
 
-def test_an_image_that_cannot_be_stored_does_not_replace_the_old_one():
-    def refuse(data: bytes) -> None:
-        raise OSError("disk full")
-
-    car = ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), Line(), b"old", refuse))
-    with pytest.raises(OSError, match="disk full"):
-        car.store_image(b"new")
-    assert car.load_image() == b"old"
-
-
 def test_a_car_waits_before_each_tick():
     clock, waits = Clock(), []
 

@@ -8,7 +8,7 @@ import pytest
 from motorcade.boards.linux.chassis import motor_duties, open_chassis
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import DriveMotor
-from support.mock_pi import DUTIES, ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
+from support.mock_pi import DUTIES, ENABLED, HEAD, LEFT_MOTOR, STEERED, pulse_us, shown
 from support.strategies import CLASSROOM
 
 WEAK = replace(CLASSROOM, motor=DriveMotor(pwm_max=60))
@@ -31,16 +31,6 @@ def chassis(pins):
 def test_the_inner_motor_is_slower_in_tighter_bends(angle_deg, duties):
     assert motor_duties(angle_deg, 1, 180) == duties
     assert motor_duties(angle_deg, 0, 180) == tuple(-duty for duty in duties)
-
-
-def test_a_drivers_command_turns_two_motors(chassis, pins):
-    wheels = chassis(ENABLED)
-    wheels.apply(45, 1, 200)
-    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((255, 0, 200), (255, 0, 100))
-    wheels.apply(180, 0, 200)
-    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((0, 0, 0), (0, 255, 200))
-    wheels.neutral()
-    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((0, 0, 0), (0, 0, 0))
 
 
 # A servo and a motor that words drive

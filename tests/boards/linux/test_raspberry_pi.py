@@ -63,18 +63,6 @@ def test_a_motor_has_no_power_while_its_direction_changes(car, pins):
     assert [round(state.state * 255) for state in watched[12].states[before[12] :]] == [0, 85]
 
 
-def test_missing_parts_find_nothing_and_do_nothing(car, pins):
-    board = car(ENABLED + "[leds]\nled_2 = 22\n").board
-    board.set_led(1)
-    assert shown(pins, (22,)) == (0,)
-    board.set_led(2)
-    assert shown(pins, (22,)) == (255,)
-    assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
-    assert not board.sees_person()
-    assert board.received_frames() == []
-    assert not board.senses_carrier()
-
-
 # A whole car
 
 
