@@ -62,7 +62,7 @@ if MYPY:
 else:
     from collections import namedtuple
 
-    Senses = namedtuple("Senses", ({", ".join(f'"{name}"' for name in names)},))
+    Senses = namedtuple("Senses", "{" ".join(names)}")
 
 # What a car without any sensor senses.
 NOTHING = Senses({nothing})

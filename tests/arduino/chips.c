@@ -21,9 +21,7 @@ DEFINE_FIFO(uint16_t, uart_fifo);
 #define DELAY 4800
 #define GAP 640    /* no rising edge for so long: the carrier has ended */
 #define PERIOD 421 /* of the carrier */
-#define SAMPLE_SLICES 10
 #define MOST_CHIPS 8
-#define MOST_WATCHED 96
 #define PAINT 0xC5
 /* The same on both chips; EEDR and EEAR follow it. */
 #define EECR_ADDRESS 0x3F
@@ -52,7 +50,7 @@ typedef struct {
     avr_uart_t *uart;
     uint8_t *to_send;
     size_t to_send_count, sent;
-    log_t received, edges, watched, eeprom, light, pins;
+    log_t received, edges, eeprom, light, pins;
     size_t light_given, pins_given;
     int records_edges;
     uint64_t byte_cycles;
@@ -64,10 +62,6 @@ typedef struct {
     int carrier_on, lights;
     uint32_t level;
     uint32_t hears;
-    /* what is sampled */
-    uint16_t addresses[MOST_WATCHED];
-    uint8_t last[MOST_WATCHED];
-    int address_count;
     uint8_t *eeprom_before;
     /* how long the chip is awake at a stretch */
     int sleeps;
@@ -77,7 +71,7 @@ typedef struct {
 struct world_t {
     chip_t chips[MOST_CHIPS];
     int count;
-    uint64_t now, slices;
+    uint64_t now;
 };
 
 static void quiet(avr_t *avr, const int level, const char *format, va_list arguments) {
@@ -227,7 +221,7 @@ int world_add(world_t *world, const char *mmcu, const char *elf, const uint8_t *
 void world_free(world_t *world) {
     for (int i = 0; i < world->count; i++) {
         chip_t *chip = &world->chips[i];
-        log_t *logs[] = {&chip->received, &chip->edges, &chip->watched, &chip->eeprom, &chip->light, &chip->pins};
+        log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->pins};
         for (size_t j = 0; j < sizeof(logs) / sizeof(logs[0]); j++) free(logs[j]->records);
         free(chip->to_send);
         free(chip->eeprom_before);
@@ -256,14 +250,6 @@ void chip_set_pin(world_t *world, int index, char port, int bit, int level, uint
     int idle = chip->pins_given == chip->pins.count;
     append(&chip->pins, chip->avr->cycle + cycles, port << 8 | bit, level);
     if (idle) avr_cycle_timer_register(chip->avr, cycles ? cycles : 1, next_pin, chip);
-}
-
-void chip_watch(world_t *world, int index, uint32_t address) {
-    chip_t *chip = &world->chips[index];
-    if (chip->address_count == MOST_WATCHED) return;
-    chip->last[chip->address_count] = chip->avr->data[address];
-    append(&chip->watched, chip->avr->cycle, address, chip->avr->data[address]);
-    chip->addresses[chip->address_count++] = address;
 }
 
 void chip_record_edges(world_t *world, int index, int on) { world->chips[index].records_edges = on; }
@@ -302,9 +288,7 @@ uint64_t chip_number(world_t *world, int index, int what) {
         case 0: return chip->overruns;
         case 1: return chip->longest_awake;
         case 2: return chip->awake;
-        case 3: return chip->avr->state;
-        case 4: return chip->to_send_count - chip->sent;
-        case 5: chip->longest_awake = 0; return 0;
+        case 3: chip->longest_awake = 0; return 0;
         default: return 0;
     }
 }
@@ -312,7 +296,7 @@ uint64_t chip_number(world_t *world, int index, int what) {
 /* Copy a log's records from `from` on; returns how many there are in all. */
 uint64_t chip_log(world_t *world, int index, int which, uint64_t from, record_t *records, uint64_t most) {
     chip_t *chip = &world->chips[index];
-    log_t *logs[] = {&chip->received, &chip->edges, &chip->watched, &chip->eeprom, &chip->light};
+    log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light};
     log_t *log = logs[which];
     for (uint64_t i = 0; i < most && from + i < log->count; i++) records[i] = log->records[from + i];
     return log->count;
@@ -359,13 +343,6 @@ static void infrared(world_t *world) {
     }
 }
 
-static void sample(chip_t *chip) {
-    for (int i = 0; i < chip->address_count; i++) {
-        uint8_t value = chip->avr->data[chip->addresses[i]];
-        if (value != chip->last[i]) append(&chip->watched, chip->avr->cycle, chip->addresses[i], chip->last[i] = value);
-    }
-}
-
 /* Run all chips up to a cycle. Returns 0, or 1 more than the index of a chip that stopped for ever. */
 int world_run(world_t *world, uint64_t until) {
     while (world->now < until) {
@@ -379,8 +356,6 @@ int world_run(world_t *world, uint64_t until) {
             }
         }
         infrared(world);
-        if (world->slices++ % SAMPLE_SLICES == 0)
-            for (int i = 0; i < world->count; i++) sample(&world->chips[i]);
     }
     return 0;
 }

@@ -14,15 +14,13 @@ from simulated.flash import Flash
 
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
-from motorcade.car.check import METHODS, NOT_CHECKED, BoardObserver
+from motorcade.car.check import METHODS, NOT_CHECKED
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.firmware.car_files import settings_of, templates
 from support import mock_pi, roverhat
-from support.broken_boards import BAD_CLOCKS, BROKEN, writes_over_slowly
-from support.mutant_boards import ALONE, OBSERVED, go, mutant
-from support.observed_tin import EepromTin, FullTin, TinBench, TinObserver
-from support.tin_car import RealClock, Tin, TinBoard
+from support.broken_boards import ALONE, BAD_CLOCKS, OBSERVED, go, mutant, writes_over_slowly
+from support.tin_car import EepromTin, RealClock, Tin, TinBoard, TinObserver
 
 # A cut of power closes no files.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -32,25 +30,23 @@ SMALL = bytes.fromhex("01000000 64800000")
 NAMES: dict[str, Any] = {"ids": lambda value: value if isinstance(value, str) else ""}
 PARTS = ("wheels", "lit_leds", "sent_frames", "written_bytes")
 SENSORS = ("put_obstacle", "show_carrier", "show_person", "show_floor", "speak")
-# An observer of a board without sensors.
-OUTPUTS_ALONE = partial(TinObserver, has_sensors=False)
 
 
-def checked(kind: type, folder: Path, observer: Any = TinObserver, bench: TinBench | None = None) -> list:
-    """Return what check_board finds in a board of ``kind`` on ``bench``; ``observer`` is made for that."""
-    bench = bench or TinBench()
+def checked(kind: type, folder: Path, observer: Any = TinObserver, tin: Tin | None = None) -> list:
+    """Return what check_board finds in a board of ``kind`` on ``tin``; ``observer`` is made for that."""
+    tin = tin or Tin()
 
     def wait_ms(duration_ms):
-        bench.now_s += duration_ms / 1000
+        tin.now_s += duration_ms / 1000
 
     def say(data):
-        bench.line_in += data
+        tin.line_in += data
 
     def hear(frame):
-        bench.to_report.append(frame)
+        tin.to_report.append(frame)
 
-    observe = observer and observer(bench)
-    return check_board(kind(bench, folder), partial(kind, bench, folder), wait_ms, hear, say, observe)
+    observe = observer and observer(tin)
+    return check_board(kind(tin, folder), partial(kind, tin, folder), wait_ms, hear, say, observe)
 
 
 def faults(found: list) -> list[str]:
@@ -65,18 +61,13 @@ def not_checked(found: list) -> list[str]:
 # Correct boards
 
 
-def test_a_board_in_fewer_than_a_hundred_lines_passes_and_gets_its_image_back(tmp_path):
-    source = (Path(__file__).parents[1] / "support" / "tin_car.py").read_text(encoding="utf-8")
-    assert len(source.splitlines()) < 100
-    board = TinBoard(Tin(), tmp_path)
-    board.store_image(SMALL)
-    assert checked(TinBoard, tmp_path, OUTPUTS_ALONE) == []
-    assert board.load_image() == SMALL
-
-
-def test_a_board_without_an_image_holds_the_empty_one_after_the_check(tmp_path):
-    assert checked(TinBoard, tmp_path, OUTPUTS_ALONE) == []
+def test_a_correct_board_that_is_observed_passes_and_gets_its_image_back(tmp_path):
+    assert checked(TinBoard, tmp_path) == []
+    # Without an image it holds the empty one after the check.
     assert TinBoard(Tin(), tmp_path).load_image() == bytes(4)
+    TinBoard(Tin(), tmp_path).store_image(SMALL)
+    assert checked(TinBoard, tmp_path) == []
+    assert TinBoard(Tin(), tmp_path).load_image() == SMALL
 
 
 def test_a_board_in_real_time_passes_too(tmp_path):
@@ -111,11 +102,7 @@ def test_a_micropython_car_passes(chip, platform, is_leader, atomic_rename):
     assert checked_chip(bench, bench.open().board) == []
 
 
-def test_a_correct_board_that_is_observed_passes_and_nothing_is_left_unchecked(tmp_path):
-    assert checked(FullTin, tmp_path) == []
-
-
-@pytest.mark.parametrize("kind", [FullTin, EepromTin])
+@pytest.mark.parametrize("kind", [TinBoard, EepromTin])
 def test_without_an_observer_each_part_is_named_as_not_checked(kind, tmp_path):
     found = checked(kind, tmp_path, None)
     assert faults(found) == []
@@ -123,34 +110,26 @@ def test_without_an_observer_each_part_is_named_as_not_checked(kind, tmp_path):
     assert not_checked(found) == sorted(f"observe.{part}" for part in parts)
 
 
-@pytest.mark.parametrize("part", PARTS + SENSORS)
-def test_an_observer_may_offer_a_part_alone(part, tmp_path):
-    methods = {part: getattr(TinObserver, part), "__init__": TinObserver.__init__}
-    found = checked(FullTin, tmp_path, type("Partial", (BoardObserver,), methods))
-    assert faults(found) == []
-    assert not_checked(found) == sorted(f"observe.{other}" for other in PARTS + SENSORS if other != part)
-
-
 def test_what_the_arguments_were_not_given_is_named(tmp_path):
-    bench = TinBench()
+    tin = Tin()
 
     def wait_ms(duration_ms):
-        bench.now_s += duration_ms / 1000
+        tin.now_s += duration_ms / 1000
 
-    found = check_board(FullTin(bench, tmp_path), wait_ms=wait_ms, observe=TinObserver(bench))
+    found = check_board(TinBoard(tin, tmp_path), wait_ms=wait_ms, observe=TinObserver(tin))
     assert (faults(found), not_checked(found)) == ([], ["hear", "reopen", "say"])
 
 
 @pytest.mark.parametrize("faulty", [{}, {"wheels": (1, 1)}, {"lit_leds": [2]}], ids=str)
 def test_the_check_leaves_the_wheels_still_and_the_leds_dark(faulty, tmp_path):
-    bench = TinBench()
+    tin = Tin()
     shows = {name: lambda self, value=value: value for name, value in faulty.items()}
-    found = checked(FullTin, tmp_path, type("Faulty", (TinObserver,), shows), bench)
+    found = checked(TinBoard, tmp_path, type("Faulty", (TinObserver,), shows), tin)
     assert bool(faults(found)) == bool(faulty)
-    assert (TinObserver(bench).wheels(), TinObserver(bench).lit_leds()) == ((0, 0), [])
+    assert (TinObserver(tin).wheels(), TinObserver(tin).lit_leds()) == ((0, 0), [])
 
 
-class BusyComputer(FullTin):
+class BusyComputer(TinBoard):
     """A correct board on a computer that does something else for 30 ms now and then, at whatever is called then."""
 
     readings = 0
@@ -163,19 +142,10 @@ class BusyComputer(FullTin):
 
 def test_pauses_of_the_computer_are_not_the_boards(tmp_path, monkeypatch):
     monkeypatch.setattr("motorcade.car.check.signals.HAS_CLOCK", False)
-    assert faults(check_board(BusyComputer(TinBench(), tmp_path))) == []
+    assert faults(check_board(BusyComputer(Tin(), tmp_path))) == []
 
 
 # Broken boards
-
-
-@pytest.mark.parametrize(("name", "changes", "says"), BROKEN, **NAMES)
-def test_each_broken_board_gets_a_sentence_that_names_its_fault(name, changes, says, tmp_path):
-    kind = mutant(changes, TinBoard) if isinstance(changes, dict) else changes
-    found = checked(kind, tmp_path, OUTPUTS_ALONE)
-    assert any(says in str(breach) for breach in found), found
-    # One fault gives one or two sentences, and none about other methods.
-    assert len(found) <= 2 or name == "not derived"
 
 
 @pytest.mark.parametrize(("name", "kind", "says"), BAD_CLOCKS, **NAMES)
@@ -188,7 +158,7 @@ def test_a_broken_clock_is_found_in_real_time(name, kind, says, tmp_path, monkey
 
 
 def test_a_fault_found_by_a_cut_of_power_names_the_line(tmp_path):
-    (sentence,) = checked(mutant({"store_image": writes_over_slowly}, TinBoard), tmp_path, OUTPUTS_ALONE)
+    (sentence,) = checked(mutant({"store_image": writes_over_slowly}), tmp_path)
     assert "of broken_boards.py" in str(sentence)
     assert "rename it" in str(sentence)
 
@@ -196,10 +166,10 @@ def test_a_fault_found_by_a_cut_of_power_names_the_line(tmp_path):
 @pytest.mark.parametrize(("name", "changes", "says"), ALONE, **NAMES)
 @pytest.mark.parametrize("observer", [None, TinObserver], ids=["alone", "observed"])
 def test_a_fault_is_found_without_an_observer_and_with_one(name, changes, says, observer, tmp_path):
-    kind = mutant(changes, FullTin if "store_image" in changes else EepromTin)
-    found = faults(checked(kind, tmp_path, observer))
+    found = faults(checked(mutant(changes), tmp_path, observer))
     assert [sentence for sentence in found if says in sentence], found
-    assert len(found) <= 2, found
+    # One fault gives one or two sentences, and none about other methods.
+    assert len(found) <= 2 or name == "not derived", found
 
 
 @pytest.mark.parametrize("level", [1, 2, 3])
@@ -207,19 +177,18 @@ def test_wheels_that_fail_at_a_level_do_not_turn_on(level, tmp_path):
     def set_wheels(self, direction, speed_level):
         self.tin.command(go(direction, {each: each for each in range(4) if each != level}[speed_level]))
 
-    bench = TinBench()
-    found = checked(mutant({"set_wheels": set_wheels}, FullTin), tmp_path, TinObserver, bench)
+    tin = Tin()
+    found = checked(mutant({"set_wheels": set_wheels}), tmp_path, TinObserver, tin)
     assert faults(found) == [f"set_wheels(0, {level}) raised KeyError: {level}"]
-    assert TinObserver(bench).wheels() == (0, 0)
+    assert TinObserver(tin).wheels() == (0, 0)
 
 
 @pytest.mark.parametrize(("name", "changes", "says"), OBSERVED, **NAMES)
 def test_a_fault_is_found_by_observing_alone(name, changes, says, tmp_path):
-    kind = mutant(changes, EepromTin)
-    found = faults(checked(kind, tmp_path))
+    found = faults(checked(mutant(changes), tmp_path))
     assert [sentence for sentence in found if says in sentence], found
     assert len(found) <= 2, found
-    assert faults(checked(kind, tmp_path, None)) == []
+    assert faults(checked(mutant(changes), tmp_path, None)) == []
 
 
 # What the documentation shows

@@ -149,15 +149,6 @@ def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(store, 
 # TCP, with one client at a time
 
 
-def test_an_upload_right_after_one_that_broke_off_succeeds(store):
-    with running_car(store) as address:
-        with serial.serial_for_url(address) as client:
-            client.write(NEW[:6])
-            client.flush()
-        assert serial_port.upload(address, NEW, 115200) == OK_NEW.decode().strip()
-    assert store.load() == NEW
-
-
 def test_a_second_client_gets_the_answer_busy_and_the_first_goes_on(store):
     with running_car(store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
         first.write(READBACK_REQUEST)
@@ -231,14 +222,6 @@ def test_an_upload_waits_for_what_one_that_left_has_sent():
         other.setblocking(False)
         with pytest.raises(BlockingIOError):
             other.recv(1)
-
-
-def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):
-    with closing(Rig(store)) as rig:
-        assert rig.readback(4) == NO_PROGRAM
-        rig.client.close()
-        rig.client = serial.serial_for_url(rig.line.address, timeout=0)
-        assert rig.readback(4) == NO_PROGRAM
 
 
 # A serial port

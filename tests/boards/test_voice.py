@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.boards.computer import KeyboardVoice
-from motorcade.boards.on_chip.parts import SerialVoice, VoiceSource
+from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, load_voice_map, parse_voice_map
 from motorcade.errors import MotorcadeError
@@ -43,10 +43,6 @@ def heard(*chunks: bytes) -> list[int]:
 )
 def test_a_modules_bytes_become_words_in_chunks_of_any_size(chunks, says):
     assert heard(*chunks) == says
-
-
-def test_a_source_without_a_microphone_hears_nothing():
-    assert VoiceSource().heard_voice() == NO_VOICE
 
 
 class Typist:
@@ -121,8 +117,3 @@ def test_a_module_may_send_text_and_several_patterns_may_mean_one_word():
 def test_a_wrong_voice_map_is_refused_with_a_sentence(text, says):
     with pytest.raises(MotorcadeError, match=says):
         parse_voice_map(text, "v.toml")
-
-
-def test_a_missing_voice_map_is_named(tmp_path):
-    with pytest.raises(MotorcadeError, match=r"missing\.toml can't be read"):
-        load_voice_map(tmp_path / "missing.toml")

@@ -4,11 +4,9 @@ import pytest
 
 from motorcade.car.arbiter import (
     APPLIED,
-    EVENTS,
     HALTED,
     NEEDS_NEUTRAL,
     NEUTRAL,
-    NEXT,
     NOBODY,
     STATES,
     TABLE,
@@ -192,5 +190,3 @@ def test_the_table_has_each_case_once_and_leads_somewhere() -> None:
     cases = [(state, event) for state, event, _ in TABLE]
     assert len(set(cases)) == len(cases)
     assert all(state != following for state, _, following in TABLE)
-    assert len(NEXT) == len(STATES)
-    assert all(len(row) == len(EVENTS) for row in NEXT)

@@ -14,6 +14,7 @@ from motorcade.words.formats import CONTROL
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import elapsed_ms, later_ms
+from support.radio_hall import RadioCar
 from support.strategies import BRISK, images, tagged_frames, words
 
 LEVELS = levels_of(BRISK)
@@ -55,20 +56,13 @@ CALM = Change(None, brain.NO_VOICE, 0, NOTHING_IN_SIGHT_MM, 0, 0)
 
 
 @dataclass
-class BareCar:
+class BareCar(RadioCar):
     """A car without a board, for `motorcade.car.step`, and what it did in its last step."""
 
-    image: tuple[int, ...]
-    levels: tuple[int, ...]
-    memory: list[int] = field(default_factory=lambda: [0] * brain.SIZE)
     inputs: Change = CALM
     is_new: bool = False
     now_ms: int = 0
     done: list[object] = field(default_factory=list)
-
-    @property
-    def leads(self) -> bool:
-        return bool(self.image)
 
     def step(self, now: int, inputs: Change, is_new: bool) -> tuple:
         """What it shows from now on, and what it does now."""
@@ -119,11 +113,9 @@ def test_a_car_stepped_only_when_due_equals_one_stepped_each_millisecond(leads: 
     news = data.draw(st.dictionaries(st.integers(1, DURATION_MS - 1), changes, max_size=6))
     began_ms = data.draw(st.sampled_from([0, 1_000_000, (1 << 30) - 1000]))
     number = data.draw(NOISE)
-    prompt, lazy = BareCar(image, levels), BareCar(image, levels)
+    prompt, lazy = BareCar(number, image, levels), BareCar(number, image, levels)
     for car in (prompt, lazy):
-        brain.switch_on(car.memory, number, began_ms)
-        if image:
-            step.begin_program(car, began_ms)
+        car.switch_on(began_ms)
     at, due_ms, shown = CALM, 0, []
     for t_ms in range(DURATION_MS):
         now, is_new = later_ms(began_ms, t_ms), t_ms in news

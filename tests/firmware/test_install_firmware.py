@@ -116,12 +116,6 @@ def test_only_files_that_differ_are_copied(small_car):
         assert json.loads(at.look().files["car.json"])["is_leader"] is False
 
 
-def test_every_folder_on_the_board_is_a_package():
-    folders = {path.rpartition("/")[0] for path in ESP32 if path.startswith("lib/")}
-    assert len(folders) > 4
-    assert {f"{folder}/__init__.mpy" for folder in folders} <= set(ESP32)
-
-
 def test_old_sources_are_removed_since_micropython_would_take_them_first(small_car):
     old = {f"/{LIBRARY}/motorcade/car.py": "raise OSError", f"/{LIBRARY}/motorcade/mine.py": "# not ours"}
     with board(files=old) as at:

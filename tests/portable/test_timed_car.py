@@ -33,13 +33,8 @@ INFRARED = [[100, "hear many", [frame_durations_us(HEARD), FRAME_EVERY_US, FRAME
 # Frame behind frame, 5 ms between them as in the protocol.
 WITHOUT_PAUSE_US = sum(frame_durations_us(HEARD)) + 5000
 UART = "[serial]\ntransmit = 8\nreceive = 9\n"
-CARS = [
-    pytest.param("rp2040", "leader", "", marks=pytest.mark.soak),
-    pytest.param("rp2040", "follower", "", marks=pytest.mark.soak),
-    ("rp2040", "follower", UART),
-    ("esp32", "leader", ""),
-    pytest.param("esp32", "follower", "", marks=pytest.mark.soak),
-]
+CARS = [(chip, role, "") for chip in ("rp2040", "esp32") for role in ("leader", "follower")]
+CARS.append(("rp2040", "follower", UART))
 
 
 def played(
@@ -59,7 +54,10 @@ def played(
     return figures, outputs
 
 
-@pytest.mark.parametrize(("chip", "role", "wired_further"), CARS)
+@pytest.mark.parametrize(
+    ("chip", "role", "wired_further"),
+    [each if each[2] else pytest.param(*each, marks=pytest.mark.soak) for each in CARS],
+)
 def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_further, micropython_installed):
     script = UPLOAD + (INFRARED if role == "follower" else [])
     figures, outputs = played(chip, role, wired_further, script, SECONDS)
@@ -105,13 +103,11 @@ def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame
     assert figures["heard"] == before + after
 
 
-@pytest.mark.parametrize("role", ["leader", "follower"])
-def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(role, micropython_installed):
+def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(micropython_installed):
     """All its bytes are there at once, other than by a cable, and beside them come requests."""
     asks = [[at_ms, "air", list(car_request(ASK, at_ms >> 4 & 255))] for at_ms in (900, 1301, 1400)]
-    over_the_air = [[at_ms, "air", data] for at_ms, _, data in UPLOAD]
-    script = asks + over_the_air + (INFRARED if role == "follower" else [])
-    figures, outputs = played("esp32", role, "", script, SECONDS, wifi={"ssid": "room", "password": "secret"})
+    script = asks + [[at_ms, "air", data] for at_ms, _, data in UPLOAD] + INFRARED
+    figures, outputs = played("esp32", "follower", "", script, SECONDS, wifi={"ssid": "room", "password": "secret"})
     answers = b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"])
     assert ok_line(LARGEST) + LARGEST in answers
     assert answers.count(b"OK car=a") == 3
@@ -128,8 +124,7 @@ def test_collections_cost_no_frame_where_interrupts_are_soft(micropython_install
     assert figures["longest_us"] <= LONGEST_TURN_US
 
 
-@pytest.mark.parametrize("role", ["leader", "follower"])
-def test_most_ticks_allocate_nothing(role, micropython_installed, monkeypatch):
+def test_most_ticks_allocate_nothing(micropython_installed, monkeypatch):
     monkeypatch.setenv("MOTORCADE_HEAP_BYTES", "1000000")
-    figures, _ = played("rp2040", role, "", [[100, "upload", list(SMALL)]], 1, True)
+    figures, _ = played("rp2040", "leader", "", [[100, "upload", list(SMALL)]], 1, True)
     assert figures["bytes_a_turn"] < 100

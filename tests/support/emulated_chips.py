@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 CYCLES_A_MS = 16_000
 # Which log of a chip.
-RECEIVED, EDGES, WATCHED, EEPROM, LIGHT = range(5)
-_OVERRUNS, _LONGEST_AWAKE, _AWAKE, _STATE, _WAITING, _RESET_LONGEST = range(6)
+RECEIVED, EDGES, EEPROM, LIGHT = range(4)
+_OVERRUNS, _LONGEST_AWAKE, _AWAKE, _RESET_LONGEST = range(4)
 PAINT = 0xC5
 
 
@@ -118,11 +118,6 @@ class Chip:
     def set_pin(self, port: str, bit: int, level: int, in_us: float = 0) -> None:
         """Set an input pin in so many µs; calls come in the order of time."""
         self._call("chip_set_pin", ctypes.c_char(port.encode()), bit, level, round(in_us * CYCLES_A_MS / 1000))
-
-    def watch(self, *addresses: int) -> None:
-        """Log changes of these bytes of the data memory, to the ms."""
-        for address in addresses:
-            self._call("chip_watch", address)
 
     def record_edges(self) -> None:
         """Log the edges at the infrared pin from now on."""

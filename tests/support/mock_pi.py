@@ -3,7 +3,6 @@
 import threading
 
 from motorcade.boards import lines
-from motorcade.boards.on_chip.parts import VoiceSource
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.check.checked_board import BoardObserver
 from motorcade.words.infrared import air_us, frame_durations_us, to_frame
@@ -113,13 +112,13 @@ def beam(clock, pins, frame, unit_us=560):
     pin.drive_high()
 
 
-class Voice(VoiceSource):
+class Voice:
     """Words that a test says."""
 
     def __init__(self) -> None:
         self.words: list[int] = []
 
-    def heard_voice(self) -> int:
+    def __call__(self) -> int:
         return self.words.pop(0) if self.words else NO_VOICE
 
 
@@ -181,21 +180,18 @@ class PiObserver(LineObserver):
     def put_obstacle(self, distance_mm):
         return None
 
+    def drive(self, part, key, is_high):
+        """Drive an input of the car, if it has that."""
+        number = self.wired.pin(part, key)
+        if number is not None:
+            (self.pins.pin(number).drive_high if is_high else self.pins.pin(number).drive_low)()
+        return number is not None
+
     def show_carrier(self, is_on):
-        pin = self.wired.pin("infrared", "receiver")
-        if pin is not None:
-            (self.pins.pin(pin).drive_low if is_on else self.pins.pin(pin).drive_high)()
-        return pin is not None
+        return self.drive("infrared", "receiver", not is_on)
 
     def show_floor(self, dark):
-        pins = [self.wired.pin("floor", role) for role in ("left", "right")]
-        for place, pin in enumerate(pins):
-            if pin is not None:
-                (self.pins.pin(pin).drive_high if dark >> place & 1 else self.pins.pin(pin).drive_low)()
-        return None not in pins
+        return self.drive("floor", "left", dark & 1) and self.drive("floor", "right", dark & 2)
 
     def show_person(self, is_there):
-        pin = self.wired.pin("pir", "output")
-        if pin is not None:
-            (self.pins.pin(pin).drive_high if is_there else self.pins.pin(pin).drive_low)()
-        return pin is not None
+        return self.drive("pir", "output", is_there)

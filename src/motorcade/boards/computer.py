@@ -9,11 +9,10 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from motorcade.boards.lines import Line, TcpPort
-from motorcade.boards.on_chip.parts import VoiceSource
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE, VOICE_STOP
 from motorcade.car.loop import Car
@@ -79,7 +78,7 @@ class ImageStore:
         replace_file(path, data)
 
 
-class KeyboardVoice(VoiceSource):
+class KeyboardVoice:
     """Take the words 'stop' and 'go', or their first letters, from lines that somebody types.
 
     Args:
@@ -91,7 +90,7 @@ class KeyboardVoice(VoiceSource):
         threading.Thread(target=self._read, args=(lines,), daemon=True).start()
 
     def heard_voice(self) -> int:
-        """See VoiceSource; any other word is ignored."""
+        """Return what was typed since the last call, as `SerialVoice` does; any other word is ignored."""
         latest = NO_VOICE
         while self._typed:
             voice = self._typed.popleft()
@@ -114,7 +113,7 @@ class Equipment:
         line: where uploads come from.
         image: the stored image, None for none.
         save: stores an image, whole or not at all. Raises OSError.
-        voice: where 'stop' and 'go' come from.
+        voice: returns 'stop' or 'go' that was heard since the last call, as `SerialVoice.heard_voice` does.
         observe: called with what the car's loop reports.
         clock_s: a clock in seconds that never goes back.
         version: of Motorcade.
@@ -129,7 +128,7 @@ class Equipment:
     line: Line
     image: bytes | None
     save: Callable[[bytes], None] = lambda data: None
-    voice: VoiceSource = field(default_factory=VoiceSource)
+    voice: Callable[[], int] = lambda: NO_VOICE
     observe: Observer = lambda *event: None
     clock_s: Callable[[], float] = time.monotonic
     version: str = ""
@@ -187,7 +186,7 @@ class ComputerBoard(Board):
         return self._equipment.battery_mv()
 
     def heard_voice(self) -> int:
-        return self._equipment.voice.heard_voice()
+        return self._equipment.voice()
 
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         self._equipment.observe(kind, at_ms, word, detail)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from ssl import SSLWantReadError, SSLWantWriteError
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from motorcade.boards.on_chip.lines import UploadLine
 from motorcade.boards.on_chip.wifi_line import Client, NetworkLine
@@ -24,10 +24,7 @@ if TYPE_CHECKING:
     import serial
 
 _RETRY_S = 1.0
-
-
-class LineError(MotorcadeError):
-    """A line that the car can't open."""
+_Result = TypeVar("_Result")
 
 
 class Line(UploadLine):
@@ -59,47 +56,36 @@ class SerialLine(Line):
         self._port: serial.Serial | None = open_port()
 
     def read(self) -> bytes:
-        port = self._reopened()
-        if port is None:
-            return b""
-        try:
-            return bytes(port.read(port.in_waiting or 1))
-        except OSError:
-            self._drop()
-            return b""
+        return self._use(lambda port: bytes(port.read(port.in_waiting or 1))) or b""
 
     def write(self, data: bytes) -> None:
-        from serial import SerialTimeoutException
-
-        port = self._reopened()
-        if port is None:
-            return
-        try:
-            port.write(data)
-        except SerialTimeoutException:
-            return
-        except OSError:
-            self._drop()
+        self._use(lambda port: port.write(data))
 
     def close(self) -> None:
         if self._port is not None:
             self._port.close()
 
-    def _reopened(self) -> "serial.Serial | None":
-        now_s = self._clock_s()
-        if self._port is None and now_s - self._last_try_s >= _RETRY_S:
-            self._last_try_s = now_s
-            # serial.SerialException is an OSError.
-            with contextlib.suppress(OSError):
-                self._port = self._open_port()
-        return self._port
+    def _use(self, action: "Callable[[serial.Serial], _Result]") -> "_Result | None":
+        """Return what ``action`` gives with the port; None where that isn't there, goes away or takes no more."""
+        from serial import SerialTimeoutException
 
-    def _drop(self) -> None:
-        if self._port is not None:
+        now_s = self._clock_s()
+        # serial.SerialException is an OSError.
+        with contextlib.suppress(OSError):
+            if self._port is None and now_s - self._last_try_s >= _RETRY_S:
+                self._last_try_s = now_s
+                self._port = self._open_port()
+        if self._port is None:
+            return None
+        try:
+            return action(self._port)
+        except SerialTimeoutException:
+            return None
+        except OSError:
             with contextlib.suppress(OSError):
                 self._port.close()
-        self._port = None
-        self._last_try_s = self._clock_s()
+            self._port, self._last_try_s = None, now_s
+            return None
 
 
 class TcpPort(NetworkLine, Line):
@@ -133,7 +119,7 @@ class TcpPort(NetworkLine, Line):
         try:
             listener = listen(host, port)
         except (OSError, UnicodeError) as problem:
-            raise LineError("cannot-listen", host=host, port=port, reason=problem) from None
+            raise MotorcadeError("cannot-listen", host=host, port=port, reason=problem) from None
         self._tls = tls
         self._refuses = refuses
         super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)

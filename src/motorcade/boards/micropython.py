@@ -9,9 +9,9 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
-from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come, open_receiver
+from motorcade.boards.on_chip.infrared import InfraredReceiver, PioSender, RmtSender, has_come, open_receiver
 from motorcade.boards.on_chip.lines import UploadLine
-from motorcade.boards.on_chip.parts import Motor, Ultrasonic, VoiceSource, Wheels
+from motorcade.boards.on_chip.parts import ImageFile, Motor, Ultrasonic, Wheels
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_LED, UNIT_US
 from motorcade.words.infrared import air_us
@@ -27,12 +27,9 @@ class MicroPythonBoard(Board):
 
     Args:
         settings: the contents of car.json (`motorcade.firmware.car_files.settings_of` lists its keys).
-        machine, clock: MicroPython's modules machine and time.
+        modules: MicroPython's, `motorcade.boards.on_chip.power_on.Modules`.
         line: where uploads come from.
-        stores: of the image and of the car's name; each has load and save.
-        make_sender: makes an infrared sender from a pin and the unit of a frame in µs.
-        interrupt: further arguments of machine.Pin.irq for infrared and echoes.
-        voice: where 'stop' and 'go' come from.
+        voice: returns what was heard since the last call, as `SerialVoice.heard_voice` does.
     """
 
     # No tick may take an RP2040 more than 20 ms. 64 bytes take 6 ms at 115200 baud.
@@ -40,29 +37,33 @@ class MicroPythonBoard(Board):
     bytes_a_tick = 64
 
     def __init__(
-        self,
-        settings: "dict[str, Any]",
-        machine: "Any",
-        clock: "Any",
-        line: UploadLine,
-        stores: "tuple[Any, Any]",
-        make_sender: "Callable[[int, int], Any]",
-        interrupt: "dict[str, bool]",
-        voice: VoiceSource,
+        self, settings: "dict[str, Any]", modules: "Any", line: UploadLine, voice: "Callable[[], int]"
     ) -> None:
+        machine, clock = modules.machine, modules.clock
+        # An ESP32 has no hard interrupts.
+        sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
         self.number = settings["number"]
         self.is_leader = settings["is_leader"]
         self.levels = tuple(settings["levels"])
         self._clock = clock
         self._line = line
-        self._store, self._names = stores
-        self.kind = settings.get("chip", "")
+        self._store, self._names = [
+            ImageFile(path, modules.files, modules.open_file) for path in ("car.image", "car.name")
+        ]
+        self.kind = modules.platform
         self.version = settings.get("version", "")
         self.name = str(self._names.load() or b"", "utf-8")
         self._voice = voice
         pins = settings["pins"]
-        self._wheels = _wheels(machine, pins, settings)
-        self._leds = _outputs(machine, pins.get("leds", {}))
+        self._wheels: Wheels | None = None
+        if "left_motor" in pins and "right_motor" in pins:
+            left, right = [Motor(machine, pins[key]) for key in ("left_motor", "right_motor")]
+            self._wheels = Wheels(left, right, settings["drive_duties"], settings["turn_duties"])
+        # LEDs 0 to 3, None for each that isn't there.
+        self._leds: list[Any] = []
+        for which in range(NO_LED):
+            pin = pins.get("leds", {}).get("led_" + str(which))
+            self._leds.append(None if pin is None else machine.Pin(pin, machine.Pin.OUT, value=0))
         self._ultrasonic: Ultrasonic | None = None
         if "ultrasonic" in pins:
             self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
@@ -75,7 +76,9 @@ class MicroPythonBoard(Board):
         if "receiver" in infrared and not self.is_leader:
             self._receiver = open_receiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
         self._interrupts_are_hard = bool(interrupt)
-        self._sender = make_sender(infrared["sender"], self.levels[UNIT_US]) if "sender" in infrared else None
+        self._sender = None
+        if "sender" in infrared:
+            self._sender = sender(machine, modules.chip, infrared["sender"], self.levels[UNIT_US])
         self._serial_ms = clock.ticks_ms()
         self._is_sending = False
         self._sent_until_us = 0
@@ -172,7 +175,7 @@ class MicroPythonBoard(Board):
         return bits
 
     def heard_voice(self) -> int:
-        return self._voice.heard_voice()
+        return self._voice()
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
         if self._wheels is not None:
@@ -188,19 +191,3 @@ class MicroPythonBoard(Board):
         self.set_wheels(0, 0)
         self.set_led(NO_LED)
         self._line.close()
-
-
-def _wheels(machine: "Any", pins: "dict[str, Any]", settings: "dict[str, Any]") -> Wheels | None:
-    if "left_motor" not in pins or "right_motor" not in pins:
-        return None
-    left, right = [Motor(machine, pins[key]) for key in ("left_motor", "right_motor")]
-    return Wheels(left, right, settings["drive_duties"], settings["turn_duties"])
-
-
-def _outputs(machine: "Any", pins: "dict[str, int]") -> "list[Any]":
-    """Return the outputs of LEDs 0 to 3, None for each that isn't there."""
-    leds = []
-    for which in range(NO_LED):
-        pin = pins.get("led_" + str(which))
-        leds.append(None if pin is None else machine.Pin(pin, machine.Pin.OUT, value=0))
-    return leds

@@ -8,9 +8,6 @@ import time
 from collections.abc import Callable
 from typing import Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motorcade.boards.computer import BatteryFile
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
@@ -138,9 +135,9 @@ class LiveWorld:
         with self._lock:
             return self._world.snapshot()
 
-    def picture(self, car: int) -> NDArray[np.uint8]:
-        """Return what a car's camera sees now: (height, width, 3), red, green and blue."""
-        return self._scene.draw(self.snapshot(), car)
+    def jpeg(self, car: int) -> bytes:
+        """Return a picture of what a car's camera sees now."""
+        return to_jpeg(self._scene.draw(self.snapshot(), car))
 
     def __enter__(self) -> Self:
         """Start time."""
@@ -167,7 +164,7 @@ class SimulatedCamera:
 
     def jpeg(self) -> bytes:
         """Return a picture of what it sees now."""
-        return to_jpeg(self._world.picture(self._car))
+        return self._world.jpeg(self._car)
 
     def close(self) -> None:
         """There is nothing to release."""

@@ -93,22 +93,14 @@ HALTED = 3  # emergency stop
 YIELDED = 4  # the program drives, and the command has speed 0
 UNPOWERED = 5  # the battery is low
 # The outcome of a command that doesn't reach the wheels, by the state that it finds or leads to.
-_HELD = ((STOPPED, HALTED), (PROGRAM, YIELDED), (DISCHARGED, UNPOWERED))
+_HELD = {STOPPED: HALTED, PROGRAM: YIELDED, DISCHARGED: UNPOWERED}
 
 NOBODY = 0
 _SPEED_AT = DRIVE.field("speed").low
 NEUTRAL = DRIVE.encode(angle=90, direction=1, speed=0)
 
 
-def _rows() -> tuple[tuple[int, ...], ...]:
-    """Return the next state for each state and event, as NEXT[state][event]."""
-    rows = [[state] * len(EVENTS) for state in range(len(STATES))]
-    for state, event, following in TABLE:
-        rows[state][event] = following
-    return tuple([tuple(row) for row in rows])
-
-
-NEXT = _rows()
+_NEXT = {(state, event): following for state, event, following in TABLE}
 
 
 class Arbiter:
@@ -164,12 +156,11 @@ class Arbiter:
             if moves and session != self._armed_by:
                 event = UNARMED
             self._armed_by = NOBODY if event == UNARMED else session
-        following = NEXT[self.state][event]
-        for state, outcome in _HELD:
-            if following == state:
-                if session == self.driver:
-                    self.commanded_ms = now
-                return outcome
+        following = _NEXT.get((self.state, event), self.state)
+        if following in _HELD:
+            if session == self.driver:
+                self.commanded_ms = now
+            return _HELD[following]
         self.driver = session
         self.commanded_ms = now
         self.state = following
@@ -186,10 +177,7 @@ class Arbiter:
         self.tick(now)
         if not self._may_drive(session):
             return WATCHING
-        for state, outcome in _HELD:
-            if self.state == state:
-                return outcome
-        return APPLIED if self.driver == session else WATCHING
+        return _HELD.get(self.state, APPLIED if self.driver == session else WATCHING)
 
     def request(self, session: int, now: int) -> bool:
         """Ask for the wheel; return whether ``session`` has it now.
@@ -252,7 +240,7 @@ class Arbiter:
         return self.driver in (session, NOBODY)
 
     def _take_event(self, event: int) -> None:
-        self.state = NEXT[self.state][event]
+        self.state = _NEXT.get((self.state, event), self.state)
         if self.state not in (STANDING, MOVING):
             self.word = NEUTRAL
 

@@ -24,14 +24,7 @@ if MYPY:
 else:
     from collections import namedtuple
 
-    Senses = namedtuple(
-        "Senses",
-        (
-            "obstacle_mm",
-            "person",
-            "dark_floor",
-        ),
-    )
+    Senses = namedtuple("Senses", "obstacle_mm person dark_floor")
 
 # What a car without any sensor senses.
 NOTHING = Senses(obstacle_mm=1048576, person=0, dark_floor=0)

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
     from motorcade.boards.computer import ComputerBoard, Equipment, Observer
     from motorcade.boards.lines import Line, SerialLine
-    from motorcade.boards.on_chip.parts import VoiceSource
     from motorcade.config.profile import Profile
     from motorcade.drive.keys import RevokedKeys
 
@@ -359,16 +358,17 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     return line
 
 
-def _open_voice(resources: ExitStack, voice: str, voice_map: Path | None) -> "VoiceSource":
-    from motorcade.boards.on_chip.parts import SerialVoice, VoiceSource
+def _open_voice(resources: ExitStack, voice: str, voice_map: Path | None) -> Callable[[], int]:
+    from motorcade.boards.on_chip.parts import SerialVoice
+    from motorcade.car.brain import NO_VOICE
 
     if voice == KEYBOARD:
         from motorcade.boards.computer import KeyboardVoice
 
-        return KeyboardVoice(sys.stdin)
+        return KeyboardVoice(sys.stdin).heard_voice
     if voice and voice_map:
         from motorcade.config.pins import load_voice_map
 
         module = load_voice_map(voice_map)
-        return SerialVoice(_open_serial(resources, voice, module.baud).read, module.patterns)
-    return VoiceSource()
+        return SerialVoice(_open_serial(resources, voice, module.baud).read, module.patterns).heard_voice
+    return lambda: NO_VOICE

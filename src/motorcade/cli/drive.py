@@ -126,11 +126,11 @@ def _serve(
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
-        parts = open_parts(resources, options, chosen, _noting(notes)) if pins else None
+        parts = open_parts(resources, options, chosen, _noting(notes), battery) if pins else None
         if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
-            car: DriveBoard = open_drive(parts.equipment, load_pins(pins), chosen, gpio_chip, watchdog, measured)
+            car: DriveBoard = open_drive(parts.equipment, load_pins(pins), chosen, gpio_chip, watchdog)
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = image_for(program, profile) if program else (bytes(4), chosen)

@@ -93,10 +93,15 @@ def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = Non
         "voice_pattern_count": len(voice.patterns) if voice else 0,
     }
     lines = [f"    {value},  // {name}" for name, value in fields.items()]
-    patterns = [f'    {{"{_escaped(data)}", {len(data)}, {word}}},' for data, word in voice.patterns] if voice else []
+    patterns = []
+    for data, word in voice.patterns if voice else ():
+        escaped = "".join(f"\\{byte:03o}" for byte in data)
+        patterns.append(f'    {{"{escaped}", {len(data)}, {word}}},')
+    # A backslash at a line's end would join the next line to the comment.
+    name = pins.name.replace("\\", "/")
     return "\n".join(
         [
-            f"// Made from the pin file of '{_comment(pins.name)}' by motorcade arduino-library: don't edit.",
+            f"// Made from the pin file of '{name}' by motorcade arduino-library: don't edit.",
             "#ifndef MOTORCADE_CAR_SETTINGS",
             "#define MOTORCADE_CAR_SETTINGS",
             "",
@@ -174,12 +179,3 @@ def _pin(pins: PinMap, device: str, role: str) -> str:
 
 def _list(values: Iterable[object]) -> str:
     return f"{{{', '.join(map(str, values))}}}"
-
-
-def _escaped(data: bytes) -> str:
-    return "".join(f"\\{byte:03o}" for byte in data)
-
-
-def _comment(text: str) -> str:
-    # A backslash at a line's end would join the next line to the comment.
-    return text.replace("\\", "/")

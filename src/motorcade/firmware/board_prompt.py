@@ -15,7 +15,6 @@ from motorcade.errors import MotorcadeError
 from motorcade.upload.serial_port import open_error
 
 _BAUD = 115200
-_TRIES = 2
 # Few enough for the memory of a small board, which gets them as a literal of up to four times the length.
 _CHUNK_BYTES = 1024
 _ANSWER_WITHIN_S = 5
@@ -126,17 +125,15 @@ class BoardPrompt:
                 close()
 
     def _enter(self) -> None:
-        for last in range(_TRIES):
+        # Opening the port may have reset the board, which then didn't listen yet.
+        for is_last in (False, True):
             try:
                 # Hide what mpremote prints about a failure.
                 with contextlib.redirect_stdout(io.StringIO()):
                     self._transport.enter_raw_repl(timeout_overall=_ANSWER_WITHIN_S)
-            except TransportError:
-                # Opening the port may have reset the board, which then didn't listen yet.
-                if last == _TRIES - 1:
+            except (TransportError, OSError) as problem:
+                if is_last or isinstance(problem, OSError):
                     raise MotorcadeError("no-micropython-answers", port=self.port) from None
-            except (serial.SerialException, OSError):
-                raise MotorcadeError("no-micropython-answers", port=self.port) from None
             else:
                 return
 

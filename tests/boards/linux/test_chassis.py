@@ -4,13 +4,11 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from motorcade.boards.linux.chassis import motor_duties, open_chassis
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import DriveMotor
-from support.mock_pi import DUTIES, ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
+from support.mock_pi import DUTIES, ENABLED, HEAD, LEFT_MOTOR, STEERED, pulse_us, shown
 from support.strategies import CLASSROOM
 
 WEAK = replace(CLASSROOM, motor=DriveMotor(pwm_max=60))
@@ -33,25 +31,6 @@ def chassis(pins):
 def test_the_inner_motor_is_slower_in_tighter_bends(angle_deg, duties):
     assert motor_duties(angle_deg, 1, 180) == duties
     assert motor_duties(angle_deg, 0, 180) == tuple(-duty for duty in duties)
-
-
-@given(st.integers(0, 180), st.integers(0, 1), st.integers(0, 255))
-def test_steering_two_motors_is_symmetric_and_never_exceeds_the_words_speed(angle_deg, direction, speed):
-    left, right = motor_duties(angle_deg, direction, speed)
-    assert (right, left) == motor_duties(180 - angle_deg, direction, speed)
-    assert max(abs(left), abs(right)) == speed
-    assert left * right >= 0
-    assert abs(left) >= abs(right) if angle_deg <= 90 else abs(right) >= abs(left)
-
-
-def test_a_drivers_command_turns_two_motors(chassis, pins):
-    wheels = chassis(ENABLED)
-    wheels.apply(45, 1, 200)
-    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((255, 0, 200), (255, 0, 100))
-    wheels.apply(180, 0, 200)
-    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((0, 0, 0), (0, 255, 200))
-    wheels.neutral()
-    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((0, 0, 0), (0, 0, 0))
 
 
 # A servo and a motor that words drive
@@ -100,13 +79,6 @@ def test_the_motor_gets_its_duty_in_both_directions(chassis, pins, speed):
     assert shown(pins, LEFT_MOTOR) == (on, 0, speed)
     wheels.apply(42, 0, speed)
     assert shown(pins, LEFT_MOTOR) == (0, on, speed)
-
-
-def test_neutral_stops_the_wheels_and_centres_the_steering(chassis, pins):
-    wheels = chassis(STEERED)
-    wheels.apply(10, 0, 255)
-    wheels.neutral()
-    assert (shown(pins, LEFT_MOTOR), pulse_us(pins)) == ((0, 0, 0), 1500)
 
 
 @pytest.mark.parametrize("text", [ENABLED, STEERED + DUTIES], ids=["two motors", "a servo"])

@@ -77,15 +77,6 @@ def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
     board.close()
 
 
-def test_all_255_duties_differ(kernel):
-    board = opened()
-    kernel.pwm.clear()
-    for speed in range(1, 256):
-        board.apply(90, 1, speed)
-    assert len({duty for pin, _, duty in kernel.pwm if pin == 12 and duty}) == 255
-    board.close()
-
-
 def test_the_rescue_of_a_steered_car_pulls_its_motor_pins_and_its_horn_low(kernel):
     board = opened(STEERED + "[horn]\nsignal = 20\n", gpio_chip=3)
     where, arguments = board.rescue()

@@ -244,14 +244,9 @@ def test_an_upload_while_somebody_drives_is_stored_and_does_not_move_the_wheels(
     car.go_on()
     car.session.resume_program()
     assert wheels(pins) == TURNING_LEFT
-
-
-def test_a_leader_without_states_has_no_program(made):
-    car = made(image=TURNS_LEFT)
-    assert car.board.has_program
+    # One without states of the leader's is no program.
     car.line.sent.append(bytes.fromhex("00010100 A4800000"))
     car.go_on()
-    assert car.line.answered
     assert not car.board.has_program
 
 
@@ -374,10 +369,7 @@ def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tm
 # The driver's limits
 
 
-def test_a_driver_gets_the_distance_of_a_sensor_that_the_pin_file_names(made):
-    assert made(ENABLED + SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM
-
-
-def test_a_car_without_a_sensor_or_a_battery_file_has_neither(made):
-    car = made(ENABLED)
-    assert (car.board.obstacle_mm(), car.board.battery_mv()) == (None, None)
+@pytest.mark.parametrize(("parts", "distance_mm"), [(SENSORS, NOTHING_IN_SIGHT_MM), ("", None)])
+def test_a_driver_gets_the_distance_of_a_sensor_that_the_pin_file_names(made, parts, distance_mm):
+    board = made(ENABLED + parts).board
+    assert (board.obstacle_mm(), board.battery_mv()) == (distance_mm, None)

@@ -1,4 +1,4 @@
-"""A car with a Raspberry Pi: words change its pins, and its pins change what it does."""
+"""A car with a Raspberry Pi: words change its pins, and its pins and frames change what it does."""
 
 import threading
 
@@ -8,12 +8,25 @@ from gpiozero.pins.mock import MockPWMPin
 from motorcade import Program, compile_program, forward, led, left, right, together
 from motorcade.boards.computer import run
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.check import NOT_CHECKED, BoardObserver, check_board
+from motorcade.car.check import NOT_CHECKED, check_board
 from motorcade.car.loop import Car
-from motorcade.config.pins import parse_pins
 from motorcade.errors import Phrase
+from motorcade.words.infrared import frame_durations_us
 from motorcade.words.upload import ok_line
-from support.mock_pi import DUTIES, ENABLED, HEAD, LEDS, LEDS_AT, LEFT_MOTOR, SENSORS, STEERED, beam, shown, wheels
+from support.mock_pi import (
+    DUTIES,
+    ENABLED,
+    FORWARD_1_S,
+    LEDS,
+    LEDS_AT,
+    LEFT_MOTOR,
+    RECEIVER,
+    SENSORS,
+    STEERED,
+    beam,
+    shown,
+    wheels,
+)
 from support.waiting import DEADLINE_S
 
 # Wheels and LEDs
@@ -50,18 +63,6 @@ def test_a_motor_has_no_power_while_its_direction_changes(car, pins):
     assert [round(state.state * 255) for state in watched[12].states[before[12] :]] == [0, 85]
 
 
-def test_missing_parts_find_nothing_and_do_nothing(car, pins):
-    board = car(ENABLED + "[leds]\nled_2 = 22\n").board
-    board.set_led(1)
-    assert shown(pins, (22,)) == (0,)
-    board.set_led(2)
-    assert shown(pins, (22,)) == (255,)
-    assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
-    assert not board.sees_person()
-    assert board.received_frames() == []
-    assert not board.senses_carrier()
-
-
 # A whole car
 
 
@@ -89,21 +90,6 @@ def test_the_board_keeps_the_contract(car, clock, pins, parts):
     # It stores in a list; ImageStore has a test of its own. A car without a receiver hears nothing.
     left = "observe.cut_power" if SENSORS in parts else "hear, observe.cut_power"
     assert found == [Phrase(NOT_CHECKED, parts=left)]
-
-
-@pytest.mark.parametrize(
-    ("pin", "other", "says"),
-    [
-        ("forward = 5\nbackward = 6", "forward = 6\nbackward = 5", "set_wheels(0, 1) makes the left wheel turn by -"),
-        ("led_0 = 17\nled_1 = 27", "led_0 = 27\nled_1 = 17", "set_led(0) lights LED 1"),
-    ],
-)
-def test_a_car_that_is_wired_otherwise_is_found_by_its_pins(car, clock, pins, pin, other, says):
-    """The pins of one pin file are observed, and the board has those of another."""
-    made = car((ENABLED + LEDS).replace(pin, other))
-    made.observer.wired = parse_pins(HEAD + ENABLED + LEDS, "test.toml")
-    found = check_board(made.board, wait_ms=clock.wait_ms, observe=made.observer)
-    assert [str(each) for each in found if says in str(each)], found
 
 
 def test_an_uploaded_program_drives_the_pins_and_is_stored(car, clock, pins):
@@ -162,16 +148,7 @@ class Trigger(MockPWMPin):
 
     def prepare(self, clock, echo, distance_mm):
         self.clock, self.echo, self.distance_mm = clock, echo, distance_mm
-        self.pings, self.enough, self.has_measured = 0, 3, threading.Event()
-        self.lock = threading.Lock()
-
-    def place(self, distance_mm):
-        """Move the obstacle, and return when the median of three pings knows it."""
-        with self.lock:
-            # The first ping may have begun before; the last one begins when those before it count.
-            self.pings, self.enough, self.distance_mm = 0, 4, distance_mm
-            self.has_measured.clear()
-        assert self.has_measured.wait(DEADLINE_S)
+        self.pings, self.has_measured = 0, threading.Event()
 
     def _set_state(self, value):
         super()._set_state(value)
@@ -180,10 +157,9 @@ class Trigger(MockPWMPin):
             self.echo.drive_high()
             self.clock.advance(2 * self.distance_mm / 343_260)
             self.echo.drive_low()
-            with self.lock:
-                self.pings += 1
-                if self.pings == self.enough:
-                    self.has_measured.set()
+            self.pings += 1
+            if self.pings == 3:
+                self.has_measured.set()
 
 
 @pytest.mark.parametrize(
@@ -198,20 +174,51 @@ def test_the_echos_duration_gives_the_distance(car, clock, pins, distance_mm, sa
     assert board.obstacle_mm() == pytest.approx(says, abs=1)
 
 
-def test_the_board_measures_the_distances_that_are_really_set(car, clock, pins):
-    trigger = pins.pin(23, pin_class=Trigger)
-    trigger.prepare(clock, pins.pin(24), 1000)
+def test_a_follower_runs_the_word_of_a_received_frame(car, clock, pins):
+    made = car(ENABLED + SENSORS)
+    loop = Car(made.board)
+    loop.tick()
+    beam(clock, pins, FORWARD_1_S)
+    loop.tick()
+    assert wheels(pins) == ((255, 0, 102), (255, 0, 102))
+    clock.now_s += 0.999
+    loop.tick()
+    assert wheels(pins) == ((255, 0, 102), (255, 0, 102))
+    clock.now_s += 0.001
+    loop.tick()
+    assert wheels(pins) == ((0, 0, 0), (0, 0, 0))
 
-    class Sonar(BoardObserver):
-        def put_obstacle(self, distance_mm):
-            trigger.place(min(distance_mm, 2500))
-            return distance_mm
 
-    made = car(ENABLED + "[ultrasonic]\ntrigger = 23\necho = 24\n")
-    found = check_board(made.board, wait_ms=clock.wait_ms, observe=Sonar())
-    assert [each.key for each in found] == [NOT_CHECKED]
-    assert "put_obstacle" not in str(found)
+def test_a_car_ignores_its_own_frame_and_receives_the_next_one(car, clock, pins):
+    made = car(ENABLED + SENSORS)
+    made.sender.busy = True
+    beam(clock, pins, FORWARD_1_S)
+    assert made.board.received_frames() == []
+    assert made.board.is_sending()
+    beam(clock, pins, FORWARD_1_S)
+    made.sender.busy, made.sender.ended_s = False, clock.now_s
+    clock.now_s += 0.005
+    beam(clock, pins, 0x2AAAAAAA)
+    assert made.board.received_frames() == [0x2AAAAAAA]
 
 
-def test_nothing_is_in_sight_before_the_first_echo(car):
-    assert car(ENABLED + SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM
+def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
+    made = car(ENABLED + SENSORS)
+    pin, durations = pins.pin(RECEIVER), frame_durations_us(FORWARD_1_S)
+
+    def play(part: list[int]) -> None:
+        for at, duration_us in enumerate(part):
+            (pin.drive_high if at % 2 else pin.drive_low)()
+            clock.now_s += duration_us / 1e6
+
+    # 20 bits, then the car's own frame, then bits that would complete the 32.
+    play(durations[:42])
+    assert made.board.received_frames() == []
+    made.sender.busy = True
+    play([560, 600])
+    assert made.board.received_frames() == []
+    made.sender.busy, made.sender.ended_s = False, clock.now_s
+    clock.now_s += 0.0011
+    play(durations[42:])
+    pin.drive_high()
+    assert made.board.received_frames() == []

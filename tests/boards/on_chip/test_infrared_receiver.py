@@ -38,15 +38,6 @@ def test_noise_is_dropped_and_the_frame_after_it_received(noise_us):
     assert heard(board, a_bench, frame_durations_us(FRAME)) == [FRAME]
 
 
-@pytest.mark.parametrize("cut", [1, 2, 33, 66])
-def test_a_cut_off_frame_is_dropped_and_the_next_one_received(cut):
-    a_bench = bench()
-    board = board_of(a_bench)
-    whole = frame_durations_us(FRAME)
-    assert heard(board, a_bench, whole[: cut - 1 + cut % 2]) == []
-    assert heard(board, a_bench, whole) == [FRAME]
-
-
 def test_a_loop_that_was_late_loses_old_frames_and_receives_the_next_one():
     a_bench = bench()
     board = board_of(a_bench)
@@ -57,12 +48,6 @@ def test_a_loop_that_was_late_loses_old_frames_and_receives_the_next_one():
     late = board.received_frames()
     assert late == [FRAME] * 3
     assert heard(board, a_bench, whole) == [FRAME]
-
-
-def test_interrupts_that_run_late_change_nothing():
-    a_bench = bench()
-    a_bench.chip.late_us = 200
-    assert heard(board_of(a_bench), a_bench, frame_durations_us(FRAME)) == [FRAME]
 
 
 def test_a_frame_with_a_pulse_too_short_for_its_interrupts_is_dropped_not_guessed():

@@ -2,13 +2,11 @@
 
 import pytest
 from driven_car import Bench
-from hypothesis import given
 from simulated.flash import Flash, PowerCut
 
 from motorcade.boards.on_chip.parts import ImageFile, Motor
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from support.chip_benches import SMALL, bench, board_of
-from support.strategies import images
 
 LARGE = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
 MIDDLE = bytes.fromhex("20080200" + "64800000" * 32 + "C0280000" * 8)
@@ -159,10 +157,3 @@ def test_a_full_flash_keeps_the_old_image_and_room_for_a_smaller_one():
     assert list(flash.files) == ["car.image"]
     store.save(EMPTY)
     assert store.load() == EMPTY
-
-
-@given(images())
-def test_every_image_is_loaded_as_it_was_stored(image):
-    flash = Flash()
-    ImageFile("car.image", flash, flash.open).save(image)
-    assert ImageFile("car.image", flash, flash.open).load() == image

@@ -1,22 +1,33 @@
-"""An ESP32's line by Wi-Fi, with real sockets of this computer; the cable goes on beside it."""
+"""An ESP32's line by Wi-Fi, with real sockets and real TLS of this computer; the cable goes on beside it."""
 
 import asyncio
+import json
+import os
 import select
+import shutil
 import socket
+import subprocess
+import sys
 import threading
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from wifi_car import ChipBoard, Clock
 
-from motorcade.boards.on_chip.lines import UsbLine
+from motorcade.boards.on_chip.secure_line import serial_number
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
+from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
+from motorcade.drive.keys import REVOKED, chip_keys, client_context, read_revoked
+from motorcade.firmware.car_files import board_files
 from motorcade.fleet.cars import Cars, Finder
 from motorcade.fleet.places import network_place
 from motorcade.words.request import STOP
-from support.rooms import SECOND
+from support.rooms import FIRST, SECOND
 from support.strategies import CLASSROOM
 from support.waiting import until, wait_until
 
@@ -50,11 +61,14 @@ class Station:
         return ("127.0.0.1", "255.0.0.0", "", "")
 
 
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as reserved:
+        return reserved.getsockname()[1]
+
+
 @contextmanager
 def running():
-    with socket.create_server(("127.0.0.1", 0)) as reserved:
-        port = reserved.getsockname()[1]
-    cable = Cable()
+    cable, port = Cable(), free_port()
     announcer = Announcer(Station(), socket, Clock(), "0000002a", port)
     line = WifiLine(cable, socket, select, Clock(), announcer, port)
     board, ended = ChipBoard(line, levels_of(CLASSROOM)), threading.Event()
@@ -127,24 +141,82 @@ def test_more_clients_than_the_chip_has_room_for_get_their_turn():
 
 
 def test_the_chip_joins_its_network_by_a_name_of_its_own():
-    called = []
+    network = Mock()
+    station = join_network(network, {"ssid": "Klasse", "password": "geheim"}, "00000af7")
+    network.hostname.assert_called_once_with("motorcade-00000af7")
+    station.active.assert_called_once_with(True)
+    station.connect.assert_called_once_with("Klasse", "geheim")
 
-    class Joining(Station):
-        def active(self, on):
-            called.append(on)
 
-        def connect(self, ssid, password):
-            called.append((ssid, password))
+PORTABLE = Path(__file__).parents[2] / "portable"
 
-    class Network:
-        STA_IF = 0
 
-        def hostname(self, name):
-            called.append(name)
+@pytest.fixture(params=["cpython", "micropython"])
+def command(request, tmp_path):
+    """How to run the car: the interpreter, and its environment."""
+    if request.param == "cpython":
+        # What it prints comes at once.
+        return [sys.executable, "-u"], dict(os.environ)
+    # Debian has no package of it: `make -C ports/unix` of its sources builds it, with mbedtls.
+    if not (found := shutil.which("micropython")):
+        pytest.skip("no micropython: MicroPython's Unix build, with mbedtls, in PATH")
+    for path, data in board_files({}).items():
+        (tmp_path / "board" / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "board" / path).write_bytes(data)
+    return [found], os.environ | {"MICROPYPATH": f"{tmp_path}/board/lib:{PORTABLE}:.frozen"}
 
-        def WLAN(self, kind):  # noqa: N802 - MicroPython's name
-            return Joining()
 
-    join_network(Network(), {"ssid": "Klasse", "password": "geheim"}, "00000af7")
-    assert called == ["motorcade-00000af7", True, ("Klasse", "geheim")]
-    assert UsbLine.sender == 0
+@contextmanager
+def secured(command, keys):
+    """Run a car with ``keys`` (`chip_keys`); yields its port and a function that ends it and returns its output."""
+    port = free_port()
+    program, environment = command
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "encoding": "utf-8"}
+    with subprocess.Popen([*program, PORTABLE / "wifi_car.py"], env=environment, **pipes) as process:
+        try:
+            process.stdin.write(json.dumps([port, keys, levels_of(CLASSROOM)]) + "\n")
+            process.stdin.flush()
+            assert process.stdout.readline().startswith("ready")
+            yield port, lambda: process.communicate()[0]
+        finally:
+            process.stdin.close()
+
+
+async def reach(port, tls, image):
+    """Load a car; return what is known of it."""
+    async with Cars([network_place("localhost", port, "ada")], tls) as cars:
+        await cars.known(30)
+        (status,) = cars.statuses()
+        if not status.away:
+            assert [each.error for each in await cars.load(image, ["ada"])] == [None]
+            await until(lambda: cars.statuses()[0].crc32 != status.crc32)
+            cars.order(STOP)
+            assert await cars.confirmed(30) == []
+        return cars.statuses()[0]
+
+
+def test_a_chip_takes_uploads_of_drivers_of_its_authority_and_of_nobody_else(command, tmp_path):
+    """Strangers, those without keys and a driver whose keys were revoked change nothing, and don't hold others up."""
+    now = datetime.now(UTC)
+    make_keys(tmp_path / "room", [CarKeys("ada")], ["lin", "eve"], now)
+    make_keys(tmp_path / "other", [], ["lin"], now)
+    lin, stranger = [client_context(tmp_path / each / "driver-lin.pem", True) for each in ("room", "other")]
+    eve = client_context(tmp_path / "room" / "driver-eve.pem", True)
+    revoke_drivers(tmp_path / "room", ["eve"])
+    keys = chip_keys(tmp_path / "room" / "car-ada.pem", read_revoked(tmp_path / "room" / REVOKED))
+    with secured(command, keys) as (port, end):
+        for tls in (None, stranger, eve):
+            assert asyncio.run(reach(port, tls, FIRST)).away
+        status = asyncio.run(reach(port, lin, SECOND))
+        assert (status.name, status.board, status.state) == ("ada", "esp32", "stopped")
+        stops = [line.split() for line in end().splitlines()]
+    # It drives, but stood at each piece of a handshake.
+    assert {stop[2] for stop in stops} == {"0"}
+    assert max(stop[3] for stop in stops) > "0"
+
+
+def test_the_serial_number_is_read_from_any_certificate():
+    # A version or none, lengths in one byte or in several, a sign byte.
+    for certificate, number in (("300830060201 7f", 0x7F), ("3082000a 308106 0202 00ff", 0xFF)):
+        assert serial_number(bytes.fromhex(certificate)) == number
+    assert serial_number(bytes.fromhex("300d300b a003020102 0201 05 0000")) == 5

@@ -17,14 +17,18 @@ class Observed:
 
     def look(self):
         """Record the state of wheels and LEDs where it has changed."""
-        levels, duties = self._chip.levels, self._chip.duties
-        powers = []
-        for motor in (self._pins["left_motor"], self._pins["right_motor"]):
-            direction = levels.get(motor["forward"], 0) - levels.get(motor["backward"], 0)
-            powers.append(direction * duties[motor["enable"]])
-        self._note("wheels", tuple(powers))
-        lit = [which for which in range(4) if levels.get(self._pins["leds"]["led_" + str(which)], 0)]
-        self._note("leds", tuple(lit))
+        self._note("wheels", (self.power("left_motor"), self.power("right_motor")))
+        self._note("leds", self.lit_leds())
+
+    def power(self, part):
+        """Return a motor's duty, below 0 for backward."""
+        levels, motor = self._chip.levels, self._pins[part]
+        direction = levels.get(motor["forward"], 0) - levels.get(motor["backward"], 0)
+        return direction * self._chip.duties.get(motor["enable"], 0)
+
+    def lit_leds(self):
+        leds = self._pins["leds"]
+        return tuple([led for led in range(4) if self._chip.levels.get(leds["led_" + str(led)], 0)])
 
     def _note(self, what, value):
         if self._shown[what] != value:

@@ -31,7 +31,6 @@ class Microcontroller:
     Attributes:
         late_us: how long after an edge its interrupt runs, as ESP32s' do; by then the level may be another.
         meter: counts what the program executes; None where that takes no time.
-        failed: handlers that were switched off since they raised an error.
     """
 
     def __init__(self, platform, ticks_ms=0):
@@ -40,7 +39,6 @@ class Microcontroller:
         self.now_us = 0
         self.late_us = 0
         self.meter = None
-        self.failed = []
         # What the clock says in an interrupt handler, where nothing may be allocated; None outside of one.
         self.handled_us = None
         self.levels = {}
@@ -159,7 +157,7 @@ class Microcontroller:
         try:
             handler(number)
         except MemoryError:
-            self.failed.append(pin)
+            # It is switched off, so nothing is heard any more.
             del self.interrupts[pin]
         finally:
             if is_hard:

@@ -17,13 +17,10 @@ class ChipObserver(BoardObserver):
         bench.chip.listeners.append(self._take)
 
     def wheels(self):
-        if "left_motor" not in self._pins:
-            return None
-        return self._power(self._pins["left_motor"]), self._power(self._pins["right_motor"])
+        return self._bench.observed.power("left_motor"), self._bench.observed.power("right_motor")
 
     def lit_leds(self):
-        leds = self._pins["leds"]
-        return [led for led in range(4) if self._bench.chip.levels.get(leds["led_" + str(led)], 0)]
+        return self._bench.observed.lit_leds()
 
     def sent_frames(self):
         frames = []
@@ -66,13 +63,6 @@ class ChipObserver(BoardObserver):
 
     def cut_power(self):
         self._bench.flash.lose()
-
-    def _power(self, motor):
-        levels, duties = self._bench.chip.levels, self._bench.chip.duties
-        if "enable" in motor:
-            direction = levels.get(motor["forward"], 0) - levels.get(motor["backward"], 0)
-            return direction * duties.get(motor["enable"], 0)
-        return duties.get(motor["forward"], 0) - duties.get(motor["backward"], 0)
 
     def _take(self, what, pin, value):
         if what == "bytes":

@@ -5,6 +5,7 @@ steer by their difference; a control word turns on the spot, which takes two mot
 """
 
 from contextlib import ExitStack
+from functools import partial
 from typing import Any, Protocol
 
 from gpiozero import OutputDevice, PWMOutputDevice, Servo
@@ -21,15 +22,11 @@ CENTRE_DEG = 90
 _ANGLES_DEG = {FORWARD: CENTRE_DEG, LEFT: 180, RIGHT: 0}
 
 
-class WordWheels(Protocol):
-    """Wheels that obey control words."""
+class Chassis(Protocol):
+    """Wheels of any kind. No motor gets a higher duty than the profile's ``motor.pwm_max``. Methods raise OSError."""
 
     def set(self, direction: int, speed_level: int) -> None:
-        """Turn as a control word asks; arguments as of `motorcade.car.board.Board.set_wheels`. Raises OSError."""
-
-
-class Chassis(WordWheels, Protocol):
-    """Wheels of any kind. No motor gets a higher duty than the profile's ``motor.pwm_max``. Methods raise OSError."""
+        """Turn as a control word asks; arguments as of `motorcade.car.board.Board.set_wheels`."""
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         """Turn as a DRIVE word asks; arguments as of `motorcade.car.drive_board.DriveBoard.apply`."""
@@ -45,31 +42,22 @@ class Motor:
     """
 
     def __init__(self, pins: PinMap, part: str, factory: Any, devices: ExitStack) -> None:
-        def pulsed(pin: int | None) -> Any:
-            return devices.enter_context(PWMOutputDevice(pin, frequency=PWM_HZ, pin_factory=factory))
-
-        directions = [pins.pin(part, key) for key in ("forward", "backward")]
+        pulsed = partial(PWMOutputDevice, frequency=PWM_HZ, pin_factory=factory)
+        switched = partial(OutputDevice, pin_factory=factory)
         enable = pins.pin(part, "enable")
-        self._enable = None if enable is None else pulsed(enable)
-        if enable is None:
-            self._directions = [pulsed(pin) for pin in directions]
-        else:
-            self._directions = [devices.enter_context(OutputDevice(pin, pin_factory=factory)) for pin in directions]
+        self._enable = [] if enable is None else [devices.enter_context(pulsed(enable))]
+        kind = switched if self._enable else pulsed
+        self._directions = [devices.enter_context(kind(pins.pin(part, key))) for key in ("forward", "backward")]
 
     def drive(self, duty: int) -> None:
         """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; with 0 the motor coasts."""
-        share = abs(duty) / DUTY_MAX
-        forward, backward = self._directions
         # Never both at once, and no power while they change.
-        if self._enable is not None:
-            self._enable.value = 0
-        forward.value = 0
-        backward.value = 0
+        for device in self._enable + self._directions:
+            device.value = 0
         if duty:
-            driven = forward if duty > 0 else backward
-            driven.value = share if self._enable is None else 1
-        if self._enable is not None:
-            self._enable.value = share
+            on = [self._directions[duty < 0], *self._enable]
+            for device in on:
+                device.value = abs(duty) / DUTY_MAX if device is on[-1] else 1
 
 
 class TwoMotors(Wheels):

@@ -13,11 +13,11 @@ from typing import Any
 
 from gpiozero import OutputDevice
 
-from motorcade.boards.computer import TICK_S, BatteryFile, Equipment, HardwareWatchdog
+from motorcade.boards.computer import TICK_S, Equipment, HardwareWatchdog
 from motorcade.boards.linux.chassis import Chassis, open_chassis
-from motorcade.boards.linux.gpio_chip import HardwareError, open_gpio
+from motorcade.boards.linux.gpio_chip import HardwareError, pull_low
 from motorcade.boards.linux.infrared import LircSender
-from motorcade.boards.linux.raspberry_pi import RESCUE, RaspberryPi, check_pins, opened_sender, pull_low_arguments
+from motorcade.boards.linux.raspberry_pi import RaspberryPi, open_pins, pull_low_arguments
 from motorcade.car.brain import FORWARD
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.loop import Car
@@ -181,8 +181,7 @@ class ProgrammedDrive(SharedWheels):
         equipment, pins, profile, factory, sender: as for RaspberryPi. The observer of ``equipment`` gets faults of the
             program too, as kind ``fault``.
         watchdog: gets a sign of life as long as all is well, and is disarmed at the end; None for none.
-        rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
-        battery: where its voltage is read; None where nothing measures it.
+        gpio_chip: that of ``factory``, as for `open_gpio`.
     """
 
     def __init__(
@@ -193,13 +192,11 @@ class ProgrammedDrive(SharedWheels):
         factory: Any,
         sender: LircSender | None = None,
         watchdog: HardwareWatchdog | None = None,
-        rescue: tuple[str, tuple[str, ...]] | None = None,
-        battery: BatteryFile | None = None,
+        gpio_chip: int | None = None,
     ) -> None:
         self._watchdog = watchdog
-        self._battery = battery
         self._has_ultrasonic = pins.has("ultrasonic")
-        self._rescue = rescue
+        self._pull_low_arguments = pull_low_arguments(pins, gpio_chip)
         self._resources = ExitStack()
         if watchdog is not None:
             self._resources.callback(watchdog.close)
@@ -226,7 +223,7 @@ class ProgrammedDrive(SharedWheels):
         self._switches[name].value = is_on
 
     def battery_mv(self) -> int | None:
-        return self._battery.read_mv() if self._battery else None
+        return self._equipment.battery_mv()
 
     def obstacle_mm(self) -> int | None:
         return self._board.obstacle_mm() if self._has_ultrasonic else None
@@ -235,8 +232,8 @@ class ProgrammedDrive(SharedWheels):
         if self._watchdog is not None:
             self._watchdog.keep_alive()
 
-    def rescue(self) -> tuple[str, tuple[str, ...]] | None:
-        return self._rescue
+    def rescue(self) -> tuple[str, tuple[str, ...]]:
+        return f"{pull_low.__module__}:{pull_low.__name__}", self._pull_low_arguments
 
     def close(self) -> None:
         self._ended.set()
@@ -295,16 +292,11 @@ def open_drive(
     profile: Profile,
     gpio_chip: int | None = None,
     watchdog: Path | None = None,
-    battery: BatteryFile | None = None,
 ) -> ProgrammedDrive:
     """Open the board of a car that somebody drives, and that words drive when the driver gives them the wheels.
 
-    ``watchdog`` is the device of a hardware watchdog, None to use none; ``battery`` measures its voltage. Raises what
-    `open_car` raises.
+    ``watchdog`` is the device of a hardware watchdog, None to use none. Raises what `open_car` raises.
     """
-    check_pins(equipment, pins)
-    factory = open_gpio(pins.chip, gpio_chip)
-    sender = opened_sender(pins, profile, factory)
+    factory, sender = open_pins(equipment, pins, profile, gpio_chip)
     armed = HardwareWatchdog(watchdog) if watchdog else None
-    rescue = (RESCUE, pull_low_arguments(pins, gpio_chip))
-    return ProgrammedDrive(equipment, pins, profile, factory, sender, armed, rescue, battery)
+    return ProgrammedDrive(equipment, pins, profile, factory, sender, armed, gpio_chip)

@@ -9,7 +9,7 @@ from gpiozero import DigitalInputDevice, DistanceSensor, GPIODevice, OutputDevic
 from gpiozero.exc import DistanceSensorNoEcho, PWMSoftwareFallback
 
 from motorcade.boards.computer import ComputerBoard, Equipment
-from motorcade.boards.linux.chassis import WordWheels, open_chassis
+from motorcade.boards.linux.chassis import Chassis, open_chassis
 from motorcade.boards.linux.gpio_chip import open_gpio, pull_low
 from motorcade.boards.linux.infrared import LircSender, open_sender
 from motorcade.boards.on_chip.infrared import InfraredReceiver
@@ -24,7 +24,6 @@ _LEDS = 4
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
 _KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
 _LINUX_CHIPS = ("raspberry-pi", "linux")
-RESCUE = f"{pull_low.__module__}:{pull_low.__name__}"
 # The median of three pings tolerates one false echo and is at most 180 ms old.
 _PINGS = 3
 # More than a second of frames has; a power of two.
@@ -36,7 +35,7 @@ class RaspberryPi(ComputerBoard):
 
     Args:
         equipment: what every car on a computer has.
-        pins: which part is at which pin; as `check_pins` wants it.
+        pins: which part is at which pin; as `open_pins` wants it.
         profile: the car's kind.
         factory: gpiozero's pin factory (`motorcade.boards.linux.gpio_chip.open_gpio`); closed with the board.
         sender: of infrared, None for none; closed with the board.
@@ -52,7 +51,7 @@ class RaspberryPi(ComputerBoard):
         profile: Profile,
         factory: Any,
         sender: LircSender | None = None,
-        wheels: WordWheels | None = None,
+        wheels: Chassis | None = None,
     ) -> None:
         super().__init__(equipment)
         self._sender = sender
@@ -163,9 +162,7 @@ def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: in
 
     Raises MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
     """
-    check_pins(equipment, pins)
-    factory = open_gpio(pins.chip, gpio_chip)
-    return RaspberryPi(equipment, pins, profile, factory, opened_sender(pins, profile, factory))
+    return RaspberryPi(equipment, pins, profile, *open_pins(equipment, pins, profile, gpio_chip))
 
 
 def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
@@ -186,23 +183,25 @@ def pull_low_arguments(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
     return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins) + switched))
 
 
-def opened_sender(pins: PinMap, profile: Profile, factory: Any) -> LircSender | None:
-    """Open the infrared sender where the pin file names one. Raises MotorcadeError."""
-    if pins.pin("infrared", "sender") is None:
-        return None
-    return LircSender(open_sender(), profile.infrared.unit_us, factory.ticks)
-
-
 def _check_computer(pins: PinMap) -> None:
     if pins.chip.name not in _LINUX_CHIPS:
         raise MotorcadeError("pin-file-of-microcontroller", car=pins.name, chip=pins.chip.name)
 
 
-def check_pins(equipment: Equipment, pins: PinMap) -> None:
-    """Check that a car has wheels of one kind, and that a follower has a receiver."""
+def open_pins(
+    equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: int | None
+) -> tuple[Any, LircSender | None]:
+    """Open gpiozero's pin factory, and the infrared sender where the pin file names one. Raises MotorcadeError.
+
+    Check first that a car has wheels of one kind, and that a follower has a receiver.
+    """
     _check_computer(pins)
     kinds = sum(all(map(pins.has, kind)) for kind in _KINDS_OF_WHEELS)
     if kinds != 1:
         raise MotorcadeError("two-kinds-of-wheels" if kinds else "no-wheels", car=pins.name)
     if not equipment.is_leader and pins.pin("infrared", "receiver") is None:
         raise MotorcadeError("no-receiver", car=pins.name)
+    factory = open_gpio(pins.chip, gpio_chip)
+    if pins.pin("infrared", "sender") is None:
+        return factory, None
+    return factory, LircSender(open_sender(), profile.infrared.unit_us, factory.ticks)

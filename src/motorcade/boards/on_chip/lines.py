@@ -66,30 +66,24 @@ class UsbLine(UploadLine):
     `motorcade install-firmware` get the prompt.
 
     Args:
-        clock: MicroPython's time module.
-        interrupts: MicroPython's module micropython.
-        stdin, stdout: MicroPython's byte streams ``sys.stdin.buffer`` and ``sys.stdout.buffer``.
-        poll: its ``ipoll(0)`` gives something where ``stdin`` has a byte.
-        platform: sys.platform.
+        modules: MicroPython's, `motorcade.boards.on_chip.power_on.Modules`.
     """
 
-    def __init__(
-        self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any", platform: str
-    ) -> None:
-        self._clock = clock
-        self._interrupts = interrupts
-        self._stdin = stdin
-        self._stdout = stdout
-        self._poll = poll
+    def __init__(self, modules: "Any") -> None:
+        self._clock = modules.clock
+        self._interrupts = modules.micropython
+        self._stdin = modules.stdin
+        self._stdout = modules.stdout
+        self._poll = modules.poll
         self._byte = bytearray(1)
-        self._buffer = bytearray(_MAX_BYTES[platform])
+        self._buffer = bytearray(_MAX_BYTES[modules.platform])
         # A slice of it copies nothing.
         self._view = memoryview(self._buffer)
-        self._last_byte_ms = clock.ticks_ms()
+        self._last_byte_ms = self._clock.ticks_ms()
         # How many bytes of an interrupt came since the last silence, and whether one of them was Ctrl-C.
         self._interrupt = 0
         self._has_ctrl_c = False
-        interrupts.kbd_intr(-1)
+        self._interrupts.kbd_intr(-1)
 
     def read(self) -> bytes:
         """See UploadLine. Raises KeyboardInterrupt where a tool asks for the prompt."""

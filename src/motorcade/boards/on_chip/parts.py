@@ -162,18 +162,7 @@ class Ultrasonic:
         self._trigger.value(0)
 
 
-class VoiceSource:
-    """A source that never hears anything; others derive from it."""
-
-    def heard_voice(self) -> int:
-        """Return what was heard since the last call: NO_VOICE, VOICE_STOP or VOICE_GO. Never waits.
-
-        Where both words were heard, it is VOICE_STOP.
-        """
-        return NO_VOICE
-
-
-class SerialVoice(VoiceSource):
+class SerialVoice:
     """A module that recognises words by itself, such as one with an LD3320, and reports them over a UART.
 
     Args:
@@ -189,7 +178,10 @@ class SerialVoice(VoiceSource):
         self._recent = b""
 
     def heard_voice(self) -> int:
-        """See VoiceSource; bytes that match no pattern are ignored."""
+        """Return what was heard since the last call: NO_VOICE, VOICE_STOP or VOICE_GO; VOICE_STOP where both were.
+
+        Bytes that match no pattern are ignored.
+        """
         data = self._read()
         latest = NO_VOICE
         for i in range(len(data)):

@@ -14,18 +14,16 @@ from binascii import crc32, unhexlify
 from collections import namedtuple
 
 from motorcade.boards.micropython import MicroPythonBoard
-from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UploadLine, UsbLine
-from motorcade.boards.on_chip.parts import ImageFile, SerialVoice, VoiceSource
+from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
+from motorcade.car.brain import NO_VOICE
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
 from motorcade.words.ticks import elapsed_ms
 
 SETTINGS_FORMAT = "motorcade-car/1"
 SETTINGS_FILE = "car.json"
-IMAGE_FILE = "car.image"
-NAME_FILE = "car.name"
 TICK_MS = 1
 # How often garbage is collected where it costs no frame, and how often anyway while the air is free.
 COLLECT_EVERY_MS = 2000
@@ -49,21 +47,7 @@ _RP2_ENABLE = 1 << 30
 
 Modules = namedtuple(
     "Modules",
-    (
-        "platform",
-        "implementation",
-        "machine",
-        "clock",
-        "micropython",
-        "collector",
-        "chip",
-        "files",
-        "open_file",
-        "stdin",
-        "stdout",
-        "poll",
-        "network",
-    ),
+    "platform implementation machine clock micropython collector chip files open_file stdin stdout poll network",
 )
 """MicroPython's modules and streams.
 
@@ -92,46 +76,24 @@ def load_settings(open_file: "Callable[..., Any]") -> "dict[str, Any]":
 
 def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard:
     """Open the board that ``settings`` describe, with its wheels and LEDs off."""
-    machine, clock = modules.machine, modules.clock
+    machine = modules.machine
     if modules.platform == "esp32":
-        _speed_up(machine)
+        try:
+            machine.freq(_ESP32_HZ)
+        except ValueError:
+            # Some chips of the family are slower.
+            pass
     if settings["number"] is None:
         settings["number"] = crc32(machine.unique_id()) & 0xFFFFFFFF
-    settings["chip"] = modules.platform
     # UARTs first: some claim a pin that isn't theirs, and the part at that pin then takes it back.
-    line = _line(settings, modules)
+    pins = settings["pins"]
+    if "serial" in pins:
+        line: UploadLine = UartLine(machine, settings["uarts"]["serial"], pins["serial"], settings["baud"])
+    else:
+        line = UsbLine(modules)
     if "wifi" in settings and modules.network:
         line = _wifi_line(line, settings, modules)
-    voice = _voice(settings, machine)
-    image, name = [ImageFile(path, modules.files, modules.open_file) for path in (IMAGE_FILE, NAME_FILE)]
-    sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
-
-    def make_sender(pin: int, unit_us: int) -> "Any":
-        return sender(machine, modules.chip, pin, unit_us)
-
-    return MicroPythonBoard(settings, machine, clock, line, (image, name), make_sender, interrupt, voice)
-
-
-class ChipWatchdog:
-    """The hardware watchdog: it resets the chip where ``feed`` isn't called for 2 s, and the motors stop."""
-
-    def __init__(self, modules: Modules) -> None:
-        self._machine = modules.machine
-        self._platform = modules.platform
-        self._chip = modules.implementation._machine
-        self._timer = modules.machine.WDT(timeout=_RESETS_AFTER_MS)
-
-    def feed(self) -> None:
-        """Put off the reset."""
-        self._timer.feed()
-
-    def stop(self) -> None:
-        """Put the reset off for a day or for ever, for somebody who works at the prompt."""
-        if self._platform == "esp32":
-            self._machine.WDT(timeout=_AT_THE_PROMPT_MS)
-            return
-        chip = "RP2350" if "RP2350" in self._chip else "RP2040"
-        self._machine.mem32[_RP2_CTRL[chip] + _RP2_CLEARS] = _RP2_ENABLE
+    return MicroPythonBoard(settings, modules, line, _voice(settings, machine))
 
 
 class Loop:
@@ -144,16 +106,17 @@ class Loop:
     def __init__(self, board: MicroPythonBoard, modules: Modules) -> None:
         self._board = board
         self._car = Car(board)
+        self._modules = modules
         self._clock = modules.clock
-        self._collector = modules.collector
-        self._watchdog = ChipWatchdog(modules)
+        # It resets the chip where it isn't fed for 2 s, and the motors stop.
+        self._watchdog = modules.machine.WDT(timeout=_RESETS_AFTER_MS)
         self._collected_ms = modules.clock.ticks_ms()
 
     def turn(self) -> None:
         """Do one tick, or collect garbage where that is due and the board has time."""
         waited_ms = elapsed_ms(self._clock.ticks_ms(), self._collected_ms)
         if waited_ms >= COLLECT_EVERY_MS and self._board.has_time(waited_ms >= COLLECT_AT_LEAST_MS):
-            self._collector.collect()
+            self._modules.collector.collect()
             self._collected_ms = self._clock.ticks_ms()
         else:
             self._car.tick()
@@ -161,26 +124,26 @@ class Loop:
         self._clock.sleep_ms(TICK_MS)
 
     def close(self) -> None:
-        """Stop the wheels and the watchdog."""
+        """Stop the wheels; put the watchdog's reset off for a day or for ever, for somebody who works at the prompt."""
         self._board.close()
-        self._watchdog.stop()
-
-
-def run(board: MicroPythonBoard, modules: Modules, stops: "Callable[[], bool]") -> None:
-    """Run the car until ``stops()`` is true; its wheels stop however that ends."""
-    loop = Loop(board, modules)
-    try:
-        while not stops():
-            loop.turn()
-    finally:
-        loop.close()
+        machine = self._modules.machine
+        if self._modules.platform == "esp32":
+            machine.WDT(timeout=_AT_THE_PROMPT_MS)
+        else:
+            chip = "RP2350" if "RP2350" in self._modules.implementation._machine else "RP2040"
+            machine.mem32[_RP2_CTRL[chip] + _RP2_CLEARS] = _RP2_ENABLE
 
 
 def start(modules: Modules, stops: "Callable[[], bool]") -> None:
     """Run a car until ``stops()`` is true or somebody asks for the prompt; start again after a failure."""
     try:
         check_version(modules.implementation.version)
-        run(open_board(load_settings(modules.open_file), modules), modules, stops)
+        loop = Loop(open_board(load_settings(modules.open_file), modules), modules)
+        try:
+            while not stops():
+                loop.turn()
+        finally:
+            loop.close()
     except KeyboardInterrupt:
         print("The car stands still. Ctrl-D starts it again.")
     except MotorcadeError as problem:
@@ -222,20 +185,6 @@ def main() -> None:
     )
 
 
-def _speed_up(machine: "Any") -> None:
-    try:
-        machine.freq(_ESP32_HZ)
-    except ValueError:
-        # Some chips of the family are slower.
-        pass
-
-
-def _line(settings: "dict[str, Any]", modules: Modules) -> UploadLine:
-    if "serial" in settings["pins"]:
-        return UartLine(modules.machine, settings["uarts"]["serial"], settings["pins"]["serial"], settings["baud"])
-    return UsbLine(modules.clock, modules.micropython, modules.stdin, modules.stdout, modules.poll, modules.platform)
-
-
 def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) -> WifiLine:
     network, sockets, select, tls = modules.network
     number = "%08x" % settings["number"]  # noqa: UP031 - f-strings lack this there
@@ -257,9 +206,10 @@ def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) 
     return SecureLine(Keys(tls, keys), *arguments)
 
 
-def _voice(settings: "dict[str, Any]", machine: "Any") -> VoiceSource:
+def _voice(settings: "dict[str, Any]", machine: "Any") -> "Callable[[], int]":
     if "voice" not in settings:
-        return VoiceSource()
+        return lambda: NO_VOICE
     voice = settings["voice"]
     line = UartLine(machine, settings["uarts"]["voice"], settings["pins"]["voice"], voice["baud"])
-    return SerialVoice(line.read, [(unhexlify(pattern), word) for pattern, word in voice["patterns"]])
+    patterns = [(unhexlify(pattern), word) for pattern, word in voice["patterns"]]
+    return SerialVoice(line.read, patterns).heard_voice

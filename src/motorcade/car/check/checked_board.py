@@ -326,6 +326,6 @@ EXPECTED: "dict[str, Callable[[Any], bool]]" = {
     "image": lambda value: value is None or (type(value) is bytes and _is_image(value)),
     "millimetres": is_count,
     "milliseconds": lambda value: type(value) is int,
-    "two bits": lambda value: is_count(value, 3),
+    "floor": lambda value: is_count(value, 3),
     "voice": lambda value: is_count(value, VOICE_GO),
 }

@@ -213,7 +213,7 @@ PROBES: "tuple[Probe, ...]" = (
     ),
     Probe(
         "dark_floor",
-        gives="two bits",
+        gives="floor",
         needs="observe.show_floor",
         steps=(0, 1, 3, 2, 0),
         late="check-floor-late",

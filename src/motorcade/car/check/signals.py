@@ -90,12 +90,8 @@ def _read_later(read: "Callable[[], Any]", later_ms: int) -> "Any":
     threading = sys.modules.get("threading")
     if sys.implementation.name == "micropython" or (threading and threading.active_count() > 1):
         return None
-    ahead = {name: _ahead_by(getattr(time, name), later_ms * unit) for name, unit in _CLOCKS}
-    return with_others(time, ahead, read)
-
-
-def _ahead_by(clock: "Callable[[], Any]", by: "Any") -> "Callable[[], Any]":
-    return lambda: clock() + by
+    clocks = [(name, getattr(time, name), later_ms * unit) for name, unit in _CLOCKS]
+    return with_others(time, {name: lambda clock=clock, by=by: clock() + by for name, clock, by in clocks}, read)
 
 
 def check_twice(checked: CheckedBoard) -> None:
