@@ -58,7 +58,6 @@ def parts():
     return dict.fromkeys((errors | DIAGNOSTICS) - with_constructor, "errors") | {
         "Phrase": "phrases",
         "picture_text": "phrases",
-        "command_line_text": "command_line",
         "translated": "command_line",
     }
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.locales import command_line_text
+from motorcade.locales import text as text_of
 from motorcade.words.formats import DRIVE
 from support.command_line import refusal, run, started
 from support.waiting import DEADLINE_S
@@ -126,7 +126,8 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
                 assert any("停住；127.0.0.1:" in line for line in process.stderr)
             if os.name == "posix":
                 process.send_signal(signal.SIGTERM)
-                assert process.communicate(timeout=DEADLINE_S)[0] == command_line_text("serve-ended", "zh") + "\n"
+                last_line = text_of("command_line", "serve-ended", {}, "zh")
+                assert process.communicate(timeout=DEADLINE_S)[0] == f"{last_line}\n"
         finally:
             process.kill()
     refused = refusal(2, "drive", "serve", "--language", "zh", "--keys", tmp_path / "car-ada.pem", "--insecure-lan")

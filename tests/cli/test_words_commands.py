@@ -11,7 +11,7 @@ from threading import Thread
 import pytest
 
 from motorcade import __version__
-from motorcade.cli.options import print_problem
+from motorcade.cli.output import print_problem
 from motorcade.config import profile
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL

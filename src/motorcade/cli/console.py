@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from motorcade.car.brain import TAGGED
-from motorcade.cli.options import current_language, in_language, print_lines, translated
+from motorcade.cli.output import current_language, in_language, print_lines, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
 from motorcade.errors import Phrase

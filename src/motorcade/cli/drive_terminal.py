@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.options import current_language, translated
+from motorcade.cli.output import current_language, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry

@@ -5,20 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.options import (
-    ExistingFile,
-    Json,
-    JsonInPipes,
-    OptionalOutput,
-    current_language,
-    print_diagnostics,
-    print_json,
-    print_lines,
-    profile_named,
-    translated,
-    whole_number,
-    write_file,
-)
+from motorcade.cli.options import ExistingFile, Json, JsonInPipes, OptionalOutput, profile_named, whole_number
+from motorcade.cli.output import current_language, print_diagnostics, print_json, print_lines, translated, write_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -78,18 +66,24 @@ def _decode(
     for text in words:
         number = whole_number(text, Phrase("a-word"))
         word = number + (1 << 32) if -(1 << 31) <= number < 0 else number
-        values = chosen.decode(word)
-        decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
+        decoded.append((word, chosen.decode(word), chosen.warnings(word)))
     if as_json:
-        for each in decoded:
-            each["warning_codes"] = [warning.key for warning in each["warnings"]]
-            each["warnings"] = [str(warning) for warning in each["warnings"]]
-        print_json(decoded)
+        print_json(
+            [
+                {
+                    "word": word,
+                    "fields": values._asdict(),
+                    "warnings": [str(warning) for warning in warnings],
+                    "warning_codes": [warning.key for warning in warnings],
+                }
+                for word, values, warnings in decoded
+            ]
+        )
         return
     from motorcade.cli.console import fields_table, print_table
 
-    for each in decoded:
-        print_table(fields_table(each["word"], chosen, each["warnings"]))
+    for word, _, warnings in decoded:
+        print_table(fields_table(word, chosen, warnings))
 
 
 @app.command("compile")
@@ -140,17 +134,18 @@ def _inspect(image: ExistingFile, profile: str = "classroom", as_json: Json = Fa
     from motorcade.words.image import parse_image
 
     words = words_in(image)
-    leader_states = len(parse_image(words).leader)
+    parsed = parse_image(words)
     if not as_json:
         from motorcade.cli.console import print_table, words_table
 
         print_table(words_table(words, profile_named(profile)))
         return
-    roles = ["header"] + ["leader"] * leader_states + ["follower"] * (len(words) - 1 - leader_states)
+    roles = ["header"] + ["leader"] * len(parsed.leader) + ["follower"] * len(parsed.followers)
+    formats = [HEADER] + [CONTROL] * (len(words) - 1)
     print_json(
         [
-            {"word": word, "role": role, "fields": (CONTROL if number else HEADER).decode(word)._asdict()}
-            for number, (word, role) in enumerate(zip(words, roles, strict=True))
+            {"word": word, "role": role, "fields": word_format.decode(word)._asdict()}
+            for word, role, word_format in zip(words, roles, formats, strict=True)
         ]
     )
 
@@ -169,8 +164,9 @@ def _formats(as_json: JsonInPipes = False) -> None:
 
 def _format_as_dict(word_format: "WordFormat", fingerprint: str) -> dict[str, object]:
     names = ("name", "high", "low", "minimum", "maximum", "default", "unit", "allowed", "meaning", "source")
-    fields = [{name: getattr(field, name) for name in names} for field in word_format.fields]
-    fields = [{**values, "allowed": str(values["allowed"])} for values in fields]
+    fields = [
+        {name: getattr(field, name) for name in names} | {"allowed": str(field.allowed)} for field in word_format.fields
+    ]
     return {"name": word_format.name, "fingerprint": fingerprint, "fields": fields}
 
 
