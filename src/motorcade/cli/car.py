@@ -13,7 +13,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated, write_file
+from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import host_and_port
@@ -156,7 +156,7 @@ def _wiring(
     cells = [(row.part, row.terminal, row.label) for row in rows]
     shown: str | Rows = Rows(("part", "terminal", "pin"), cells, title=wiring.name)
     if output:
-        write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
+        options.write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
         shown = translated("wires-drawn", count=len(rows), file=output)
     print_result([row._asdict() for row in rows], shown, as_json)
 
@@ -212,7 +212,8 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
 
     host, first_port = host_and_port(car.tcp or "127.0.0.1:0")
     allow_files(4 * count + 64)
-    selector, made = selectors.DefaultSelector(), []
+    selector = selectors.DefaultSelector()
+    made: list[tuple[ComputerBoard, TcpPort]] = []
     with ExitStack() as resources:
         for number in range(car.number, car.number + count):
             line = TcpPort(host, first_port and first_port + len(made), selector=selector)
@@ -229,7 +230,7 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
             made.append((ComputerBoard(equipment), line))
         listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
         if car_list:
-            write_file(car_list, list_text(listed).encode())
+            options.write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
         print_result(data, translated("cars-run", **data), as_json)
         run_many(made, _stops(resources, None))

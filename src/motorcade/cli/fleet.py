@@ -15,9 +15,9 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from motorcade.cli.console import make_table, progress_bar
+from motorcade.cli.console import progress_bar
 from motorcade.cli.options import DEFAULT_PROFILE, Search, listed
-from motorcade.cli.output import Rows, current_language, print_json, print_problem, print_result, translated
+from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.cars import MOST_CARS, Cars, Finder
@@ -221,7 +221,7 @@ async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, s
         print_problem(finder.problem)
         if not contacts:
             raise MotorcadeError("no-cars-found")
-        sent_bytes: Counter[Contact] = Counter()
+        sent_bytes, done = Counter[Contact](), 0
         with progress_bar("sent", len(contacts) * len(image)) as show:
 
             def advance(contact: Contact, sent: int) -> None:
@@ -230,5 +230,4 @@ async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, s
                 sent_bytes[contact] = sent
                 show(done)
 
-            done = 0
             return await cars.load(image, names, advance, skips)

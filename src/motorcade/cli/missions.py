@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import CarNumber, Jobs, JsonInPipes
-from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated, write_file
+from motorcade.cli.options import CarNumber, Jobs, JsonInPipes, write_file
+from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
@@ -104,7 +104,7 @@ def _search(
                 search.best.draw(picture, translated("search-title", **title))
             briefest = search.shortest()
             shortest = briefest and briefest.blocks
-    best = [
+    best: list[dict[str, Any]] = [
         {
             "file": str(path),
             "grade": result.grade,
@@ -177,7 +177,7 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
     cells = []
     for each in checked:
         problem = each.problem.sentence(language) if each.problem else None
-        found = each.result.to_dict(language) if each.result else {"stars": 0}
+        found: dict[str, Any] = each.result.to_dict(language) if each.result else {"stars": 0}
         data.append({"file": each.name, "problem": problem, **found})
         lost = " ".join(goal["why"] for goal in found.get("goals", ()) if not goal["met"])
         cells.append((each.name, _stars(found["stars"]) if each.result else None, problem or lost))

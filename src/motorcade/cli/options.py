@@ -1,4 +1,4 @@
-"""Options and arguments that commands share, and what is read by them."""
+"""Options and arguments that commands share, and what is read and written by them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -130,3 +130,15 @@ def whole_number(text: str, name: str | Phrase) -> int:
         except ValueError:
             continue
     raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
+
+
+def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
+    """Write ``data`` whole or not at all. Raises MotorcadeError where ``path`` is the file ``source``."""
+    from motorcade.config.files import replace_file
+
+    if source and path.exists() and path.samefile(source):
+        raise MotorcadeError("output-is-input", file=path)
+    try:
+        replace_file(path, data)
+    except OSError as problem:
+        raise MotorcadeError("file-not-writable", file=path, reason=problem) from None

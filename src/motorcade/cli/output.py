@@ -13,7 +13,8 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import languages, system_language, text
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, RenderableType
+    from rich.table import Table
 
     from motorcade.program.diagnostics import Diagnostic
 
@@ -60,8 +61,48 @@ def print_json(data: Any) -> None:
     print_lines([json.dumps(data, ensure_ascii=False)])
 
 
+def make_table(
+    columns: Sequence[str],
+    rows: Iterable[Iterable[Any]],
+    *,
+    right: Collection[str] = (),
+    unbroken: Collection[str] = (),
+    **style: Any,
+) -> "Table":
+    """Make a table whose headings are the texts "column-…" of the catalogue.
+
+    Args:
+        columns: the names of the headings.
+        rows: a cell for each column: a styled text, or anything whose text is shown, a dash for None.
+        right: the columns of numbers, at whose right edge their cells stand.
+        unbroken: the columns whose cells stay on one line.
+        style: what else Rich's table takes, such as a title.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title_justify="left", caption_justify="left", **style)
+    for name in columns:
+        heading = translated(f"column-{name}")
+        table.add_column(heading, justify="right" if name in right else "left", no_wrap=name in unbroken)
+    for row in rows:
+        # A plain text is no markup, whoever wrote it.
+        table.add_row(*(each if isinstance(each, Text) else Text("–" if each is None else str(each)) for each in row))
+    return table
+
+
+def print_table(table: "RenderableType") -> None:
+    """Print what Rich draws on standard output."""
+    from rich.console import Console
+
+    console = Console()
+    with console.capture() as drawn:
+        console.print(table)
+    print_lines([drawn.get().removesuffix("\n")])
+
+
 class Rows(NamedTuple):
-    """A table, as `motorcade.cli.console.make_table` takes it."""
+    """A table, as `make_table` takes it."""
 
     columns: Sequence[str]
     rows: Iterable[Iterable[Any]]
@@ -76,8 +117,6 @@ def print_result(data: Any, shown: str | Rows, as_json: bool) -> None:
     elif isinstance(shown, str):
         print_lines([shown])
     else:
-        from motorcade.cli.console import make_table, print_table
-
         print_table(make_table(**shown._asdict()))
 
 
@@ -115,18 +154,6 @@ def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | N
         line.append(translated(each.severity), style="bold red" if each.severity == "error" else "bold yellow")
         line.append(f" {each.code}: {each.sentence(current_language())}")
         console.print(line, soft_wrap=True)
-
-
-def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
-    """Write ``data`` whole or not at all. Raises MotorcadeError where ``path`` is the file ``source``."""
-    from motorcade.config.files import replace_file
-
-    if source and path.exists() and path.samefile(source):
-        raise MotorcadeError("output-is-input", file=path)
-    try:
-        replace_file(path, data)
-    except OSError as problem:
-        raise MotorcadeError("file-not-writable", file=path, reason=problem) from None
 
 
 def quoted(path: Path) -> str:

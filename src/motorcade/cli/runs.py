@@ -20,6 +20,7 @@ from motorcade.cli.output import (
     print_note,
     print_problem,
     print_result,
+    print_table,
     translated,
 )
 from motorcade.errors import MotorcadeError
@@ -58,7 +59,7 @@ def _simulate(
         raise MotorcadeError("followers-with-mat")
     files = record or []
     with needs_extra("simulating", "world"):
-        from motorcade.cli.console import drawing_texts, print_table, progress_bar
+        from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import read_mat
         from motorcade.runs.recording import DATA_ENDING

@@ -11,7 +11,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, print_result, translated, wants_json, write_file
+from motorcade.cli.output import current_language, print_result, translated, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -88,7 +88,7 @@ def _readback(
     baud = options.profile_named(profile).serial.baud
     port = port or _only_port()
     image = readback(port, baud, _print_retry)
-    write_file(output, image)
+    options.write_file(output, image)
     done = {"port": port, "bytes": len(image), "file": str(output)}
     print_result(done, translated("image-read-back", count=len(image), port=port, file=output), as_json)
 
@@ -286,8 +286,7 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
 
     for number, (device, title) in enumerate(ports, start=1):
         print(f"{number:3}  {device}  {title}", file=sys.stderr)
-    device: str = typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True)
-    return device
+    return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
 def _print_retry(retry: "Retry") -> None:

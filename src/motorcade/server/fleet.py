@@ -8,7 +8,7 @@ import asyncio
 import re
 import ssl
 from collections.abc import Callable, Iterable
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
@@ -42,34 +42,16 @@ def address_of(page: str) -> str:
     return page.rpartition(_BEFORE_ADDRESS)[2].rpartition(":")[0]
 
 
-class PageControl(Protocol):
-    """One page's connection to one car."""
-
-    def steer(self, throttle: float, steering: float, **switches: int) -> None:
-        """Set the stick's position, both axes -1 to 1, and switches, 0 or 1 by name.
-
-        A car that can't be reached stands still. Raises MotorcadeError: others have all places at the car, or there is
-        no such switch.
-        """
-
-    async def act(self, action: Action) -> None:
-        """Request an action of the car; this may take a while. Raises MotorcadeError where the car refuses."""
-
-    def telemetry(self) -> dict[str, Any]:
-        """What is known of the car and this page: by name, also the fields of `remote_messages.CarTelemetry`."""
-
-    def leave(self) -> None:
-        """End the connection; the car stands still if this page drove it."""
-
-
-class Fleet(Protocol):
+class Fleet:
     """The cars that a page may drive. Every method may raise MotorcadeError."""
 
     async def listed(self) -> list[ListedCar]:
         """All cars, in the order of the page's list."""
+        raise NotImplementedError
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> "PageControl":
         """Connect a page of that name, such as ``192.168.1.7:53124``, to a car."""
+        raise NotImplementedError
 
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car."""
@@ -81,6 +63,7 @@ class Fleet(Protocol):
 
     async def camera(self, car: str) -> Camera | None:
         """A car's camera; None where it has none."""
+        return None
 
     def is_paused(self, car: str) -> bool:
         """Whether a car's world is paused; real time never is."""
@@ -92,7 +75,10 @@ class Fleet(Protocol):
 
     async def start(self) -> None:
         """Run the cars' world where it is paused."""
-        return
+
+    def of(self, car: str) -> "Fleet":
+        """The fleet that a car belongs to."""
+        return self
 
 
 class SingleCar(Fleet):
@@ -107,7 +93,7 @@ class SingleCar(Fleet):
     async def listed(self) -> list[ListedCar]:
         return [ListedCar(self._NAME, None, self._camera is not None)]
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> ControlSession:
         self._check(car)
         return ControlSession(self._car, page, address_of(page))
 
@@ -140,26 +126,14 @@ class CombinedFleet(Fleet):
         simulated = await self._simulated.listed() if self._simulated else []
         return simulated + await self._real.listed()
 
-    async def connect(self, car: str, page: str) -> PageControl:
-        return await self._of(car).connect(car, page)
-
-    async def stop(self, car: str, page: str) -> None:
-        await self._of(car).stop(car, page)
-
-    async def camera(self, car: str) -> Camera | None:
-        return await self._of(car).camera(car)
-
-    def is_paused(self, car: str) -> bool:
-        return self._of(car).is_paused(car)
-
     def may_drive(self, car: str) -> bool:
-        return self._of(car) is self._simulated or self._may_drive(car)
+        return self.of(car) is self._simulated or self._may_drive(car)
 
     async def start(self) -> None:
         if self._simulated:
             await self._simulated.start()
 
-    def _of(self, car: str) -> Fleet:
+    def of(self, car: str) -> Fleet:
         return self._simulated if self._simulated and car.isdecimal() else self._real
 
 
@@ -184,8 +158,10 @@ def is_name(text: str) -> bool:
     return bool(_NAME.fullmatch(text)) and not text.isdecimal()
 
 
-class RemoteControl(PageControl):
+class RemoteControl:
     """A page's connection to a real car, by a client of its own, so that the car distinguishes drivers and watchers.
+
+    A car that can't be reached stands still.
 
     Args:
         cars: begin and end its client. Raises DriveError where the car has too many.
@@ -222,7 +198,11 @@ class RemoteControl(PageControl):
         self.client = None
 
     def steer(self, throttle: float, steering: float, **switches: int) -> None:
-        """Set the stick's position; do nothing while an emergency stop is pending. Raises MotorcadeError."""
+        """Set the stick's position, both axes -1 to 1, and switches, 0 or 1 by name.
+
+        Do nothing while an emergency stop is pending. Raises MotorcadeError: others have all places at the car, or
+        there is no such switch.
+        """
         if not self._stop_pending:
             self._used().steer(throttle, steering, **switches)
 
@@ -259,9 +239,8 @@ class RemoteControl(PageControl):
                 await asyncio.sleep(_AGAIN_S)
 
     def telemetry(self) -> dict[str, Any]:
-        """The last telemetry, and what concerns this page."""
-        client = self.client
-        if client is None:
+        """The last telemetry, and what concerns this page: also the fields of `remote_messages.CarTelemetry`."""
+        if not (client := self.client):
             return {"why": sentences(MotorcadeError("place-given-up"))}
         telemetry = client.telemetry
         if telemetry is None:
@@ -280,6 +259,7 @@ class RemoteControl(PageControl):
         return shown
 
     def leave(self) -> None:
+        """End the connection; the car stands still if this page drove it."""
         self._stop_pending = False
         if self.client:
             self.client.steer(0, 0)
@@ -287,18 +267,20 @@ class RemoteControl(PageControl):
         self._cars.leave(self._car, self)
 
 
+# A page's connection to a car: of this process, or behind a network.
+PageControl = ControlSession | RemoteControl
+
+
 def _now_s() -> float:
     return asyncio.get_running_loop().time()
 
 
 def _why(client: DriveClient) -> dict[str, str] | None:
-    problem = client.problem
-    if problem is None:
-        return None
-    if problem.code == "away":
+    problem: MotorcadeError | None = client.problem
+    if problem and problem.code == "away":
         # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
-        return sentences(MotorcadeError("car-out-of-reach", detail=problem.details["detail"]))
-    return sentences(problem)
+        problem = MotorcadeError("car-out-of-reach", detail=problem.details["detail"])
+    return sentences(problem) if problem else None
 
 
 class RemoteCars(Fleet):
@@ -324,7 +306,7 @@ class RemoteCars(Fleet):
     async def listed(self) -> list[ListedCar]:
         return [ListedCar(car.name, None, car.camera is not None, car.name) for car in self._cars.values()]
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> RemoteControl:
         """Connect a page to a car, whether or not the car can be reached. Raises MotorcadeError.
 
         Where nine pages are connected, the one that has not used the car for longest gives up its client, if that is
