@@ -5,12 +5,14 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from threading import Thread
 
 import pytest
 
 from motorcade import __version__
+from motorcade.__main__ import main
 from motorcade.cli.output import print_problem
 from motorcade.config import profile
 from motorcade.errors import MotorcadeError
@@ -18,7 +20,10 @@ from motorcade.words.formats import CONTROL
 from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
-HEAVY = ("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic")
+HEAVY = (
+    *("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic"),
+    *("starlette", "uvicorn", "msgspec", "websockets", "anyio", "asyncio"),
+)
 OTHER_ROOMS = ("motorcade.program", "motorcade.engine", "motorcade.upload", "motorcade.cli.console")
 
 
@@ -73,7 +78,6 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
     [
         ("fly", "there is no command 'fly'"),
         ("uplod", "there is no command 'uplod'; similar ones: 'upload', 'plot'"),
-        ("--fly", "there is no option --fly here"),
         ("studio --jsn", "there is no option --jsn here; similar ones: --json"),
         ("studio --json=1", "the option '--json' takes no value"),
         ("studio --port", "the option '--port' needs a value"),
@@ -107,6 +111,24 @@ def test_a_reader_that_has_enough_gets_no_complaint():
     finally:
         os.close(writer)
     assert (ran.returncode, ran.stderr) == (0, b"")
+
+
+class Interrupt:
+    """A finder of modules at which Ctrl-C arrives while the command line is imported."""
+
+    def find_spec(self, name, path, target=None):
+        if name == "motorcade.cli":
+            raise KeyboardInterrupt
+
+
+def test_ctrl_c_during_the_imports_ends_without_a_traceback(monkeypatch, capsys):
+    for name in [name for name in sys.modules if name.startswith("motorcade.cli")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [Interrupt(), *sys.meta_path])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 130
+    assert capsys.readouterr().err == ""
 
 
 # encode and decode
