@@ -115,16 +115,6 @@ def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(
     assert (tmp_path / "car.image").read_bytes() == TURNS_LEFT
 
 
-def test_a_car_starts_in_neutral_with_its_stored_image(tmp_path: Path, files: tuple[Path, Path]) -> None:
-    (tmp_path / "car.image").write_bytes(AHEAD)
-    with served(tmp_path, files) as (_, told, pins):
-        pins.until(LEDS_AT, ONE_LIT)
-        assert pins.show(WHEELS) == STILL
-        with BlockingDriveClient(told["host"], told["port"], telemetry_port=told["telemetry_port"]) as driver:
-            driver.resume_program()
-            pins.until(WHEELS, STRAIGHT)
-
-
 def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp_path: Path) -> None:
     real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", files[0])
     assert "a simulated one leads" in refusal(2, "drive", "serve", "--port", "0", "--role", "follower")

@@ -19,7 +19,7 @@ from support.command_line import PARADE, data, refusal, run
 from support.dask_cluster import cluster
 from support.waiting import DEADLINE_S, wait_until
 
-CAR_STEPS = 150_000
+CAR_STEPS = 50_000
 # The command with small tasks, so that there are many of them.
 SMALL_TASKS = f"""
 from motorcade.cli import main
@@ -58,7 +58,7 @@ def spec(tmp_path):
 @pytest.fixture
 def long_spec(spec):
     """Enough tasks to stop between the first and the last."""
-    spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 80"), encoding="utf-8")
     return spec
 
 
@@ -87,7 +87,7 @@ def expected(tmp_path_factory):
     folder = tmp_path_factory.mktemp("expected")
     (folder / PARADE.name).write_bytes(PARADE.read_bytes())
     spec = folder / "spec.toml"
-    spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 80"), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(planning, "TASK_CAR_STEPS", CAR_STEPS)
         result = data("sweep", spec, "-o", folder / "out.parquet", "--jobs", "1")

