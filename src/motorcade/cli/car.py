@@ -257,8 +257,9 @@ def open_parts(
     named: dict[str, Any] = {"version": __version__, "name": store.load_name(), "save_name": store.save_name}
     if battery:
         named["battery_mv"] = BatteryFile(battery).read_mv
-    own = (car.role == "leader", car.number, levels_of(profile))
-    return CarParts(Equipment(*own, line, image, store.save, voice, observe, **named), address, store.path)
+    is_leader = car.role == "leader"
+    equipment = Equipment(is_leader, car.number, levels_of(profile), line, image, store.save, voice, observe, **named)
+    return CarParts(equipment, address, store.path)
 
 
 def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tuple[Line, str]":

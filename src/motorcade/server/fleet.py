@@ -186,11 +186,6 @@ class RemoteControl:
         is_used = you.get("drives") or you.get("waits") or self._stop_pending
         return 0.0 if is_used else _now_s() - self._used_s
 
-    @property
-    def name_at_car(self) -> str:
-        """What the car calls this page's client; empty where it hasn't said."""
-        return str(self.client.you.get("name") or "") if self.client else ""
-
     def give_up_client(self) -> None:
         """End the client; the page gets a new one when it uses the car again."""
         if self.client:
@@ -321,8 +316,12 @@ class RemoteCars(Fleet):
         self._controls[car.name].remove(control)
 
     def page_names(self, car: RemoteCar) -> dict[str, str]:
-        """The names of this server's pages with a user, by their names at a car."""
-        return {each.name_at_car: each.page for each in self._controls[car.name] if _BEFORE_ADDRESS in each.page}
+        """The names of this server's pages with a user, by their names at a car; "" where it hasn't said."""
+        return {
+            each.client.you.get("name", ""): each.page
+            for each in self._controls[car.name]
+            if each.client and _BEFORE_ADDRESS in each.page
+        }
 
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car; where nine are, by one of their clients."""

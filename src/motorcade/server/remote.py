@@ -249,11 +249,9 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
 def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
     """Return the whole server of a remote for these cars."""
 
-    async def to_the_page(request: Request) -> Response:
-        return RedirectResponse("/drive")
-
+    to_the_page = Route("/", lambda request: RedirectResponse("/drive"))
     app = Starlette(
-        routes=[*routes(settings, lambda connection: fleet), Route("/", to_the_page), *page_routes()],
+        routes=[*routes(settings, lambda connection: fleet), to_the_page, *page_routes()],
         exception_handlers=EXCEPTION_HANDLERS,
     )
     return RequestFilter(app, settings)
