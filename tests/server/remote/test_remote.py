@@ -47,9 +47,8 @@ class Rig:
         self.client, self.drive, self.wheels = client, drive, drive.board
 
     def connect(self, path="/drive/ws", **headers):
-        return self.client.websocket_connect(
-            f"ws{str(self.client.base_url).removeprefix('http')}{path}", headers=headers
-        )
+        host = str(self.client.base_url).removeprefix("http")
+        return self.client.websocket_connect(f"ws{host}{path}", headers=headers)
 
     @contextmanager
     def page(self, **headers):
@@ -254,21 +253,15 @@ def test_a_snapshot_is_one_picture(visit):
 @pytest.mark.parametrize(
     ("path", "status", "code"),
     [
-        ("/camera", 404, "no-camera-here"),
         ("/camera/snapshot.jpg?car=7", 404, "car-not-listed"),
         ("/nowhere/at/all", 404, "not-found"),
+        *((f"/camera?rate={rate}", 400, "bad-request") for rate in ("0", "31", "nan", "many")),
     ],
 )
 def test_an_address_without_content_is_refused(visit, path, status, code):
-    answer = visit().client.get(path)
+    assert visit().client.get("/camera").json()["error"]["code"] == "no-camera-here"
+    answer = visit(camera=lambda: Camera(Dots())).client.get(path)
     assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
-
-
-def test_an_invalid_rate_is_refused(visit):
-    client = visit(camera=lambda: Camera(Dots())).client
-    for rate in ("0", "31", "nan", "many"):
-        answer = client.get(f"/camera?rate={rate}")
-        assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad-request")
 
 
 # Who is served
