@@ -103,9 +103,14 @@ def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
     assert len(wheels.notes) < 20
 
 
-def test_the_page_and_its_socket_are_served_by_https(tmp_path):
+@pytest.fixture
+def trust(tmp_path):
+    """Make a car's keys; give the context of who trusts them."""
     make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
-    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    return ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+
+
+def test_the_page_and_its_socket_are_served_by_https(tmp_path, trust):
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
         with closing(http.client.HTTPSConnection(host, port, timeout=PATIENCE_S, context=trust)) as page:
             page.request("GET", "/camera/snapshot.jpg")
@@ -216,17 +221,23 @@ def test_a_page_that_floods_with_frames_that_are_no_messages_is_dropped_and_othe
         joined(other)
 
 
+def opened(line, address):
+    """Open a WebSocket at a connection."""
+    page = ClientProtocol(parse_uri(f"ws://{address[0]}:{address[1]}/drive/ws"))
+    page.send_request(page.connect())
+    line.sendall(b"".join(page.data_to_send()))
+    while page.state is not State.OPEN:
+        page.receive_data(line.recv(1000))
+    return page
+
+
 def test_a_page_that_reads_nothing_and_answers_no_ping_loses_its_place(monkeypatch):
     monkeypatch.setattr("motorcade.server.running.PING_S", 0.2)
     monkeypatch.setattr("motorcade.server.running.CONTROLS_A_MINUTE", PINGS)
     with running(Numbered()) as address, socket.socket() as line:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 11)
         line.connect(address)
-        page = ClientProtocol(parse_uri(f"ws://{address[0]}:{address[1]}/drive/ws"))
-        page.send_request(page.connect())
-        line.sendall(b"".join(page.data_to_send()))
-        while page.state is not State.OPEN:
-            page.receive_data(line.recv(1000))
+        opened(line, address)
         # The answers are more than the kernels hold.
         with suppress(ConnectionError):
             line.sendall(Frame(Opcode.PING, bytes(125)).serialize(mask=True) * PINGS)
@@ -243,17 +254,11 @@ def close_when_no_more_connections_are_accepted(line, address):
     line.close()
 
 
-def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path):
-    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
-    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path, trust):
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
         plain = socket.create_connection((host, port), PATIENCE_S)
         line = trust.wrap_socket(plain, server_hostname=host)
-        page = ClientProtocol(parse_uri(f"wss://{host}:{port}/drive/ws"))
-        page.send_request(page.connect())
-        line.sendall(b"".join(page.data_to_send()))
-        while page.state is not State.OPEN:
-            page.receive_data(line.recv(1000))
+        page = opened(line, (host, port))
         page.send_close()
         line.sendall(b"".join(page.data_to_send()))
         # The goodbye is answered, but the end of the encryption isn't: to the server somebody is still there.
