@@ -14,7 +14,7 @@ from motorcade import compile_program, load_profile, read_program, simulate
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.cli.console import words_table
-from motorcade.cli.options import print_diagnostics
+from motorcade.cli.output import print_diagnostics
 from motorcade.cli.run_tables import cars_table
 from motorcade.upload.serial_port import upload
 

@@ -3,8 +3,8 @@
 import typer
 from typer.cli import get_docs_for_click
 
-from motorcade.cli import command_line
-from motorcade.cli.options import request_language, translate_help
+from motorcade.cli import command_line, translate_help
+from motorcade.cli.output import request_language
 
 _INTRODUCTIONS = {
     "en": "# Commands\n\nEvery command also says this with `--help`.\n",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motorcade.boards.wiring import wiring_rows, wiring_svg
 from motorcade.config.pins import PinMap, load_pins
-from motorcade.locales import command_line_text
+from motorcade.locales import text
 
 ROOT = Path(__file__).resolve().parent.parent
 PIN_FILES = {
@@ -40,7 +40,7 @@ def _drawing(car: str, language: str) -> str:
 
 def _table(pins: PinMap, language: str) -> str:
     """Return the rows as a table in Markdown."""
-    heads = [command_line_text(f"column-{key}", language) for key in ("part", "supply", "terminal", "pin")]
+    heads = [text("command_line", f"column-{key}", {}, language) for key in ("part", "supply", "terminal", "pin")]
     lines = [tuple(heads), ("---",) * len(heads)]
     before = ""
     for row in wiring_rows(pins, language):

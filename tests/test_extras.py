@@ -12,7 +12,7 @@ import pytest
 
 from motorcade import extras
 from motorcade.extras import install_command
-from support.command_line import PARADE
+from support.command_line import PARADE, started
 from support.page_environment import make_environment
 
 ROOT = Path(__file__).parents[1]
@@ -45,6 +45,8 @@ def run(programs, words, folder):
         (("motorcade", "drive", "serve", "--port", "0", "--mat", str(PARADE)), ("world",)),
         (("motorcade", "drive", "keys", "keys", "--driver", "lin"), ("drive",)),
         (("motorcade", "site", "-o", "site"), ("studio",)),
+        # Whatever the studio needs is imported before these options exclude each other.
+        (("motorcade", "studio", "--insecure-lan", "--https", "none.pem"), ("studio",)),
         (("motorcade", "install-firmware", "--dry-run", "--chip", "rp2040"), ("firmware",)),
         (("python", "-c", "from motorcade.lab import parallel_env"), ("lab",)),
         (("python", "-c", SHOW), ("world", "runs")),
@@ -58,6 +60,13 @@ def test_what_a_sentence_names_is_enough(words, needed, programs_with, tmp_path)
         assert (ran.returncode != 0, re.findall(r"\[(.*)\]", last)) == (True, [extra])
         assert words[0] == "python" or ran.stderr.count("\n") == 1
     assert "needs" not in run(programs_with(*needed), words, tmp_path).stderr
+
+
+@posix_only
+def test_the_studio_starts_with_its_extra_alone(programs_with, tmp_path):
+    program = (programs_with("studio") / "motorcade",)
+    with started("studio", "--port", "0", "--no-browser", "--library", tmp_path, program=program) as (_, told):
+        assert told["library"] == str(tmp_path)
 
 
 class Installed:

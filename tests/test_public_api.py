@@ -68,28 +68,21 @@ def test_import_motorcade_imports_nothing_else_of_ours_and_nothing_of_others():
     assert {name for name in new if name.partition(".")[0] not in sys.stdlib_module_names} == {"motorcade"}
 
 
-def test_words_are_there_without_programs_worlds_or_libraries():
-    modules = after("from motorcade import CONTROL, WordError")
-    heavy = (
-        "motorcade.program",
-        "motorcade.engine",
-        "motorcade.upload",
-        "numpy",
-        "serial",
-        "rich",
-        "typer",
-        "jsonschema_rs",
-    )
-    assert not [name for name in modules if name.startswith(heavy)]
-
-
-def test_a_program_is_written_and_compiled_without_worlds_ports_or_arrays():
-    modules = after("from motorcade import Program, forward, compile_program; compile_program(Program([forward(1)]))")
-    heavy = ("motorcade.engine", "motorcade.upload", "numpy", "numba", "matplotlib", "serial", "rich", "typer")
-    assert not [name for name in modules if name.startswith(heavy)]
-
-
-def test_a_car_is_driven_without_programs_worlds_arrays_or_libraries():
-    modules = after("from motorcade import BlockingDriveClient, DriveClient")
-    heavy = ("motorcade.engine", "motorcade.program", "cryptography", "numpy", "serial", "rich", "typer", "blessed")
-    assert not [name for name in modules if name.startswith(heavy)]
+@pytest.mark.parametrize(
+    ("statement", "heavy"),
+    [
+        ("from motorcade import CONTROL, WordError", ("motorcade.program", "jsonschema_rs")),
+        (
+            "from motorcade import Program, forward, compile_program; compile_program(Program([forward(1)]))",
+            ("numba", "matplotlib"),
+        ),
+        (
+            "from motorcade import BlockingDriveClient, DriveClient",
+            ("motorcade.program", "cryptography", "blessed"),
+        ),
+    ],
+    ids=["words", "programs", "driving"],
+)
+def test_what_needs_few_modules_imports_few(statement, heavy):
+    heavy += ("motorcade.engine", "motorcade.upload", "numpy", "serial", "rich", "typer")
+    assert not [name for name in after(statement) if name.startswith(heavy)]

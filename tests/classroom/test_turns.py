@@ -9,7 +9,7 @@ from starlette.testclient import TestClient
 from motorcade.classroom.running import EmergencyStop
 from motorcade.drive.connection import CarError
 from motorcade.errors import MotorcadeError
-from motorcade.server.fleet import CombinedFleet, Fleet, PageControl, RemoteCar
+from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar
 from motorcade.server.remote import make_remote
 from motorcade.server.remote_messages import ListedCar
 from motorcade.server.request_filter import ServerSettings
@@ -20,7 +20,7 @@ from support.remote_page import RemotePage
 from support.waiting import wait_until
 
 
-class Control(PageControl):
+class Control:
     """A page's connection to a car that notes what it is asked for."""
 
     def __init__(self, name, asked):

@@ -1,7 +1,6 @@
 """A served car's own page, as its owner starts it: where it is, what it sees, and who may open it."""
 
 import ssl
-import sys
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -14,10 +13,7 @@ from urllib.parse import urlsplit
 import pytest
 from PIL import Image
 
-from motorcade.cli.pages import open_camera
 from motorcade.drive.certificates import CarKeys, make_keys
-from motorcade.errors import MotorcadeError
-from motorcade.outcomes import PORT_NOT_FOUND
 from support.command_line import PARADE, refusal, started
 from support.waiting import DEADLINE_S
 
@@ -61,20 +57,7 @@ def test_with_keys_a_car_listens_anywhere_and_its_page_comes_by_https_and_wants_
 
 
 def test_what_is_for_simulated_cars_is_refused_for_real_ones(tmp_path: Path) -> None:
-    pins = tmp_path / "pins.toml"
-    pins.write_text("")
-    real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", str(pins))
-    assert "--mat and --program are for simulated cars" in refusal(2, *real, "--mat", str(MATS / "classroom.toml"))
-    assert "--mat and --program are for simulated cars" in refusal(2, *real, "--program", str(PARADE))
-
-
-def test_a_camera_that_is_not_there_is_a_sentence_in_both_languages(monkeypatch: pytest.MonkeyPatch) -> None:
-    for package in ("picamera2", "cv2"):
-        monkeypatch.setitem(sys.modules, package, None)
-    assert open_camera("none") is None
-    for name, package in (("auto", "OpenCV"), ("opencv", "OpenCV"), ("picamera2", "picamera2")):
-        with pytest.raises(MotorcadeError) as missing:
-            open_camera(name)
-        assert missing.value.exit_code == PORT_NOT_FOUND
-        assert missing.value.sentence("en").startswith(f"{package}, which reads the camera, isn't installed")
-        assert missing.value.sentence("zh").startswith("未安装")
+    (tmp_path / "pins.toml").touch()
+    real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", tmp_path / "pins.toml")
+    for option, file in (("--mat", MATS / "classroom.toml"), ("--program", PARADE)):
+        assert "--mat and --program are for simulated cars" in refusal(2, *real, option, file)

@@ -1,7 +1,6 @@
 """The commands for many cars: their JSON and exit codes, and an uploader that is killed."""
 
 import json
-import subprocess
 import sys
 
 import pytest
@@ -9,7 +8,7 @@ import pytest
 from motorcade import Program, compile_program, forward, led
 from motorcade.fleet.places import list_text
 from motorcade.upload import serial_port
-from support.command_line import data, refusal, run
+from support.command_line import data, refusal, run, started
 from support.rooms import FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
 from support.terminal_process import terminal
 
@@ -97,21 +96,17 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 def test_many_simulated_cars_are_one_process_and_a_list(tmp_path):
     room = tmp_path / "many.toml"
-    command = ["car", "run", "--board", "simulated", "--count", 5, "--number", 7, "--list", room, "--store", tmp_path]
-    arguments = [sys.executable, "-m", "motorcade", *map(str, command), "--json"]
+    command = ("car", "run", "--board", "simulated", "--count", 5, "--number", 7, "--list", room, "--store", tmp_path)
     for expected in (FIRST_CRC32, SECOND_CRC32):
-        process = subprocess.Popen(arguments, stdout=subprocess.PIPE)
-        try:
-            assert json.loads(process.stdout.readline())["cars"] == 5
+        with started(*command) as (process, told):
+            assert told["cars"] == 5
             rows = data("cars", "--list", room)
             assert [row["number"] for row in rows] == [10, 11, 7, 8, 9]
             if expected == SECOND_CRC32:
                 assert {row["crc32"] for row in rows} == {SECOND_CRC32}
             assert run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room).code == 0
-        finally:
             process.terminate()
             assert process.wait() == 0
-            process.stdout.close()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")

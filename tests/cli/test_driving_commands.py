@@ -42,9 +42,6 @@ def test_send_drives_one_command_after_the_other_and_then_stands(car):
     assert (answer["state"], answer["speed"], answer["failsafes"]) == ("standing", 0, 0)
     assert moved(car) == [(108, 1, 102), (90, 0, 255)]
     wait_until(lambda: car.board.setpoint == NEUTRAL)
-
-
-def test_send_prints_on_a_terminal_what_it_did(car):
     ran = run("drive", "send", *at(car), "throttle=0.4,seconds=0.1", "seconds=0.1", stdout=Terminal())
     assert (ran.code, ran.out) == (0, f"0.2 s sent to 127.0.0.1:{car.port}; its state is standing\n")
 
@@ -58,33 +55,26 @@ def test_send_switches_lights_and_horn_for_the_time_of_its_commands(car):
     assert switched[2:] == [("horn", False), ("head_light", False)]
 
 
-@pytest.mark.parametrize(
-    "part",
-    ["horn=2", "head_light=on", "throttle=1.1", "throttle=x", "speed=1", "seconds=0", "seconds=nan", "throttle", ""],
-)
+@pytest.mark.parametrize("part", ["horn=2", "head_light=on", "throttle=1.1", "speed=1", "seconds=0", "seconds=nan", ""])
 def test_an_invalid_command_is_refused_before_anything_is_sent(car, part):
     sentence = refusal(2, "drive", "send", *at(car), "throttle=0.5", f"steering=0,{part}")
     assert f"'{part}' is no part of a command" in sentence
     assert moved(car) == []
 
 
-@pytest.mark.parametrize("language", ["en", "zh"])
-def test_send_to_a_car_that_another_drives_or_that_is_stopped_gives_the_reason(car, language):
+def test_send_to_a_car_that_another_drives_or_that_is_stopped_gives_the_reason(car):
     with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as other:
         other.drive()
         wait_until(lambda: other.you.get("drives"))
         # Whoever drives keeps the wheel for 5 s after their last command.
-        watched = run("drive", "send", *at(car), "throttle=0.5,seconds=0.1", "--language", language)
-        assert watched.code == 8
-        assert other.you["name"] in watched.err
+        assert other.you["name"] in refusal(8, "drive", "send", *at(car), "throttle=0.5,seconds=0.1")
         other.stop()
-        stopped = run("drive", "send", *at(car), "throttle=0.5,seconds=0.1", "--language", language)
-        assert stopped.code == 8
-        assert {"en": "emergency stop", "zh": "紧急停止"}[language] in stopped.err
+        stopped = refusal(8, "drive", "send", *at(car), "throttle=0.5,seconds=0.1", "--language", "zh")
+        assert "紧急停止" in stopped
     assert moved(car) == []
 
 
-@pytest.mark.parametrize("address", ["", ":5005", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:x", "[]"])
+@pytest.mark.parametrize("address", ["", ":5005", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "[]"])
 def test_an_invalid_address_is_a_usage_error(address):
     assert "is not HOST or HOST:PORT" in refusal(2, "drive", "send", address, "throttle=0.1")
 
@@ -120,13 +110,6 @@ def test_keys_let_a_driver_drive_and_others_not(tmp_path, monkeypatch):
         sentence = refusal(6, "drive", "send", *at(car, "--keys", key, "--car", "bob"), "throttle=0.5")
         assert "bob" in sentence
         assert {setpoint[2] for setpoint in moved(car)} == {51}
-
-
-def test_keys_prints_on_a_terminal_who_uses_which_file(tmp_path):
-    ran = run("drive", "keys", tmp_path / "class", "--car", "ada", "--driver", "lin", stdout=Terminal())
-    assert ran.code == 0
-    assert "driver-lin.pem" in ran.out
-    assert "keep it to yourself" in ran.out
 
 
 def test_keys_that_cannot_be_made_or_read_are_usage_errors(tmp_path, car):
@@ -183,14 +166,6 @@ def test_ctrl_c_ends_in_exit_code_0_and_a_car_that_stands(car):
 
 
 @posix_only
-def test_a_terminal_that_is_closed_stops_the_car(car):
-    with terminal("drive", "connect", *at(car)) as user:
-        user.wait_for("ready")
-        user.hold(UP, lambda: car.board.moves)
-    wait_until(lambda: not car.board.moves)
-
-
-@posix_only
 def test_connect_to_no_car_ends_in_a_sentence():
     with terminal("drive", "connect", "no.such.host.invalid") as user:
         user.wait_for("no.such.host.invalid")
@@ -213,6 +188,9 @@ def test_keys_are_listed_and_revoked(tmp_path):
     shown = run("drive", "keys", folder, "--list", stdout=Terminal()).out
     assert "lin: revoked" in shown
     assert "valid until" in shown
+    made = run("drive", "keys", folder, "--driver", "mei", stdout=Terminal()).out
+    assert "driver-mei.pem" in made
+    assert "keep it to yourself" in made
     assert "--revoke NAME_OR_SERIAL" in refusal(2, "drive", "keys", folder)
     assert "exclude each other" in refusal(2, "drive", "keys", folder, "--list", "--revoke", "lin")
     assert "eve" in refusal(2, "drive", "keys", folder, "--revoke", "eve")

@@ -2,13 +2,12 @@
 
 import csv
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
 from motorcade.missions.document import LITERATURE, missions
-from support.command_line import PARADE, Terminal, run
+from support.command_line import Terminal, data, run
 
 # A leader that must drive out of its box, and a program for it.
 MISSION = """\
@@ -73,10 +72,9 @@ def test_missions_lists_each_with_its_path_order_and_stars():
 
 def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
     two_states = project(tmp_path, FAR, {"wait": {"seconds": 1}})
-    for program, stars, code in (("solution", 2, 0), (two_states, 1, 0)):
-        ran = run("check", mission, program, "--json")
-        result = json.loads(ran.out)
-        assert (ran.code, result["stars"]) == (code, stars)
+    for program, stars in (("solution", 2), (two_states, 1)):
+        result = data("check", mission, program, "--json")
+        assert result["stars"] == stars
     goals = {goal["kind"]: goal for goal in result["goals"]}
     assert {*goals["out-of-zone"]} == {"kind", "star", "met", "seed", "t_ms", "why", "cars", "grade"}
     assert goals["states-at-most"] == {
@@ -109,7 +107,6 @@ def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
 @pytest.mark.parametrize(
     ("place", "notes"),
     [
-        ("centre_m = [1, 0]", []),
         ("centre_m = [2.4, 0]", []),
         ("centre_m = [2.5, 0]", ["motorcade: Zone 'box' is beside the mat. Move it onto the mat."]),
         ("at_m = [0, -0.1]", ["motorcade: Car 0 stands beside the mat. Move it onto the mat."]),
@@ -123,16 +120,12 @@ def test_check_names_what_lies_beside_the_mat(tmp_path, place, notes):
     assert run("check", path, "solution").err.splitlines() == notes
 
 
-def test_check_takes_python_text_and_never_executes_it(mission, tmp_path):
-    text = tmp_path / "leave.py"
+def test_check_takes_images_and_python_text_and_never_executes_it(mission, tmp_path):
+    text, image = tmp_path / "leave.py", tmp_path / "image.bin"
     text.write_text("from motorcade import *\nprogram = Program([forward(3)])\nif __name__ == '__main__':\n    1 / 0\n")
-    assert json.loads(run("check", mission, text).out)["stars"] == 2
-
-
-def test_check_takes_an_image_as_well(mission, tmp_path):
-    image = tmp_path / "image.bin"
     run("compile", project(tmp_path, FORWARD), "-o", image)
-    assert json.loads(run("check", mission, image).out)["stars"] == 2
+    for program in (text, image):
+        assert json.loads(run("check", mission, program).out)["stars"] == 2
 
 
 @pytest.mark.parametrize(
@@ -145,22 +138,16 @@ def test_check_takes_an_image_as_well(mission, tmp_path):
         (("leave.toml", "leave.toml"), "leave.toml is no program that can be checked"),
         (("leave.toml", "bad.json"), "leader[0].wait.secnods: 'secnods' can't stand here"),
         (("leave.toml", "open.py"), "open.py is no program that can be checked: line 1, column "),
-        (("leave.toml", "long.py"), "long.py is no program that can be checked: line 1, column "),
     ],
 )
 def test_a_bad_file_ends_with_2_and_one_sentence(mission, tmp_path, monkeypatch, arguments, sentence):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.json").write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"secnods": 1}}]}')
     (tmp_path / "open.py").write_text("program = Program([forward(2)")
-    (tmp_path / "long.py").write_text("program = Program([forward(9999)])")
     ran = run("check", *arguments)
     assert (ran.code, ran.out) == (2, "")
     assert sentence in ran.err
     assert len(ran.err.splitlines()) == 1
-
-
-def test_a_project_with_a_diagnostic_is_a_bad_file(mission):
-    assert json.loads(run("check", mission, PARADE).out)["stars"] == 0
 
 
 def test_search_saves_the_best_programs_and_a_picture_of_its_archive(mission, tmp_path):
@@ -174,14 +161,6 @@ def test_search_saves_the_best_programs_and_a_picture_of_its_archive(mission, tm
     assert (checked["stars"], checked["grade"]) == (2, 1)
     again = run("search", mission, "--runs", 100, "--output", folder, "--seed", 1)
     assert (again.code, "--seed" in again.err) == (2, True)
-
-
-def test_search_without_the_extra_says_what_to_install(mission, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    monkeypatch.delitem(sys.modules, "motorcade.lab.search", raising=False)
-    ran = run("search", mission, "--output", tmp_path / "found")
-    assert (ran.code, "[runs]" in ran.err) == (2, True)
-    assert not (tmp_path / "found").exists()
 
 
 def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission, tmp_path):

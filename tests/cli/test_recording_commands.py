@@ -92,9 +92,7 @@ def test_plot_draws_the_tracks(folder, tmp_path):
         assert picture.size == (960, 720)
 
 
-@pytest.mark.parametrize(
-    "arguments", [("replay",), ("plot", "-o", "{folder}/cut.gif"), ("plot", "-o", "{folder}/cut.png")]
-)
+@pytest.mark.parametrize("arguments", [("replay",), ("plot", "-o", "{folder}/cut.png")])
 def test_a_cut_off_file_is_read_as_far_as_possible_and_reported(arguments, folder):
     command, *options = (argument.format(folder=folder) for argument in arguments)
     ran = run(command, folder / "cut.mcap", *options)
@@ -121,7 +119,6 @@ def test_replay_ends_quietly_when_its_reader_leaves(folder):
         (("replay", "{folder}/other.mcap"), "is no MCAP file"),
         (("plot", "{folder}/run.mcap", "-o", "a.gif", "--speed", "0"), "--speed is 0; allowed: 0.001 to 100000"),
         (("plot", "{folder}/run.mcap", "-o", "a.gif", "--speed", "nan"), "--speed is nan; allowed: 0.001 to 100000"),
-        (("plot", "{folder}/run.mcap", "-o", "gone/a.gif"), "there is no folder gone"),
         (("plot", "{folder}/run.mcap", "-o", "a.txt"), "its name must end in .gif, .png, .svg or .pdf"),
         (("plot", "{folder}/run.mcap", "-o", "gone/a.png"), "there is no folder gone"),
     ],

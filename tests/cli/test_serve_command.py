@@ -12,11 +12,9 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-import pytest
-
-from motorcade.locales import command_line_text
+from motorcade.locales import text as text_of
 from motorcade.words.formats import DRIVE
-from support.command_line import refusal, run, started
+from support.command_line import refusal, started
 from support.waiting import DEADLINE_S
 
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
@@ -75,19 +73,6 @@ def test_a_car_that_asks_for_arming_and_measures_its_battery_tells_both_in_eithe
             pass
 
 
-def test_a_page_is_ready_before_the_address_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    done = []
-
-    async def serve(*offer: object) -> None:
-        done.append("served")
-
-    monkeypatch.setattr("motorcade.cli.pages.load_page", lambda: done.append("loaded"))
-    monkeypatch.setattr("motorcade.cli.serving.serve", serve)
-    ran = run("drive", "serve", "--port", "0", "--web", "0", typed="")
-    assert (ran.code, ran.err) == (0, "")
-    assert done == ["loaded", "served"]
-
-
 def test_other_computers_reach_a_car_only_where_its_owner_said_so(tmp_path: Path) -> None:
     sentence = refusal(2, "drive", "serve", "--port", "0", "--host", "0.0.0.0")
     assert sentence.startswith("at 0.0.0.0 others can reach this car")
@@ -112,7 +97,7 @@ def test_what_cannot_be_is_said_in_a_sentence(tmp_path: Path) -> None:
         assert f"port {port} is taken" in refusal(2, "drive", "serve", "--port", port)
 
 
-def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
+def test_a_car_speaks_chinese_to_who_serves_it() -> None:
     command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--language", "zh"]
     text = {"encoding": "utf-8", "env": {**os.environ, "PYTHONUTF8": "1"}}
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **text) as process:
@@ -126,14 +111,7 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
                 assert any("停住；127.0.0.1:" in line for line in process.stderr)
             if os.name == "posix":
                 process.send_signal(signal.SIGTERM)
-                assert process.communicate(timeout=DEADLINE_S)[0] == command_line_text("serve-ended", "zh") + "\n"
+                last_line = text_of("command_line", "serve-ended", {}, "zh")
+                assert process.communicate(timeout=DEADLINE_S)[0] == f"{last_line}\n"
         finally:
             process.kill()
-    refused = refusal(2, "drive", "serve", "--language", "zh", "--keys", tmp_path / "car-ada.pem", "--insecure-lan")
-    assert refused == "--keys 与 --insecure-lan 不能同时使用"
-    refused = refusal(2, "drive", "serve", "--language", "zh", "--profile", "porsche")
-    assert refused == "没有车型 'porsche'；内置车型：classroom, e-puck"
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        refused = refusal(2, "drive", "serve", "--language", "zh", "--port", port)
-        assert refused.startswith(f"端口 {port} 已被占用。小车可能已在运行")

@@ -115,16 +115,6 @@ def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(
     assert (tmp_path / "car.image").read_bytes() == TURNS_LEFT
 
 
-def test_a_car_starts_in_neutral_with_its_stored_image(tmp_path: Path, files: tuple[Path, Path]) -> None:
-    (tmp_path / "car.image").write_bytes(AHEAD)
-    with served(tmp_path, files) as (_, told, pins):
-        pins.until(LEDS_AT, ONE_LIT)
-        assert pins.show(WHEELS) == STILL
-        with BlockingDriveClient(told["host"], told["port"], telemetry_port=told["telemetry_port"]) as driver:
-            driver.resume_program()
-            pins.until(WHEELS, STRAIGHT)
-
-
 def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp_path: Path) -> None:
     real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", files[0])
     assert "a simulated one leads" in refusal(2, "drive", "serve", "--port", "0", "--role", "follower")
@@ -134,11 +124,16 @@ def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp
     assert "no receiver in [infrared]" in refusal(2, *real, "--store", tmp_path / "i", "--role", "follower")
 
 
+def values_of(service: str, key: str) -> list[str]:
+    """What a delivered unit says of a key."""
+    unit = (LINUX / f"motorcade-{service}.service").read_text(encoding="utf-8").splitlines()
+    return [line.removeprefix(f"{key}=") for line in unit if line.startswith(f"{key}=")]
+
+
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")
 @pytest.mark.parametrize(("service", "start"), [("car", ["car", "run"]), ("drive", ["drive", "serve", "--port", "0"])])
 def test_a_service_starts_a_car_and_stops_its_wheels(service: str, start: list[str], tmp_path: Path) -> None:
     make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], [], datetime.now(UTC))
-    unit = (LINUX / f"motorcade-{service}.service").read_text(encoding="utf-8").splitlines()
     installed = {
         "/etc/motorcade/pins.toml": str(LINUX / "pins.toml"),
         "${CREDENTIALS_DIRECTORY}/car.pem": str(tmp_path / "car-ada.pem"),
@@ -148,7 +143,7 @@ def test_a_service_starts_a_car_and_stops_its_wheels(service: str, start: list[s
         "7700": "0",
     }
     for key, begins in (("ExecStart", start), ("ExecStopPost", ["car", "neutral"])):
-        (line,) = [line.removeprefix(f"{key}=") for line in unit if line.startswith(f"{key}=")]
+        (line,) = values_of(service, key)
         program, *arguments = shlex.split(line)
         assert program.endswith("/bin/motorcade")
         assert arguments[:2] == begins[:2]
@@ -159,19 +154,13 @@ def test_a_service_starts_a_car_and_stops_its_wheels(service: str, start: list[s
 def installed_service(tmp_path: Path) -> list[str]:
     """The arguments that the delivered unit starts the car with, its folders being in ``tmp_path``."""
     (tmp_path / "credentials").mkdir()
-    unit = (LINUX / "motorcade-drive.service").read_text(encoding="utf-8").splitlines()
-    for line in unit:
-        if line.startswith("LoadCredential="):
-            name, _, source = line.removeprefix("LoadCredential=").partition(":")
-            shutil.copy(tmp_path / Path(source).name, tmp_path / "credentials" / name)
-    (line,) = [line.removeprefix("ExecStart=") for line in unit if line.startswith("ExecStart=")]
-    for folder, here in (
-        ("${CREDENTIALS_DIRECTORY}", "credentials"),
-        ("/etc/motorcade", "."),
-        ("/var/lib/motorcade", "."),
-    ):
-        line = line.replace(folder, str(tmp_path / here))
-    arguments = shlex.split(line)[1:]
+    for credential in values_of("drive", "LoadCredential"):
+        name, _, source = credential.partition(":")
+        shutil.copy(tmp_path / Path(source).name, tmp_path / "credentials" / name)
+    (line,) = values_of("drive", "ExecStart")
+    for folder in ("/etc/motorcade", "/var/lib/motorcade"):
+        line = line.replace(folder, str(tmp_path))
+    arguments = shlex.split(line.replace("${CREDENTIALS_DIRECTORY}", str(tmp_path / "credentials")))[1:]
     # What a test has not: a serial port, and fixed ports for the page and commands.
     at = arguments.index("--upload-serial")
     del arguments[at : at + 2]

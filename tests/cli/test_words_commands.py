@@ -5,20 +5,25 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from threading import Thread
 
 import pytest
 
 from motorcade import __version__
-from motorcade.cli.options import print_problem
+from motorcade.__main__ import main
+from motorcade.cli.output import print_problem
 from motorcade.config import profile
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL
 from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
-HEAVY = ("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic")
+HEAVY = (
+    *("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic"),
+    *("starlette", "uvicorn", "msgspec", "websockets", "anyio", "asyncio"),
+)
 OTHER_ROOMS = ("motorcade.program", "motorcade.engine", "motorcade.upload", "motorcade.cli.console")
 
 
@@ -52,11 +57,8 @@ def test_the_installed_command_prints_its_version_and_imports_nothing_heavy():
     assert under(modules, (*HEAVY, *OTHER_ROOMS, "motorcade.words")) == []
 
 
-def test_a_word_for_a_script_is_decoded_without_anything_that_draws_or_compiles():
+def test_words_are_decoded_and_programs_compiled_with_few_modules():
     assert under(imported_by("decode", "control", "5"), (*HEAVY, *OTHER_ROOMS)) == []
-
-
-def test_compiling_imports_neither_arrays_nor_ports_nor_pictures():
     assert under(imported_by("compile", str(PARADE)), ("numpy", "numba", "matplotlib", "serial")) == []
 
 
@@ -73,7 +75,6 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
     [
         ("fly", "there is no command 'fly'"),
         ("uplod", "there is no command 'uplod'; similar ones: 'upload', 'plot'"),
-        ("--fly", "there is no option --fly here"),
         ("studio --jsn", "there is no option --jsn here; similar ones: --json"),
         ("studio --json=1", "the option '--json' takes no value"),
         ("studio --port", "the option '--port' needs a value"),
@@ -81,7 +82,6 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
         ("studio --port 99999", "'--port': 99999 is outside 0<=x<=65535"),
         ("car run --board toaster", "'--board': 'toaster' is not allowed; choose one of 'simulated', 'raspberry-pi'"),
         ("drive", "a command is missing"),
-        ("encode", "'FORMAT' is missing"),
         ("decode control", "'WORD...' is missing"),
         ("upload it", "'PROJECT|IMAGE': there is no file 'it'"),
         ("ports more", "this is too much: more"),
@@ -109,10 +109,29 @@ def test_a_reader_that_has_enough_gets_no_complaint():
     assert (ran.returncode, ran.stderr) == (0, b"")
 
 
+class Interrupt:
+    """A finder of modules at which Ctrl-C arrives while the command line is imported."""
+
+    def find_spec(self, name, path, target=None):
+        if name == "motorcade.cli":
+            raise KeyboardInterrupt
+
+
+def test_ctrl_c_during_the_imports_ends_without_a_traceback(monkeypatch, capsys):
+    for name in [name for name in sys.modules if name.startswith("motorcade.cli")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [Interrupt(), *sys.meta_path])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 130
+    assert capsys.readouterr().err == ""
+
+
 # encode and decode
 
 
-def test_encode_gives_the_word_in_three_ways():
+def test_encode_gives_the_word_in_three_ways_and_computes_check_and_parity():
+    assert data("encode", "frame", "accept_ir=1", "led_which=1", "led_duration=1", "tag=5")["hex"] == "0x80280178"
     # Seed 001's worked example: angle 40, forward, speed 150.
     assert data("encode", "drive", "angle=40", "direction=1", "speed=0x96", "--json") == {
         "word": 311209984,
@@ -135,24 +154,7 @@ def test_decode_gives_raw_fields_and_warnings_of_each_word_in_order():
     assert idle_motor["warning_codes"] == ["field-without-effect"]
 
 
-def test_check_and_parity_of_a_frame_are_computed():
-    led = ["accept_ir=1", "led_which=1", "led_duration=1"]
-    assert data("encode", "frame", *led, "tag=5")["hex"] == "0x80280178"
-    # Without a tag a word goes on the air with its parity alone.
-    assert data("encode", "frame", *led, "tag=0")["word"] == data("encode", "frame", *led)["word"] == 0x80280001
-
-
-def test_decode_names_tag_check_and_parity_of_a_frame_and_what_is_wrong():
-    right, *wrong = data("decode", "frame", "0x80280178", "0x80280177", "0x80280179", "0x80280002", "0xC0280000")
-    assert right["warning_codes"] == []
-    assert [right["fields"][name] for name in ("tag", "check", "parity")] == [5, 28, 0]
-    assert [each["warning_codes"] for each in wrong] == [["bad-check"], ["bad-parity"], ["bad-reserved"], []]
-    assert "drops this frame" in wrong[0]["warnings"][0]
-    table = run("decode", "frame", "0x80280177", stdout=Terminal()).out
-    assert "warning bad-check: check is 27, but bits 31 to 6 give 28" in " ".join(table.split())
-
-
-@pytest.mark.parametrize("way", ["-5", "-- -5", "-0x5", "4294967291", "0xFFFFFFFB", "-5 --json", "--json -5"])
+@pytest.mark.parametrize("way", ["-5", "-- -5", "-0x5", "0xFFFFFFFB", "--json -5"])
 def test_a_word_may_be_negative_or_hexadecimal(way):
     (decoded,) = data("decode", "control", *way.split())
     assert decoded["word"] == 0xFFFFFFFB
@@ -164,6 +166,8 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
     assert "header word 50528768 = 0x03030200" in table
     assert "how many leader control words follow" in table
     assert "0x40280000" in run("encode", "control", "forward=1", "led_which=1", "led_duration=1", stdout=Terminal()).out
+    table = run("decode", "frame", "0x80280177", stdout=Terminal()).out
+    assert "warning bad-check: check is 27, but bits 31 to 6 give 28" in " ".join(table.split())
     asked = run("decode", "header", "0x03030200", "--json", stdout=Terminal()).out
     assert json.loads(asked)[0]["fields"]["dwell"] == 2
 
@@ -172,19 +176,12 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
     ("typed", "names", "allowed"),
     [
         ("decode motor 1", "'motor'", "header, control, drive, lights, frame"),
-        ("encode motor", "'motor'", "header, control, drive, lights, frame"),
         ("encode frame tag=32", "tag is 32", "0 to 31"),
-        ("encode frame reserved=1", "'reserved'", "tag, check, parity"),
         ("encode frame tag=5 check=28", "check is computed", "leave it out"),
-        ("encode frame parity=0", "parity is computed", "leave it out"),
         ("decode control 4294967296", "4294967296", "0 to 4294967295"),
-        ("decode control -2147483649", "-2147483649", "0 to 4294967295"),
         ("decode control five", "'five'", "a whole number, such as 42 or 0x2A"),
-        ("decode control 5 1.5", "'1.5'", "a whole number"),
         ("decode drive 0x20000000", "code is 2", "1 (speed and direction)"),
-        ("encode drive angle=181", "angle is 181", "0 to 180"),
         ("encode control motor_speed=fast", "motor_speed is 'fast'", "a whole number"),
-        ("encode control motor_speed=", "motor_speed is ''", "a whole number"),
         ("encode control sped=1", "'sped'", "motor_speed"),
         ("encode control voice", "'voice'", "NAME=VALUE"),
         ("encode control voice=1 voice=0", "voice", "twice"),
@@ -232,17 +229,10 @@ def test_inspect_shows_a_table_and_fields_as_json(image):
 
 
 @pytest.mark.parametrize("typed", ["decompile", "inspect", "simulate", "upload --port no-such-port"])
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (b"", "empty"),
-        (b"\x01\x00", "2 bytes are no whole number of 4-byte words"),
-        (bytes_of(0x01000000, 0x40000002), "word 1 (0x40000002) is not valid: reserved is 1"),
-    ],
-    ids=["empty", "half a word", "reserved"],
-)
-def test_a_bad_image_gets_one_sentence_and_exit_code_2(image, typed, content, says):
-    assert says in refusal(2, *typed.split(), image(content))
+def test_a_bad_image_gets_one_sentence_and_exit_code_2(image, typed):
+    assert "2 bytes are no whole number of 4-byte words" in refusal(2, *typed.split(), image(b"\x01\x00"))
+    says = "word 1 (0x40000002) is not valid: reserved is 1"
+    assert says in refusal(2, *typed.split(), image(0x01000000, 0x40000002))
 
 
 def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):

@@ -32,7 +32,6 @@ from motorcade.classroom.wall import Walls
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
 from motorcade.missions.document import built_in_mission
-from motorcade.server.fleet import RemoteCars
 from motorcade.server.http import EXCEPTION_HANDLERS, json_response, page_file, page_routes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import RequestFilter
@@ -60,7 +59,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
     running = RunningClass(settings, folder)
     worlds = PageWorlds(settings, settings.sessions, running)
     room_cars = CarList(settings, settings.places, settings.keys, running.is_teacher)
-    handlers = Handlers(running, worlds, EmergencyStop(cars or RemoteCars(())), room_cars)
+    handlers = Handlers(running, worlds, EmergencyStop(cars), room_cars)
     walls = Walls(running, worlds)
 
     @asynccontextmanager

@@ -5,6 +5,7 @@ Each command imports what it needs when it runs, so that all of them start at on
 """
 
 import io
+import re
 import sys
 from typing import Annotated, Any, NoReturn
 
@@ -12,36 +13,22 @@ import typer
 from typer.core import TyperOption
 
 from motorcade import __version__
-from motorcade.cli import car, classroom, drive, missions, pages, runs, uploads, words
-from motorcade.cli.options import (
-    HELP_OPTIONS,
-    Json,
-    current_language,
-    language_in,
-    print_json,
-    print_note,
-    request_language,
-    translate_help,
-    translated,
-    usage_sentence,
-)
+from motorcade.cli import car, drive, missions, pages, runs, uploads, words
+from motorcade.cli.options import Json
+from motorcade.cli.output import current_language, print_json, print_note, print_problem, request_language, translated
 from motorcade.errors import MotorcadeError
+from motorcade.locales import FIRST, catalogue, languages, text
 from motorcade.outcomes import USAGE
+
+_HELP_OPTIONS = ("-h", "--help")
 
 app = typer.Typer(
     name="motorcade",
-    context_settings={"help_option_names": list(HELP_OPTIONS)},
+    context_settings={"help_option_names": list(_HELP_OPTIONS)},
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for _part in (
-    words.app,
-    runs.app,
-    missions.app,
-    uploads.app,
-    pages.studio_app,
-    classroom.app,
-):
+for _part in (words.app, runs.app, missions.app, uploads.app, pages.studio_app):
     app.add_typer(_part)
 app.add_typer(car.app, name="car")
 app.add_typer(uploads.cars_app, name="cars")
@@ -68,19 +55,23 @@ def main() -> NoReturn:
     arguments = sys.argv[1:]
     command = command_line()
     try:
-        request_language(language_in(arguments))
-        if not arguments or set(HELP_OPTIONS) & set(arguments):
+        # The last one counts; a value may stand behind it or behind a '='.
+        request_language((re.findall("(?:^|\0)--language[=\0]([^\0]*)", "\0".join(arguments)) or [""])[-1])
+        if not arguments or set(_HELP_OPTIONS) & set(arguments):
             translate_help(command)
         sys.exit(command(standalone_mode=False) or 0)
-    except (MotorcadeError, OSError) as error:
-        print_note(error.sentence(current_language()) if isinstance(error, MotorcadeError) else str(error))
-        sys.exit(error.exit_code if isinstance(error, MotorcadeError) else USAGE)
+    except MotorcadeError as error:
+        print_problem(error)
+        sys.exit(error.exit_code)
+    except OSError as error:
+        print_note(str(error))
+        sys.exit(USAGE)
     except typer.TyperException as error:
         # Where a group of commands has printed its help there is nothing to add.
         if message := error.format_message():
             context = getattr(error, "ctx", None)
             path = context.command_path if context else app.info.name
-            print_note(translated("usage-help", problem=usage_sentence(message), command=path))
+            print_note(translated("usage-help", problem=_usage_sentence(message), command=path))
         sys.exit(USAGE)
     except typer.Abort:
         sys.exit(1)
@@ -94,6 +85,39 @@ def _use_utf8() -> None:
                 stream.reconfigure(errors="replace")
             else:
                 stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+
+
+def translate_help(command: Any) -> None:
+    """Give a Typer command, all commands below it, and the frames around their parameters their texts."""
+    from typer import rich_utils
+
+    for name in ("arguments", "options", "commands"):
+        setattr(rich_utils, f"{name.upper()}_PANEL_TITLE", translated(f"help-{name}"))
+    _translate_help(command, "")
+
+
+def _translate_help(command: Any, path: str) -> None:
+    """Give a command and those below it the texts "COMMAND" and "COMMAND.PARAMETER", or ".PARAMETER" for all."""
+    known = catalogue(FIRST)["help"]
+    command.help = text("help", path or "motorcade", {}, current_language())
+    option = command.get_help_option(typer.Context(command, help_option_names=list(_HELP_OPTIONS)))
+    option.help = translated("help-help")
+    for parameter in command.params:
+        key = next((key for key in (f"{path}.{parameter.name}", f".{parameter.name}") if key in known), None)
+        if key:
+            parameter.help = text("help", key, {"languages": " / ".join(languages())}, current_language())
+    for name, each in getattr(command, "commands", {}).items():
+        _translate_help(each, f"{path} {name}".lstrip())
+
+
+def _usage_sentence(message: str) -> str:
+    """Return what Typer says of a wrong command line in the current language; what the catalogue lacks, as it is."""
+    for template, sentence in catalogue(current_language()).get("usage", {}).items():
+        texts = re.split(r"\{(\w+)\}", template)
+        parts = [f"(?P<{part}>.+)" if place % 2 else re.escape(part) for place, part in enumerate(texts)]
+        if found := re.fullmatch("".join(parts), message):
+            return str(sentence.format(**{name: _usage_sentence(value) for name, value in found.groupdict().items()}))
+    return message
 
 
 @app.callback(invoke_without_command=True)

@@ -4,33 +4,16 @@ import ipaddress
 import json
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
 from motorcade import __version__
-from motorcade.cli.options import (
-    CarNumber,
-    GpioChip,
-    InsecureLan,
-    Json,
-    JsonInPipes,
-    OptionalFile,
-    OptionalOutput,
-    Role,
-    current_language,
-    exclude_each_other,
-    print_json,
-    print_note,
-    print_problem,
-    print_result,
-    profile_named,
-    translated,
-    write_file,
-)
+from motorcade.cli import options
+from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import host_and_port
@@ -38,14 +21,14 @@ from motorcade.sockets import host_and_port
 if TYPE_CHECKING:
     import ssl
 
-    from motorcade.boards.computer import ComputerBoard, Equipment, Observer
+    from motorcade.boards.computer import Equipment, Observer
     from motorcade.boards.lines import Line, SerialLine
     from motorcade.config.profile import Profile
     from motorcade.drive.keys import RevokedKeys
 
 # Dozens a second; the log shows what follows from them.
 _UNLOGGED = ("frame", "heard")
-KEYBOARD = "keyboard"
+_KEYBOARD = "keyboard"
 _WRITE_TIMEOUT_S = 0.2
 
 app = typer.Typer()
@@ -60,12 +43,12 @@ class CarOptions(NamedTuple):
         role, number: of the car.
         serial: the port that uploads come by; ``tcp``, HOST:PORT, stands for it.
         store: the file that keeps the image, None for the user's own.
-        voice, voice_map: KEYBOARD, or a module's port and what it sends; empty for none.
+        voice, voice_map: "keyboard", or a module's port and what it sends; empty for none.
         insecure_lan: whether ``tcp`` may be an address that other computers reach, without keys.
         keys, revoked: the car's keys for ``tcp``, and the list of drivers' keys that it doesn't take.
     """
 
-    role: Role = "leader"
+    role: options.Role = "leader"
     number: int = 0
     serial: str = ""
     tcp: str = ""
@@ -87,44 +70,56 @@ class CarParts(NamedTuple):
 
 @app.command("run")
 def _run(
-    pins: OptionalFile = None,
-    role: Role = "leader",
-    number: CarNumber = 0,
+    pins: options.OptionalFile = None,
+    role: options.Role = "leader",
+    number: options.CarNumber = 0,
     board: BoardName = "raspberry-pi",
-    port: Annotated[str, typer.Option("--port", "-p")] = "",
+    port: options.Port = "",
     tcp: str = "",
-    insecure_lan: InsecureLan = False,
-    keys: OptionalFile = None,
+    insecure_lan: options.InsecureLan = False,
+    keys: options.OptionalFile = None,
     revoked: Path | None = None,
-    battery: OptionalFile = None,
+    battery: options.OptionalFile = None,
     count: Annotated[int | None, typer.Option(min=1, max=2000)] = None,
     car_list: Annotated[Path | None, typer.Option("--list", dir_okay=False)] = None,
     store: Path | None = None,
     voice: str = "",
-    voice_map: OptionalFile = None,
+    voice_map: options.OptionalFile = None,
     watchdog: Path | None = None,
-    gpio_chip: GpioChip = None,
+    gpio_chip: options.GpioChip = None,
     profile: str = "classroom",
-    as_json: Json = False,
+    as_json: options.Json = False,
 ) -> None:
-    from motorcade.boards.computer import run
+    from motorcade.boards.computer import ComputerBoard, run
 
     if board == "raspberry-pi" and pins is None:
         raise MotorcadeError("pins-missing")
-    exclude_each_other(port=port, tcp=tcp)
-    exclude_each_other(keys=keys, insecure_lan=insecure_lan)
-    chosen = profile_named(profile)
-    options = CarOptions(role, number, port, tcp, store, voice, voice_map, insecure_lan, keys, revoked)
+    options.exclude_each_other(port=port, tcp=tcp)
+    options.exclude_each_other(keys=keys, insecure_lan=insecure_lan)
+    chosen = options.profile_named(profile)
+    car = CarOptions(role, number, port, tcp, store, voice, voice_map, insecure_lan, keys, revoked)
     if count is not None:
         if board != "simulated" or port:
             raise MotorcadeError("count-of-simulated-cars")
-        _run_many(options, count, car_list, chosen, as_json)
+        _run_many(car, count, car_list, chosen, as_json)
         return
     with ExitStack() as resources:
-        parts = open_parts(resources, options, chosen, _observer(chosen, as_json), battery)
-        resources.enter_context(announcing(parts, options.keys))
+        parts = open_parts(resources, car, chosen, _observer(chosen, as_json), battery)
+        if parts.address.startswith("socket://"):
+            from motorcade.drive.keys import name_in
+            from motorcade.fleet.places import CAR, announced
+
+            listener = host_and_port(parts.address.removeprefix("socket://"))
+            resources.enter_context(announced(CAR, "", listener, print_problem, keys=name_in(keys)))
         stops = _stops(resources, watchdog)
-        made = _board(parts.equipment, pins if board == "raspberry-pi" else None, chosen, gpio_chip)
+        if board == "simulated" or not pins:
+            made = ComputerBoard(parts.equipment)
+        else:
+            with needs_extra("pins", "pi"):
+                from motorcade.boards.linux.raspberry_pi import open_car
+            from motorcade.config.pins import load_pins
+
+            made = open_car(parts.equipment, load_pins(pins), chosen, gpio_chip)
         key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
         sentence = translated(key, role=Phrase(f"role-{role}"), address=parts.address, store=parts.store)
         print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence, as_json)
@@ -133,7 +128,9 @@ def _run(
 
 @app.command("neutral")
 def _neutral(
-    pins: Annotated[Path, typer.Option(exists=True, dir_okay=False)], gpio_chip: GpioChip = None, as_json: Json = False
+    pins: Annotated[Path, typer.Option(exists=True, dir_okay=False)],
+    gpio_chip: options.GpioChip = None,
+    as_json: options.Json = False,
 ) -> None:
     with needs_extra("pins", "pi"):
         from motorcade.boards.linux.raspberry_pi import stop_wheels
@@ -147,37 +144,20 @@ def _neutral(
 @app.command("wiring")
 def _wiring(
     pins: Annotated[Path, typer.Argument(metavar="PINS", exists=True, dir_okay=False)],
-    output: OptionalOutput = None,
-    as_json: JsonInPipes = False,
+    output: options.OptionalOutput = None,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
     from motorcade.config.pins import load_pins
 
     wiring = load_pins(pins)
     rows = wiring_rows(wiring, current_language())
+    cells = [(row.part, row.terminal, row.label) for row in rows]
+    shown: str | Rows = Rows(("part", "terminal", "pin"), cells, title=wiring.name)
     if output:
-        write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
-    if as_json:
-        print_json([row._asdict() for row in rows])
-    elif output:
-        print(translated("wires-drawn", count=len(rows), file=output))
-    else:
-        from motorcade.cli.console import make_table, print_table
-
-        cells = [(row.part, row.terminal, row.label) for row in rows]
-        print_table(make_table(("part", "terminal", "pin"), cells, title=wiring.name))
-
-
-def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_chip: int | None) -> "ComputerBoard":
-    from motorcade.boards.computer import ComputerBoard
-
-    if pins is None:
-        return ComputerBoard(equipment)
-    with needs_extra("pins", "pi"):
-        from motorcade.boards.linux.raspberry_pi import open_car
-    from motorcade.config.pins import load_pins
-
-    return open_car(equipment, load_pins(pins), profile, gpio_chip)
+        options.write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
+        shown = translated("wires-drawn", count=len(rows), file=output)
+    print_result([row._asdict() for row in rows], shown, as_json)
 
 
 def _stops(resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:
@@ -219,7 +199,7 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
     return observe
 
 
-def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "Profile", as_json: bool) -> None:
+def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Profile", as_json: bool) -> None:
     """Run simulated cars at as many ports; without --store they forget their images."""
     import selectors
 
@@ -229,107 +209,92 @@ def _run_many(options: CarOptions, count: int, car_list: Path | None, profile: "
     from motorcade.fleet.places import list_text
     from motorcade.sockets import allow_files
 
-    host, first_port = host_and_port(options.tcp or "127.0.0.1:0")
+    host, first_port = host_and_port(car.tcp or "127.0.0.1:0")
     allow_files(4 * count + 64)
-    selector, made = selectors.DefaultSelector(), []
+    selector = selectors.DefaultSelector()
+    made: list[tuple[ComputerBoard, TcpPort]] = []
     with ExitStack() as resources:
-        for place in range(count):
-            number = options.number + place
-            line = TcpPort(host, first_port and first_port + place, selector=selector)
+        for number in range(car.number, car.number + count):
+            line = TcpPort(host, first_port and first_port + len(made), selector=selector)
             resources.callback(line.close)
-            _check_reach(line.address, options)
+            _check_reach(line.address, car)
             image: bytes | None = None
             saved: dict[str, Any] = {"name": f"car-{number}"}
-            if options.store:
-                store = ImageStore(options.store / f"car-{number}.image")
+            if car.store:
+                store = ImageStore(car.store / f"car-{number}.image")
                 image = store.load()
                 saved = {"name": store.load_name() or f"car-{number}", "save_name": store.save_name, "save": store.save}
-            is_leader = options.role == "leader"
+            is_leader = car.role == "leader"
             equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
             made.append((ComputerBoard(equipment), line))
         listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
         if car_list:
-            write_file(car_list, list_text(listed).encode())
+            options.write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
         print_result(data, translated("cars-run", **data), as_json)
         run_many(made, _stops(resources, None))
 
 
-@contextmanager
-def announcing(parts: CarParts, keys: Path | None) -> "Iterator[None]":
-    """Announce a car that others in the network can upload to, while the block runs."""
-    if not parts.address.startswith("socket://"):
-        yield
-        return
-    from motorcade.drive.keys import name_in
-    from motorcade.fleet.places import CAR, announced
-
-    listener = host_and_port(parts.address.removeprefix("socket://"))
-    with announced(CAR, "", listener, print_problem, keys=name_in(keys)):
-        yield
-
-
 def open_parts(
-    resources: ExitStack, options: CarOptions, profile: "Profile", observe: "Observer", battery: Path | None = None
+    resources: ExitStack, car: CarOptions, profile: "Profile", observe: "Observer", battery: Path | None = None
 ) -> CarParts:
     """Open a car's line, store, voice and battery; ``resources`` closes them. Raises MotorcadeError."""
     from motorcade.boards.computer import BatteryFile, Equipment, ImageStore, StoreError
     from motorcade.config.profile import levels_of
 
-    if options.voice not in ("", KEYBOARD) and options.voice_map is None:
+    if car.voice not in ("", _KEYBOARD) and car.voice_map is None:
         raise MotorcadeError("voice-map-missing")
-    line, address = _open_line(resources, options, profile)
-    store = ImageStore(options.store or Path(typer.get_app_dir("motorcade")) / "car.image")
+    line, address = _open_line(resources, car, profile)
+    store = ImageStore(car.store or Path(typer.get_app_dir("motorcade")) / "car.image")
     image = None
     try:
         image = store.load()
     except StoreError as problem:
         # A car that waits for an upload is of more use than one that doesn't start.
         print_note(translated("begins-without-program", problem=problem))
-    is_leader, voice = options.role == "leader", _open_voice(resources, options.voice, options.voice_map)
+    voice = _open_voice(resources, car)
     named: dict[str, Any] = {"version": __version__, "name": store.load_name(), "save_name": store.save_name}
     if battery:
         named["battery_mv"] = BatteryFile(battery).read_mv
-    equipment = Equipment(
-        is_leader, options.number, levels_of(profile), line, image, store.save, voice, observe, **named
-    )
+    is_leader = car.role == "leader"
+    equipment = Equipment(is_leader, car.number, levels_of(profile), line, image, store.save, voice, observe, **named)
     return CarParts(equipment, address, store.path)
 
 
-def _open_line(resources: ExitStack, options: CarOptions, profile: "Profile") -> "tuple[Line, str]":
+def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tuple[Line, str]":
     from motorcade.boards.lines import Line, TcpPort
 
-    if options.serial:
-        return _open_serial(resources, options.serial, profile.serial.baud), options.serial
-    if not options.tcp:
+    if car.serial:
+        return _open_serial(resources, car.serial, profile.serial.baud), car.serial
+    if not car.tcp:
         return Line(), ""
-    line = TcpPort(*host_and_port(options.tcp), **_keys(options))
+    line = TcpPort(*host_and_port(car.tcp), **_tls(car))
     resources.callback(line.close)
-    _check_reach(line.address, options)
+    _check_reach(line.address, car)
     return line, line.address
 
 
-def _check_reach(address: str, options: CarOptions) -> None:
+def _check_reach(address: str, car: CarOptions) -> None:
     """Refuse an address that others reach, unless there are keys or the user allows it. Raises MotorcadeError."""
     host, _ = host_and_port(address.removeprefix("socket://"))
     is_loopback = ipaddress.ip_address(host.partition("%")[0]).is_loopback
-    if not (is_loopback or options.keys or options.insecure_lan):
+    if not (is_loopback or car.keys or car.insecure_lan):
         raise MotorcadeError("uploads-in-reach", host=host)
 
 
-def _keys(options: CarOptions) -> dict[str, Any]:
+def _tls(car: CarOptions) -> dict[str, Any]:
     """The TLS of a TCP port, and what refuses revoked keys; nothing without keys. Raises MotorcadeError."""
-    if options.keys is None:
+    if car.keys is None:
         return {}
     from motorcade.drive.keys import peer_number, server_context
 
-    refused = revoked_keys(options.keys, options.revoked)
+    refused = revoked_keys(car.keys, car.revoked)
 
     def refuses(connection: "ssl.SSLSocket") -> bool:
         refused.reload()
         return peer_number(connection) in refused
 
-    return {"tls": server_context(options.keys), "refuses": refuses}
+    return {"tls": server_context(car.keys), "refuses": refuses}
 
 
 def revoked_keys(keys: Path, file: Path | None) -> "RevokedKeys":
@@ -358,17 +323,17 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     return line
 
 
-def _open_voice(resources: ExitStack, voice: str, voice_map: Path | None) -> Callable[[], int]:
+def _open_voice(resources: ExitStack, car: CarOptions) -> Callable[[], int]:
     from motorcade.boards.on_chip.parts import SerialVoice
     from motorcade.car.brain import NO_VOICE
 
-    if voice == KEYBOARD:
+    if car.voice == _KEYBOARD:
         from motorcade.boards.computer import KeyboardVoice
 
         return KeyboardVoice(sys.stdin).heard_voice
-    if voice and voice_map:
+    if car.voice and car.voice_map:
         from motorcade.config.pins import load_voice_map
 
-        module = load_voice_map(voice_map)
-        return SerialVoice(_open_serial(resources, voice, module.baud).read, module.patterns).heard_voice
+        module = load_voice_map(car.voice_map)
+        return SerialVoice(_open_serial(resources, car.voice, module.baud).read, module.patterns).heard_voice
     return lambda: NO_VOICE

@@ -1,16 +1,15 @@
 """Tables and sentences on a terminal: words, formats, diagnostics, progress."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
-from rich.console import Console, RenderableType
+from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from motorcade.car.brain import TAGGED
-from motorcade.cli.options import current_language, in_language, print_lines, translated
+from motorcade.cli.output import current_language, in_language, make_table, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
 from motorcade.errors import Phrase
@@ -21,41 +20,6 @@ from motorcade.words.formats import CONTROL, HEADER, fingerprint
 from motorcade.words.image import parse_image
 
 _COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red")
-
-
-def make_table(
-    columns: Sequence[str],
-    rows: Iterable[Iterable[Any]],
-    *,
-    right: Collection[str] = (),
-    unbroken: Collection[str] = (),
-    **style: Any,
-) -> Table:
-    """Make a table whose headings are the texts "column-…" of the catalogue.
-
-    Args:
-        columns: the names of the headings.
-        rows: a cell for each column: a styled text, or anything whose text is shown, a dash for None.
-        right: the columns of numbers, at whose right edge their cells stand.
-        unbroken: the columns whose cells stay on one line.
-        style: what else Rich's table takes, such as a title.
-    """
-    table = Table(title_justify="left", caption_justify="left", **style)
-    for name in columns:
-        heading = translated(f"column-{name}")
-        table.add_column(heading, justify="right" if name in right else "left", no_wrap=name in unbroken)
-    for row in rows:
-        # A plain text is no markup, whoever wrote it.
-        table.add_row(*(each if isinstance(each, Text) else Text("–" if each is None else str(each)) for each in row))
-    return table
-
-
-def print_table(table: RenderableType) -> None:
-    """Print what Rich draws on standard output."""
-    console = Console()
-    with console.capture() as drawn:
-        console.print(table)
-    print_lines([drawn.get().removesuffix("\n")])
 
 
 def coloured_bits(word: int, word_format: WordFormat, before: str = "") -> Text:

@@ -10,30 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli import pages
+from motorcade.cli import options, pages
 from motorcade.cli.car import BoardName, CarOptions, open_parts, revoked_keys
-from motorcade.cli.options import (
-    DEFAULT_PROFILE,
-    CarNumber,
-    GpioChip,
-    ImageProfile,
-    InsecureLan,
-    Json,
-    JsonInPipes,
-    OptionalFile,
-    Role,
-    TcpPortNumber,
-    current_language,
-    exclude_each_other,
-    image_for,
-    print_json,
-    print_lines,
-    print_result,
-    profile_named,
-    quoted,
-    translated,
-)
-from motorcade.cli.pages import CameraName, KeysFile, LogFile
+from motorcade.cli.output import print_lines, print_result, quoted, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import DRIVE_PORT, host_and_port
@@ -53,7 +32,6 @@ app.add_typer(pages.remote_app)
 Car = Annotated[str, typer.Argument(metavar="HOST[:PORT]")]
 TelemetryPort = Annotated[int | None, typer.Option(min=1, max=65535)]
 CarName = Annotated[str | None, typer.Option("--car")]
-OptionalTcpPort = Annotated[int | None, typer.Option(min=0, max=65535)]
 # Of the four bytes of a command.
 ByteOrder = Literal["big", "little"]
 
@@ -62,31 +40,31 @@ ByteOrder = Literal["big", "little"]
 def _serve(
     board: BoardName = "simulated",
     host: str = "127.0.0.1",
-    port: TcpPortNumber = 5005,
-    telemetry_port: OptionalTcpPort = None,
-    keys: KeysFile = None,
+    port: options.TcpPort = 5005,
+    telemetry_port: options.OptionalTcpPort = None,
+    keys: options.KeysFile = None,
     revoked: Path | None = None,
-    log: LogFile = None,
-    insecure_lan: InsecureLan = False,
+    log: options.LogFile = None,
+    insecure_lan: options.InsecureLan = False,
     byte_order: ByteOrder = "big",
     arming: Annotated[bool, typer.Option("--arming")] = False,
-    pins: OptionalFile = None,
-    gpio_chip: GpioChip = None,
+    pins: options.OptionalFile = None,
+    gpio_chip: options.GpioChip = None,
     watchdog: Path | None = None,
-    battery: OptionalFile = None,
-    role: Role = "leader",
-    number: CarNumber = 0,
+    battery: options.OptionalFile = None,
+    role: options.Role = "leader",
+    number: options.CarNumber = 0,
     upload_serial: str = "",
     upload_tcp: str = "",
     store: Path | None = None,
     voice: str = "",
-    voice_map: OptionalFile = None,
-    web: OptionalTcpPort = None,
-    camera: CameraName = "none",
-    mat: OptionalFile = None,
-    program: OptionalFile = None,
-    profile: ImageProfile = None,
-    as_json: Json = False,
+    voice_map: options.OptionalFile = None,
+    web: options.OptionalTcpPort = None,
+    camera: pages.CameraName = "none",
+    mat: options.OptionalFile = None,
+    program: options.OptionalFile = None,
+    profile: options.ImageProfile = None,
+    as_json: options.Json = False,
 ) -> None:
     import asyncio
 
@@ -101,19 +79,18 @@ def _serve(
     from motorcade.fleet.places import DRIVE, announced
     from motorcade.timing import monotonic_ms
 
-    exclude_each_other(keys=keys, insecure_lan=insecure_lan)
+    options.exclude_each_other(keys=keys, insecure_lan=insecure_lan)
     if (pins is None) != (board == "simulated"):
         raise MotorcadeError("pins-and-board")
     if pins and (mat or program):
         raise MotorcadeError("options-of-simulated-cars")
-    options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
-    if not pins and options != CarOptions():
+    wanted = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
+    if not pins and wanted != CarOptions():
         raise MotorcadeError("options-of-real-cars")
-    exclude_each_other(upload_serial=upload_serial, upload_tcp=upload_tcp)
+    options.exclude_each_other(upload_serial=upload_serial, upload_tcp=upload_tcp)
     if revoked and not keys:
         raise MotorcadeError("revoked-without-keys")
-    options = options._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
-    chosen = profile_named(profile or DEFAULT_PROFILE)
+    chosen = options.profile_named(profile or options.DEFAULT_PROFILE)
     measured = BatteryFile(battery) if battery else None
     tls, page_tls = (server_context(keys), https_context(keys)) if keys else (None, None)
     second = telemetry_port if telemetry_port is not None else port and port + 1
@@ -126,14 +103,15 @@ def _serve(
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
-        parts = open_parts(resources, options, chosen, _noting(notes), battery) if pins else None
+        wanted = wanted._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
+        parts = open_parts(resources, wanted, chosen, _noting(notes), battery) if pins else None
         if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
             car: DriveBoard = open_drive(parts.equipment, load_pins(pins), chosen, gpio_chip, watchdog)
             pictures = pages.open_camera(camera) if page else None
         else:
-            image, chosen = image_for(program, profile) if program else (bytes(4), chosen)
+            image, chosen = options.image_for(program, profile) if program else (bytes(4), chosen)
             car, pictures = _open_simulated(resources, chosen, mat, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
@@ -143,15 +121,7 @@ def _serve(
             clients.control.record = written.record
         name = parts.equipment.name if parts else ""
         (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
-        language = current_language()
-        with announced(
-            DRIVE,
-            name,
-            (host, port),
-            lambda problem: notes.append(problem.sentence(language)),
-            telemetry=telemetry_port,
-            keys=name_in(keys),
-        ):
+        with announced(DRIVE, name, (host, port), notes.append, telemetry=telemetry_port, keys=name_in(keys)):
             asyncio.run(serve(clients, commands, telemetry, tls, serve_page, parts, notes, as_json))
     if not as_json:
         print_lines([translated("serve-ended")])
@@ -201,10 +171,10 @@ def _connect(
     from motorcade.drive.blocking_client import BlockingDriveClient
 
     check_terminal()
-    options = _options(telemetry_port, keys, car_name)
+    named = _options(telemetry_port, keys, car_name)
     with (
         suppress(KeyboardInterrupt),
-        BlockingDriveClient(*host_and_port(car, DRIVE_PORT), rearm=False, **options) as client,
+        BlockingDriveClient(*host_and_port(car, DRIVE_PORT), rearm=False, **named) as client,
     ):
         DriveTerminal(car, throttle, hold_ms / 1000).drive(client)
 
@@ -216,7 +186,7 @@ def _send(
     telemetry_port: TelemetryPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     from motorcade.drive.blocking_client import BlockingDriveClient
 
@@ -233,11 +203,8 @@ def _send(
             if telemetry.state == "discharged":
                 raise MotorcadeError("is-discharged", car=car, battery_mv=telemetry.battery_mv)
             raise MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")
-    if as_json:
-        print_json(telemetry._asdict())
-    else:
-        seconds, state = sum(seconds for seconds, _ in parsed), Phrase(f"car-state-{telemetry.state}")
-        print(translated("drive-sent", seconds=seconds, car=car, state=state))
+    seconds, state = sum(seconds for seconds, _ in parsed), Phrase(f"car-state-{telemetry.state}")
+    print_result(telemetry._asdict(), translated("drive-sent", seconds=seconds, car=car, state=state), as_json)
 
 
 @app.command("keys")
@@ -247,12 +214,12 @@ def _keys(
     driver: list[str] | None = None,
     revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
     for named in ({"car": car}, {"driver": driver}):
-        exclude_each_other(revoke=revoke, list=list_all, **named)
+        options.exclude_each_other(revoke=revoke, list=list_all, **named)
     if list_all:
         _list_keys(folder, as_json)
         return
@@ -265,13 +232,9 @@ def _keys(
         raise MotorcadeError("nobody-named")
     named_hosts = (each.partition("@") for each in car or ())
     cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
-    made = make_keys(folder, cars, driver or [], datetime.now(UTC))
-    if as_json:
-        print_json([str(file) for file in made])
-        return
-    for file in made:
-        print(file)
-    print(translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem")))
+    made = [str(file) for file in make_keys(folder, cars, driver or [], datetime.now(UTC))]
+    sentence = translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem"))
+    print_result(made, "\n".join([*made, sentence]), as_json)
 
 
 def _list_keys(folder: Path, as_json: bool) -> None:
@@ -287,13 +250,11 @@ def _list_keys(folder: Path, as_json: bool) -> None:
         }
         for each in list_keys(folder)
     ]
-    if as_json:
-        print_json(rows)
-        return
+    lines = []
     for row in rows:
         key = "keys-listed-revoked" if row["revoked"] else "keys-listed"
-        role = Phrase(f"role-{row['role']}")
-        print_lines([translated(key, role=role, name=row["name"], until=row["until"], number=row["number"])])
+        lines.append(translated(key, **row | {"role": Phrase(f"role-{row['role']}")}))
+    print_result(rows, "\n".join(lines), as_json)
 
 
 def _options(telemetry_port: int | None, keys: Path | None, name: str | None) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.options import current_language, translated
+from motorcade.cli.output import current_language, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
@@ -103,9 +103,11 @@ class DriveTerminal:
                     self._pressed_s[switch.name] = time.monotonic()
                 elif client.telemetry:
                     switches[switch.name] = 1 - client.telemetry.switches.get(switch.name, 0)
-            else:
+            elif key.name == "KEY_ESCAPE" or key.lower() == "q":
+                self._is_done = True
+            elif order := {" ": client.stop, "c": client.clear}.get(key.lower()):
                 with suppress(CarError):
-                    self._obey("q" if key.name == "KEY_ESCAPE" else key.lower(), client)
+                    order()
         throttle, steering = self._stick.axes(time.monotonic())
         for name, pressed_s in self._pressed_s.items():
             if time.monotonic() - pressed_s <= self._hold_s:
@@ -116,13 +118,6 @@ class DriveTerminal:
             self._drives = is_held
             with suppress(CarError):
                 client.drive(throttle * self._throttle, steering, **switches)
-
-    def _obey(self, letter: str, client: BlockingDriveClient) -> None:
-        """Do what a letter orders. Raises CarError."""
-        if letter == "q":
-            self._is_done = True
-        if letter in (" ", "c"):
-            (client.stop if letter == " " else client.clear)()
 
     def _draw(self, client: BlockingDriveClient) -> None:
         terminal = self._terminal

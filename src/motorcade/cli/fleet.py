@@ -11,27 +11,17 @@ from contextlib import asynccontextmanager, contextmanager, nullcontext, suppres
 from pathlib import Path
 
 import typer
-from rich.console import Console
 from rich.live import Live
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from motorcade.cli.console import make_table, print_table
-from motorcade.cli.options import (
-    DEFAULT_PROFILE,
-    Search,
-    current_language,
-    listed,
-    print_json,
-    print_note,
-    print_result,
-    translated,
-)
+from motorcade.cli.console import progress_bar
+from motorcade.cli.options import DEFAULT_PROFILE, Search, listed
+from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.cars import MOST_CARS, Cars, Finder
-from motorcade.fleet.contact import CarStatus, Verdict
+from motorcade.fleet.contact import CarStatus, Contact, Verdict
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
 from motorcade.sockets import allow_files
@@ -52,15 +42,13 @@ async def load(image: bytes, names: Sequence[str], search: Search, baud: int, re
     """Upload to many cars, and print a verdict for each; end with an exit code unless all have it."""
     checksum = f"{crc32(image):08x}"
     verdicts = await _load(image, names, search, baud, checksum if resume else "")
-    if as_json:
-        print_json([each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts])
-    else:
-        rows = []
-        for each in verdicts:
-            holds = translated(f"load-{each.holds}", crc32=checksum)
-            why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
-            rows.append((each.car, each.where, f"{holds}\n{why}".strip()))
-        print_table(make_table(("name", "where", "verdict"), rows))
+    data = [each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts]
+    rows = []
+    for each in verdicts:
+        holds = translated(f"load-{each.holds}", crc32=checksum)
+        why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
+        rows.append((each.car, each.where, f"{holds}\n{why}".strip()))
+    print_result(data, Rows(("name", "where", "verdict"), rows), as_json)
     failed = [each.error for each in verdicts if each.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
@@ -110,7 +98,7 @@ async def order(kind: str, search: Search, as_json: bool) -> None:
         await asyncio.sleep(search.listen_s)
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
         count = len(cars.contacts)
-        _note(finder)
+        print_problem(finder.problem)
     if not count:
         raise MotorcadeError("no-cars-found")
     names = [each.name for each in missing]
@@ -142,7 +130,7 @@ async def print_cars(search: Search) -> None:
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
         rows = [each._asdict() for each in cars.statuses()]
-        _note(finder)
+        print_problem(finder.problem)
     for row in rows:
         row["program"] = programs.get(row["crc32"], "")
         row["problem"] = row["problem"].to_dict() if row["problem"] else None
@@ -178,13 +166,11 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
                     pressed(str(key).lower())
 
     thread = threading.Thread(target=read, daemon=True)
-    try:
+    with suppress(ModuleNotFoundError):
         from blessed import Terminal
 
         if sys.stdin and sys.stdin.isatty():
             thread.start()
-    except ModuleNotFoundError:
-        pass
     try:
         yield
     finally:
@@ -229,28 +215,19 @@ def _cells(row: CarStatus, program: str) -> list[Text]:
 
 
 async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, skips: str) -> list[Verdict]:
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
-    console = Console(stderr=True)
     async with _looking(search, names, baud) as (cars, finder):
         await _found(cars, names, search)
         contacts = cars.named(names)
-        _note(finder)
+        print_problem(finder.problem)
         if not contacts:
             raise MotorcadeError("no-cars-found")
-        with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-            together = progress.add_task(translated("progress-sent"), total=len(contacts) * len(image))
-            bars = {id(each): progress.add_task(each.name, total=len(image), visible=False) for each in contacts}
-            sent_bytes: Counter[int] = Counter()
+        sent_bytes, done = Counter[Contact](), 0
+        with progress_bar("sent", len(contacts) * len(image)) as show:
 
-            def advance(contact: object, sent: int) -> None:
-                car = id(contact)
-                progress.update(together, advance=sent - sent_bytes[car])
-                progress.update(bars[car], completed=sent, visible=0 < sent < len(image))
-                sent_bytes[car] = sent
+            def advance(contact: Contact, sent: int) -> None:
+                nonlocal done
+                done += sent - sent_bytes[contact]
+                sent_bytes[contact] = sent
+                show(done)
 
-            return await cars.load(image, names, advance if console.is_terminal else lambda *_: None, skips)
-
-
-def _note(finder: Finder) -> None:
-    if finder.problem:
-        print_note(finder.problem.sentence(current_language()))
+            return await cars.load(image, names, advance, skips)

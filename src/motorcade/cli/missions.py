@@ -1,21 +1,12 @@
 """Commands about missions: missions, check, search."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import (
-    CarNumber,
-    Jobs,
-    JsonInPipes,
-    current_language,
-    print_json,
-    print_lines,
-    print_note,
-    translated,
-    write_file,
-)
+from motorcade.cli.options import CarNumber, Jobs, JsonInPipes, write_file
+from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
@@ -39,37 +30,32 @@ def _missions(as_json: JsonInPipes = False) -> None:
     from motorcade.missions.document import LITERATURE, missions, shortest_programs
 
     found, shortest = missions() + missions(LITERATURE), shortest_programs()
-    if as_json:
-        print_json(
-            [
-                {
-                    "id": each.id,
-                    "name": each.name.sentence(current_language()),
-                    "path": each.document["path"],
-                    "order": each.document["order"],
-                    "stars": each.stars,
-                    "shortest": shortest.get(each.id, {}).get("blocks"),
-                }
-                for each in found
-            ]
-        )
-        return
-    from motorcade.cli.console import make_table, print_table
-
+    language = current_language()
+    data = [
+        {
+            "id": each.id,
+            "name": each.name.sentence(language),
+            "path": each.document["path"],
+            "order": each.document["order"],
+            "stars": each.stars,
+            "shortest": shortest.get(each.id, {}).get("blocks"),
+        }
+        for each in found
+    ]
     rows = [
         (
-            Phrase(f"mission-path-{each.document['path']}").sentence(current_language()),
-            each.id,
-            each.name.sentence(current_language()),
-            _stars(each.stars),
+            Phrase(f"mission-path-{each['path']}").sentence(language),
+            each["id"],
+            each["name"],
+            _stars(each["stars"]),
             # What a search has found, and after how many runs.
-            translated("shortest-found", **shortest[each.id]) if each.id in shortest else None,
+            translated("shortest-found", **shortest[each["id"]]) if each["id"] in shortest else None,
         )
-        for each in found
+        for each in data
     ]
     columns = ("path", "mission", "name", "stars", "shortest")
     title = translated("missions-title", count=len(found))
-    print_table(make_table(columns, rows, unbroken=("path", "mission", "stars"), title=title))
+    print_result(data, Rows(columns, rows, ("path", "mission", "stars"), title), as_json)
 
 
 @app.command("check")
@@ -80,22 +66,12 @@ def _check(
     as_json: JsonInPipes = False,
 ) -> None:
     wanted = _named(mission)
-    if Path(program).is_dir():
-        with needs_extra("simulating", "world"):
-            passed = _check_folder(wanted, Path(program), output, as_json)
-        raise typer.Exit(FINE if passed else PROGRAM_ERROR)
     with needs_extra("simulating", "world"):
-        try:
-            result = _result(wanted, program)
-        except (MotorcadeError, OSError) as problem:
-            raise MotorcadeError("mission-program-not-valid", file=program, reason=problem) from None
-    for note in wanted.beside_mat():
-        print_note(note.sentence(current_language()))
-    if as_json:
-        print_json(result.to_dict(current_language()))
-    else:
-        _print_result(wanted, result)
-    raise typer.Exit(FINE if result.stars else PROGRAM_ERROR)
+        if Path(program).is_dir():
+            passed = _check_folder(wanted, Path(program), output, as_json)
+        else:
+            passed = _check_program(wanted, program, as_json)
+    raise typer.Exit(FINE if passed else PROGRAM_ERROR)
 
 
 @app.command("search")
@@ -113,7 +89,7 @@ def _search(
     wanted = _named(mission)
     folder = output or Path(f"{wanted.id}-search")
     with ended_by_sentences(folder, "search"):
-        from motorcade.cli.console import drawing_texts, make_table, print_table, progress_bar
+        from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.experiments.run import chosen_workers
         from motorcade.lab.search import Search, do_task, opened_archive
         from motorcade.missions.check import check_program
@@ -128,35 +104,34 @@ def _search(
                 search.best.draw(picture, translated("search-title", **title))
             briefest = search.shortest()
             shortest = briefest and briefest.blocks
-    if as_json:
-        best = [
-            {
-                "file": str(path),
-                "grade": result.grade,
-                "stars": len(result.stars),
-                "blocks": each.blocks,
-                "coverage": each.mean.coverage,
-                "words_a_minute": each.mean.words,
-            }
-            for path, each, result in found
-        ]
-        print_json({"runs": search.done, "shortest": shortest, "picture": str(picture), "best": best})
-        return
-    rows = [
-        (
-            f"{result.grade:.4f}",
-            _stars(len(result.stars)),
-            each.blocks,
-            f"{each.mean.coverage:.0%}",
-            f"{each.mean.words:.0f}",
-            path,
-        )
+    best: list[dict[str, Any]] = [
+        {
+            "file": str(path),
+            "grade": result.grade,
+            "stars": len(result.stars),
+            "blocks": each.blocks,
+            "coverage": each.mean.coverage,
+            "words_a_minute": each.mean.words,
+        }
         for path, each, result in found
     ]
+    rows = [
+        (
+            f"{each['grade']:.4f}",
+            _stars(each["stars"]),
+            each["blocks"],
+            f"{each['coverage']:.0%}",
+            f"{each['words_a_minute']:.0f}",
+            each["file"],
+        )
+        for each in best
+    ]
     columns = ("grade", "stars", "blocks", "coverage", "words-a-minute", "project")
-    print_table(make_table(columns, rows, unbroken=["project"], title=translated("search-title", **title)))
-    lines = [translated("search-shortest", count=shortest)] if shortest else [translated("search-without-stars")]
-    print_lines([*lines, translated("search-is-drawn", picture=picture)])
+    data = {"runs": search.done, "shortest": shortest, "picture": str(picture), "best": best}
+    print_result(data, Rows(columns, rows, ["project"], translated("search-title", **title)), as_json)
+    if not as_json:
+        line = translated("search-shortest", count=shortest) if shortest else translated("search-without-stars")
+        print_lines([line, translated("search-is-drawn", picture=picture)])
 
 
 def _named(mission: str) -> "Mission":
@@ -182,13 +157,13 @@ def _result(mission: "Mission", program: str) -> "Result":
 
 def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json: bool) -> bool:
     """Check all files of a folder, write the report, and print it; return whether each has a star."""
-    from motorcade.cli.console import make_table, print_table, progress_bar
+    from motorcade.cli.console import progress_bar
     from motorcade.missions.report import check_files, files_of, report_in, to_csv, to_html
 
     language = current_language()
     base = output or report_in(folder, mission)
-    written = {ending: base.with_suffix(ending) for ending in (".csv", ".html")}
-    files = [path for path in files_of(folder) if path not in written.values()]
+    page, table = base.with_suffix(".html"), base.with_suffix(".csv")
+    files = [path for path in files_of(folder) if path not in (page, table)]
     if not files:
         raise MotorcadeError("folder-without-files", folder=folder)
     checked = []
@@ -196,35 +171,35 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
         for each in check_files(mission, folder, files):
             checked.append(each)
             advance(len(checked))
-    for ending, make in ((".csv", to_csv), (".html", to_html)):
-        write_file(written[ending], make(checked, mission, language).encode())
-    if as_json:
-        rows = [
-            {
-                "file": each.name,
-                "problem": each.problem.sentence(language) if each.problem else None,
-                **(each.result.to_dict(language) if each.result else {"stars": 0}),
-            }
-            for each in checked
-        ]
-        print_json({"page": str(written[".html"]), "table": str(written[".csv"]), "files": rows})
-    else:
-        title = translated("check-folder-title", name=mission.name, folder=folder)
-        cells = []
-        for each in checked:
-            lost = [goal.why.sentence(language) for goal in each.result.goals if not goal.met] if each.result else []
-            why = each.problem.sentence(language) if each.problem else " ".join(lost)
-            cells.append((each.name, _stars(len(each.result.stars)) if each.result else None, why))
-        print_table(make_table(("file", "stars", "why"), cells, unbroken=["stars"], title=title))
-        print_lines([translated("check-folder-written", page=written[".html"], table=written[".csv"])])
+    write_file(table, to_csv(checked, mission, language).encode())
+    write_file(page, to_html(checked, mission, language).encode())
+    data: list[dict[str, Any]] = []
+    cells = []
+    for each in checked:
+        problem = each.problem.sentence(language) if each.problem else None
+        found: dict[str, Any] = each.result.to_dict(language) if each.result else {"stars": 0}
+        data.append({"file": each.name, "problem": problem, **found})
+        lost = " ".join(goal["why"] for goal in found.get("goals", ()) if not goal["met"])
+        cells.append((each.name, _stars(found["stars"]) if each.result else None, problem or lost))
+    title = translated("check-folder-title", name=mission.name, folder=folder)
+    shown = Rows(("file", "stars", "why"), cells, ["stars"], title)
+    print_result({"page": str(page), "table": str(table), "files": data}, shown, as_json)
+    if not as_json:
+        print_lines([translated("check-folder-written", page=page, table=table)])
     return all(each.result and each.result.stars for each in checked)
 
 
-def _print_result(mission: "Mission", result: "Result") -> None:
-    from motorcade.cli.console import make_table, print_table
+def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
+    """Check one program, and print which goals it meets; return whether it has a star. Raises MotorcadeError."""
     from motorcade.missions.report import asked_goals
 
     language = current_language()
+    try:
+        result = _result(mission, program)
+    except (MotorcadeError, OSError) as problem:
+        raise MotorcadeError("mission-program-not-valid", file=program, reason=problem) from None
+    for note in mission.beside_mat():
+        print_note(note.sentence(language))
     rows = [
         (
             _stars(each.star),
@@ -238,7 +213,8 @@ def _print_result(mission: "Mission", result: "Result") -> None:
     ]
     columns = ("star", "goal", "result", "grade", "time", "why")
     title = translated("check-title", name=mission.name, stars=_stars(len(result.stars)))
-    print_table(make_table(columns, rows, unbroken=("star", "result", "grade", "time"), title=title))
+    print_result(result.to_dict(language), Rows(columns, rows, columns[:1] + columns[2:5], title), as_json)
+    return bool(result.stars)
 
 
 def _stars(count: int) -> str:

@@ -1,4 +1,4 @@
-"""Commands that serve pages, studio and drive remote, or write one, site; and the page of a car, for `drive serve`."""
+"""Commands that serve pages, studio, class and drive remote, or write one, site; the page of `drive serve`."""
 
 import os
 import secrets
@@ -9,23 +9,21 @@ import threading
 import webbrowser
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import (
-    CarList,
-    InsecureLan,
-    Json,
-    Output,
-    TcpPortNumber,
-    exclude_each_other,
-    listed,
+from motorcade.cli import options
+from motorcade.cli.output import (
+    current_language,
+    print_lines,
     print_problem,
     print_result,
     quoted,
     translated,
+    wants_json,
 )
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
@@ -39,13 +37,10 @@ if TYPE_CHECKING:
 _METAVAR = "NAME=HOST[:PORT]"
 _TOKEN_FILE = ".token"
 _TOKEN_CHARACTERS = 32
+_FIRST_KEY_BYTES = 12
 
 remote_app = typer.Typer()
 studio_app = typer.Typer()
-KeysFile = Annotated[Path | None, typer.Option(dir_okay=False)]
-LogFile = Annotated[Path | None, typer.Option("--log", dir_okay=False)]
-PageKeys = Annotated[Path | None, typer.Option("--https", dir_okay=False)]
-Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL")]
 # Where a real car's pictures come from.
 CameraName = Literal["none", "auto", "picamera2", "opencv"]
 
@@ -140,14 +135,14 @@ async def serving_page(
 @remote_app.command("remote")
 def _remote(
     cars: Annotated[list[str], typer.Argument(metavar=f"{_METAVAR}…")],
-    keys: KeysFile = None,
-    camera: Cameras = None,
+    keys: options.KeysFile = None,
+    camera: options.Cameras = None,
     host: str = "127.0.0.1",
-    port: TcpPortNumber = 7701,
-    page_keys: PageKeys = None,
-    insecure_lan: InsecureLan = False,
-    log: LogFile = None,
-    as_json: Json = False,
+    port: options.TcpPort = 7701,
+    page_keys: options.PageKeys = None,
+    insecure_lan: options.InsecureLan = False,
+    log: options.LogFile = None,
+    as_json: options.Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
         from motorcade.server.fleet import RemoteCars
@@ -159,7 +154,7 @@ def _remote(
     from motorcade.drive.listener import bind
 
     check_page()
-    exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
+    options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
     named = named_cars(cars, camera or (), keys)
     with bind(host, port, "remote") as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
@@ -186,9 +181,8 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
     trust = visitor_context(keys) if urls else None
     cars = tuple(_car(text, urls) for text in texts)
     names = [car.name for car in cars]
-    for name in names:
-        if names.count(name) > 1:
-            raise MotorcadeError("cars-of-one-name", name=name)
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise MotorcadeError("cars-of-one-name", name=twice[0])
     for name, url in urls.items():
         if name not in names:
             raise MotorcadeError("camera-without-car", name=name)
@@ -220,34 +214,32 @@ def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
 
 
 @studio_app.command("site")
-def _site(output: Output, as_json: Json = False) -> None:
+def _site(output: options.Output, as_json: options.Json = False) -> None:
     with needs_extra("site", "studio"):
         from motorcade.browser.site import site_files, write_site
 
     files = site_files()
     write_site(output, files)
-    size = sum(map(len, files.values()))
-    megabytes = f"{size / 1e6:.1f}"
-    sentence = translated(
-        "site-is-written", folder=output, argument=quoted(output), files=len(files), megabytes=megabytes
-    )
-    print_result({"folder": str(output), "files": len(files), "bytes": size}, sentence, as_json)
+    count, size = len(files), sum(map(len, files.values()))
+    details = {"files": count, "megabytes": f"{size / 1e6:.1f}"}
+    sentence = translated("site-is-written", folder=output, argument=quoted(output), **details)
+    print_result({"folder": str(output), "files": count, "bytes": size}, sentence, as_json)
 
 
 @studio_app.command("studio")
 def _studio(
-    port: TcpPortNumber = 7700,
+    port: options.TcpPort = 7700,
     host: str = "127.0.0.1",
     library: Annotated[Path | None, typer.Option(file_okay=False)] = None,
-    car: Annotated[list[str] | None, typer.Option(metavar="NAME=HOST[:PORT]")] = None,
-    keys: KeysFile = None,
-    camera: Cameras = None,
-    car_list: CarList = None,
-    page_keys: PageKeys = None,
-    insecure_lan: InsecureLan = False,
-    log: LogFile = None,
-    no_browser: Annotated[bool, typer.Option("--no-browser")] = False,
-    as_json: Json = False,
+    car: options.Cars = None,
+    keys: options.KeysFile = None,
+    camera: options.Cameras = None,
+    car_list: options.CarList = None,
+    page_keys: options.PageKeys = None,
+    insecure_lan: options.InsecureLan = False,
+    log: options.LogFile = None,
+    no_browser: options.NoBrowser = False,
+    as_json: options.Json = False,
 ) -> None:
     with needs_extra("studio", "studio"):
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
@@ -258,14 +250,14 @@ def _studio(
     from motorcade.fleet.places import STUDIO, announced
 
     check_page()
-    exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
+    options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     token = own_token(folder)
     with _listen(host, port, token) as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, tls=tls, token=token)
-        places = tuple(listed(car_list))
+        places = tuple(options.listed(car_list))
         settings = Settings(library=folder, record=written.record if written else None, places=places, **where, **named)
 
         def ready() -> None:
@@ -276,6 +268,83 @@ def _studio(
 
         with announced(STUDIO, "", listener.getsockname()[:2], print_problem):
             serve_alone(make_app(settings), settings, listener, ready, tls)
+
+
+@studio_app.command("class")
+def _class(
+    folder: Annotated[Path | None, typer.Option(file_okay=False)] = None,
+    host: str = "0.0.0.0",
+    port: options.TcpPort = 7710,
+    https: Annotated[bool, typer.Option("--https")] = False,
+    new_password: Annotated[bool, typer.Option("--new-password")] = False,
+    car: options.Cars = None,
+    keys: options.KeysFile = None,
+    camera: options.Cameras = None,
+    car_list: options.CarList = None,
+    log: options.LogFile = None,
+    no_browser: options.NoBrowser = False,
+    as_json: options.Json = False,
+) -> None:
+    with needs_extra("class", "class"):
+        import motorcade.engine.webassembly  # noqa: F401  # before a page asks for a world
+        from motorcade.classroom.app import make_class_app
+        from motorcade.classroom.folder import ClassFolder
+        from motorcade.classroom.network import LOCAL_NAME, Network, class_keys, join_url, qr_for_terminal, room_hosts
+        from motorcade.classroom.running import ClassServerSettings
+        from motorcade.server.http import check_page
+        from motorcade.server.running import names_of, serve_alone, url_of
+    check_page()
+    from motorcade.drive.activity_log import logging_to
+    from motorcade.drive.keys import https_context
+    from motorcade.drive.listener import bind
+    from motorcade.fleet.places import CLASS, announced
+
+    named = named_cars(car or (), camera or (), keys)
+    place = folder or Path(typer.get_app_dir("motorcade")) / "class"
+    files = ClassFolder(place)
+    with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as written:
+        record = files.load(secrets.randbelow)
+        hosts, own = room_hosts(listener)
+        first_key = secrets.token_urlsafe(_FIRST_KEY_BYTES) if new_password or record.password is None else None
+        own_keys, authority = class_keys(place / "https", hosts, datetime.now(UTC)) if https else (None, None)
+        scheme, bound = "https" if https else "http", listener.getsockname()[1]
+        reaches_others = not is_loopback(listener)
+        settings = ClassServerSettings(
+            library=place,
+            port=bound,
+            names=frozenset([*names_of(listener, host), LOCAL_NAME]),
+            record=written.record if written else None,
+            first_key=first_key,
+            network=Network(hosts, bound, scheme, announces=reaches_others),
+            authority=authority,
+            places=tuple(options.listed(car_list)),
+            **named,
+        )
+        teacher = url_of(own, bound, page="/teacher", scheme=scheme) + (f"#{first_key}" if first_key else "")
+        app = make_class_app(settings, files)
+
+        def ready() -> None:
+            addresses, name = settings.network.addresses, settings.network.local_name
+            code = files.load(secrets.randbelow).code
+            found = {"addresses": addresses, "local_name": name, "code": code, "teacher": teacher, "folder": str(place)}
+            lines = [translated("class-is-ready", addresses="  ".join(addresses), code=code, folder=place)]
+            if name:
+                lines.append(translated("class-has-name", url=name))
+            elif settings.network.why_no_name:
+                lines.append(settings.network.why_no_name.sentence(current_language()))
+            lines.append(translated("class-first-password" if first_key else "class-teacher", url=teacher))
+            if files.problem:
+                lines.append(files.problem.sentence(current_language()))
+            if reaches_others and not https:
+                lines.append(translated("class-insecure"))
+            print_result(found, "\n".join(lines), as_json)
+            if not wants_json(as_json):
+                print_lines([qr_for_terminal(join_url(addresses[0], code))])
+            if not no_browser:
+                open_browser(teacher)
+
+        with announced(CLASS, record.title, listener.getsockname()[:2], print_problem):
+            serve_alone(app, settings, listener, ready, https_context(own_keys) if own_keys else None)
 
 
 def own_token(folder: Path) -> str:

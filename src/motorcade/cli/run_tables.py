@@ -8,8 +8,8 @@ import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
 
-from motorcade.cli.console import make_table, words_table
-from motorcade.cli.options import print_diagnostics, translated
+from motorcade.cli.console import words_table
+from motorcade.cli.output import make_table, print_diagnostics, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
 from motorcade.mats import Mat

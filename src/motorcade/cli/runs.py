@@ -12,21 +12,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.options import (
-    CarNumber,
-    ImageProfile,
-    Jobs,
-    Json,
-    JsonInPipes,
-    Output,
-    Source,
+from motorcade.cli import options
+from motorcade.cli.output import (
     current_language,
-    image_for,
-    image_of,
     print_json,
     print_lines,
     print_note,
+    print_problem,
     print_result,
+    print_table,
     translated,
 )
 from motorcade.errors import MotorcadeError
@@ -41,7 +35,7 @@ if TYPE_CHECKING:
     from motorcade.runs.recording import Recording
 
 # The exit code of a sweep that Ctrl-C ended.
-STOPPED = 130
+_STOPPED = 130
 
 app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
@@ -49,23 +43,23 @@ RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
 
 @app.command("simulate")
 def _simulate(
-    source: Source,
+    source: options.Source,
     followers: Annotated[int | None, typer.Option(min=0, max=10_000)] = None,
     seconds: Annotated[float, typer.Option(min=0, max=86400)] = 30,
-    seed: CarNumber = 0,
+    seed: options.CarNumber = 0,
     mat: Path | None = None,
     record: list[Path] | None = None,
-    profile: ImageProfile = None,
-    as_json: JsonInPipes = False,
+    profile: options.ImageProfile = None,
+    as_json: options.JsonInPipes = False,
 ) -> None:
-    image, chosen = image_for(source, profile)
+    image, chosen = options.image_for(source, profile)
     if math.isnan(seconds):
         raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:
         raise MotorcadeError("followers-with-mat")
     files = record or []
     with needs_extra("simulating", "world"):
-        from motorcade.cli.console import drawing_texts, print_table, progress_bar
+        from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import read_mat
         from motorcade.runs.recording import DATA_ENDING
@@ -94,11 +88,11 @@ def _replay(run: RunFile) -> None:
 
         recording = open_recording(run)
         print_lines(_lines(recording))
-    _print_damage(recording)
+    print_problem(recording.damage)
 
 
 @app.command("plot")
-def _plot(run: RunFile, output: Output, speed: float = 1, as_json: Json = False) -> None:
+def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: options.Json = False) -> None:
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
         raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("drawing", "runs"):
@@ -109,7 +103,7 @@ def _plot(run: RunFile, output: Output, speed: float = 1, as_json: Json = False)
         with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
             draw(recording, output, advance, speed)
     print_result({"picture": str(output)}, translated("run-is-drawn", picture=output), as_json)
-    _print_damage(recording)
+    print_problem(recording.damage)
 
 
 def _lines(recording: "Recording") -> Iterator[str]:
@@ -123,19 +117,14 @@ def _lines(recording: "Recording") -> Iterator[str]:
         yield json.dumps(line)
 
 
-def _print_damage(recording: "Recording") -> None:
-    if recording.damage:
-        print_note(recording.damage.sentence(current_language()))
-
-
 @app.command("sweep")
 def _sweep(
     spec: Annotated[Path, typer.Argument(metavar="SPEC.toml", exists=True, dir_okay=False, readable=True)],
     output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False)],
-    jobs: Jobs = 0,
+    jobs: options.Jobs = 0,
     scheduler: str = "",
     capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
@@ -151,25 +140,23 @@ def _sweep(
             from motorcade.lab.capsule import write_capsule
 
             write_capsule(capsule, spec.read_bytes(), plan, output)
-    if as_json:
-        result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
-        print_json(result | ({"capsule": str(capsule)} if capsule else {}))
-        return
+    result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
     key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
     lines = [translated(key, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
     if capsule:
+        result["capsule"] = str(capsule)
         lines.append(translated("capsule-is-written", capsule=capsule))
         if not plan.sweep.citation.get("authors"):
             lines.append(translated("capsule-without-authors", spec=spec))
-    print_lines(lines)
+    print_result(result, "\n".join(lines), as_json)
 
 
 @app.command("verify")
 def _verify(
     capsule: Annotated[Path, typer.Argument(metavar="CAPSULE.zip", exists=True, dir_okay=False, readable=True)],
     sample: Annotated[int | None, typer.Option(min=1)] = None,
-    jobs: Jobs = 0,
-    as_json: JsonInPipes = False,
+    jobs: options.Jobs = 0,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
@@ -206,11 +193,10 @@ def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]"
     """Read one of the programs that a sweep names: its image and its cars' profile."""
     name = wanted.programs[index]
     place = f"{spec.name}: programs[{index}], '{name}'"
-    profile_name = wanted.profile
-    if profile_name.endswith(".toml"):
-        profile_name = str(spec.parent / profile_name)
+    own = wanted.profile.endswith(".toml")
     try:
-        image, profile = image_of(spec.parent / name, profile_name, place)
+        profile_name = str(spec.parent / wanted.profile) if own else wanted.profile
+        image, profile = options.image_of(spec.parent / name, profile_name, place)
     except OSError as problem:
         raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem) from None
     except typer.Exit:
@@ -241,6 +227,6 @@ def ended_by_sentences(output: Path, part: str = "sweep") -> Iterator[None]:
             yield
     except KeyboardInterrupt:
         print_note(translated(f"{part}-is-stopped", table=output))
-        raise typer.Exit(STOPPED) from None
+        raise typer.Exit(_STOPPED) from None
     except OSError as problem:
         raise MotorcadeError("file-not-usable", file=problem.filename or output, reason=problem) from None

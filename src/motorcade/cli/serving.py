@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from motorcade.cli.options import current_language, print_note, print_result, translated
+from motorcade.cli.output import current_language, print_problem, print_result, translated
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving, watched
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 _PERIOD_S, _LAST_LINE_S = 0.1, 1.0
 _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-
-
 Note = Phrase | MotorcadeError | str
 
 
@@ -54,12 +52,9 @@ async def serve(
     control = clients.control
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
 
-    def end() -> None:
-        loop.call_soon_threadsafe(ended.set)
-
     for name in _ENDS:
         if hasattr(signal, name):
-            signal.signal(getattr(signal, name), lambda number, frame: end())
+            signal.signal(getattr(signal, name), lambda number, frame: loop.call_soon_threadsafe(ended.set))
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
         listeners = await resources.enter_async_context(serving(clients, commands, telemetry, tls))
@@ -83,18 +78,16 @@ def _print_addresses(
     if parts:
         data |= {"uploads": parts.address, "store": str(parts.store)}
     print_result(data, sentence, as_json)
-    if revoked and revoked.problem:
-        print_note(revoked.problem.sentence(current_language()))
+    print_problem(revoked.problem if revoked else None)
 
 
 @contextmanager
 def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note]) -> Iterator[None]:
     """Print driver and state whenever they change, in a thread: a terminal that hangs doesn't stop the car."""
-    over, last = threading.Event(), _visible(telemetry())
+    over, before = threading.Event(), _visible(telemetry())
 
     def log_changes() -> None:
-        nonlocal last
-        is_over = False
+        is_over, last = False, before
         while not is_over:
             is_over = over.wait(_PERIOD_S)
             while notes:
@@ -118,9 +111,7 @@ def _line(telemetry: "Telemetry") -> str:
     state = Phrase(f"car-state-{telemetry.state}")
     key = "serve-driver" if telemetry.driver else "serve-no-driver"
     line = translated(key, state=state, driver=telemetry.driver)
-    if not telemetry.last_fault:
-        return line
-    return translated("serve-fault", line=line, fault=telemetry.last_fault)
+    return translated("serve-fault", line=line, fault=telemetry.last_fault) if telemetry.last_fault else line
 
 
 def _visible(telemetry: "Telemetry") -> tuple[object, ...]:

@@ -10,29 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from motorcade import __version__
-from motorcade.cli.options import (
-    CarList,
-    CarNumber,
-    ImageProfile,
-    InsecureLan,
-    Json,
-    JsonInPipes,
-    OptionalFile,
-    Output,
-    Role,
-    Search,
-    Seconds,
-    Source,
-    current_language,
-    exclude_each_other,
-    image_for,
-    print_json,
-    print_result,
-    profile_named,
-    translated,
-    wants_json,
-    write_file,
-)
+from motorcade.cli import options
+from motorcade.cli.output import current_language, print_result, translated, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -46,58 +25,51 @@ _TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
 
 app = typer.Typer()
 cars_app = typer.Typer()
-Names = Annotated[list[str], typer.Argument(metavar="NAME…")]
-Port = Annotated[str, typer.Option("--port", "-p")]
 
 
 @app.command("ports")
-def _ports(as_json: JsonInPipes = False) -> None:
+def _ports(as_json: options.JsonInPipes = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
-    found = ports()
-    if as_json:
-        names = ("device", "description", "hardware", "board")
-        print_json([{name: getattr(port, name) for name in names} for port in found])
-        return
-    if all(port.rank == BARE for port in found):
-        print(translated("no-car-plugged-in"))
-    for port in found:
-        print(f"{port.device}  {port.title or translated('port-unknown')}")
+    found, names = ports(), ("device", "description", "hardware", "board")
+    lines = [translated("no-car-plugged-in")] if all(port.rank == BARE for port in found) else []
+    lines += [f"{port.device}  {port.title or translated('port-unknown')}" for port in found]
+    print_result([{name: getattr(port, name) for name in names} for port in found], "\n".join(lines), as_json)
 
 
 @app.command("upload")
 def _upload(
-    source: Source,
-    port: Port = "",
+    source: options.Source,
+    port: options.Port = "",
     to: Annotated[list[str] | None, typer.Option("--to", metavar="all|NAME")] = None,
     resume: Annotated[bool, typer.Option("--resume")] = False,
-    car_list: CarList = None,
-    keys: OptionalFile = None,
-    seconds: Seconds = 4.0,
+    car_list: options.CarList = None,
+    keys: options.OptionalFile = None,
+    seconds: options.Seconds = 4.0,
     no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
-    profile: ImageProfile = None,
-    as_json: Json = False,
+    dry_run: options.DryRun = False,
+    profile: options.ImageProfile = None,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.cli.console import progress_bar
     from motorcade.upload.serial_port import upload
 
-    image, chosen = image_for(source, profile)
+    image, chosen = options.image_for(source, profile)
     if to:
-        exclude_each_other(to=to, port=port, no_verify=no_verify, dry_run=dry_run)
+        options.exclude_each_other(to=to, port=port, no_verify=no_verify, dry_run=dry_run)
         import asyncio
 
         from motorcade.cli.fleet import load
 
-        search = Search(car_list, keys, seconds)
+        search = options.Search(car_list, keys, seconds)
         asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
     baud, port = chosen.serial.baud, port or _only_port()
     if dry_run:
-        plan = {"words": len(image) // 4, "crc32": f"{crc32(image):08x}", "baud": baud}
-        plan = {"port": port, "bytes": len(image), **plan}
+        size, checksum = len(image), f"{crc32(image):08x}"
+        plan = {"port": port, "bytes": size, "words": size // 4, "crc32": checksum, "baud": baud}
         print_result({**plan, "sent": False}, translated("upload-planned", **plan), as_json)
         return
     with progress_bar("sent", len(image)) as advance:
@@ -108,34 +80,36 @@ def _upload(
 
 
 @app.command("readback")
-def _readback(output: Output, port: Port = "", profile: str = "classroom", as_json: Json = False) -> None:
+def _readback(
+    output: options.Output, port: options.Port = "", profile: str = "classroom", as_json: options.Json = False
+) -> None:
     from motorcade.upload.serial_port import readback
 
-    baud = profile_named(profile).serial.baud
+    baud = options.profile_named(profile).serial.baud
     port = port or _only_port()
     image = readback(port, baud, _print_retry)
-    write_file(output, image)
+    options.write_file(output, image)
     done = {"port": port, "bytes": len(image), "file": str(output)}
     print_result(done, translated("image-read-back", count=len(image), port=port, file=output), as_json)
 
 
 @app.command("install-firmware")
 def _install_firmware(
-    port: Port = "",
-    role: Role = "leader",
-    pins: OptionalFile = None,
+    port: options.Port = "",
+    role: options.Role = "leader",
+    pins: options.OptionalFile = None,
     number: Annotated[int | None, typer.Option(min=0, max=(1 << 32) - 1)] = None,
-    voice_map: OptionalFile = None,
+    voice_map: options.OptionalFile = None,
     chip: ChipName | None = None,
     wifi: str = "",
-    insecure_lan: InsecureLan = False,
-    keys: OptionalFile = None,
-    revoked: OptionalFile = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
+    insecure_lan: options.InsecureLan = False,
+    keys: options.OptionalFile = None,
+    revoked: options.OptionalFile = None,
+    dry_run: options.DryRun = False,
     profile: str = "classroom",
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
-    chosen = profile_named(profile)
+    chosen = options.profile_named(profile)
     if (keys or insecure_lan) and not wifi:
         raise MotorcadeError("keys-without-wifi")
     wireless = _wifi_settings(wifi, insecure_lan, keys, revoked, dry_run) if wifi else {}
@@ -153,33 +127,36 @@ def _install_firmware(
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
         from motorcade.config.pins import load_pins
-        from motorcade.firmware.install import default_pins, install
+        from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
     if dry_run:
         if not pins and not chip:
             raise MotorcadeError("chip-missing")
-        _print_plan(settings_for(load_pins(pins) if pins else default_pins(chip or "")), as_json)
+        settings = settings_for(load_pins(pins) if pins else default_pins(chip or ""))
+        sizes = {path: len(data) for path, data in car_files(settings).items()}
+        lines = [f"{size:7} {path}" for path, size in sizes.items()]
+        lines.append(translated("nothing-copied", bytes=sum(sizes.values()), files=len(sizes)))
+        listed = [{"path": path, "bytes": size} for path, size in sizes.items()]
+        print_result({"files": listed, "settings": settings}, "\n".join(lines), as_json)
         return
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
         done = install(port, pins, settings_for, lambda copied, total: advance(copied * 100 // total))
-    if as_json:
-        print_json({"port": port, "role": role, **done._asdict()})
-        return
+    data = {"port": port, "role": role, **done._asdict()}
     key = "files-copied" if done.copied else "files-there-already"
-    details = {**done._asdict(), "chip": _TITLES[done.chip], "port": port, "role": Phrase(f"role-{role}")}
-    print(translated(key, **details))
+    sentence = translated(key, **data | {"chip": _TITLES[done.chip], "role": Phrase(f"role-{role}")})
+    print_result(data, sentence, as_json)
 
 
 @app.command("arduino-library")
 def _arduino_library(
-    output: Output,
-    pins: OptionalFile = None,
-    role: Role = "leader",
-    number: CarNumber = 1,
-    voice_map: OptionalFile = None,
+    output: options.Output,
+    pins: options.OptionalFile = None,
+    role: options.Role = "leader",
+    number: options.CarNumber = 1,
+    voice_map: options.OptionalFile = None,
     profile: str = "classroom",
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     from motorcade.config.pins import load_pins, load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
@@ -187,42 +164,45 @@ def _arduino_library(
     files = library_files()
     if pins:
         voice = load_voice_map(voice_map) if voice_map else None
-        files |= sketch_files(load_pins(pins), profile_named(profile), role == "leader", number, voice)
+        files |= sketch_files(load_pins(pins), options.profile_named(profile), role == "leader", number, voice)
     try:
         write_library(output, files)
     except OSError as problem:
         raise MotorcadeError("file-not-writable", file=output, reason=problem) from None
-    if as_json:
-        print_json({"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))})
-        return
+    data = {"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))}
     sketch = OWN_SKETCH if pins else "Uno / Mega"
-    print(translated("library-written", output=output, files=len(files), sketch=sketch))
+    print_result(data, translated("library-written", output=output, files=len(files), sketch=sketch), as_json)
 
 
 @cars_app.callback(invoke_without_command=True)
 def _cars(
     context: typer.Context,
-    car_list: CarList = None,
-    keys: OptionalFile = None,
-    seconds: Seconds = 4.0,
-    as_json: JsonInPipes = False,
+    car_list: options.CarList = None,
+    keys: options.OptionalFile = None,
+    seconds: options.Seconds = 4.0,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     if context.invoked_subcommand is None:
         import asyncio
 
         from motorcade.cli.fleet import print_cars, show_cars
 
-        asyncio.run((print_cars if as_json else show_cars)(Search(car_list, keys, seconds)))
+        asyncio.run((print_cars if as_json else show_cars)(options.Search(car_list, keys, seconds)))
 
 
 @cars_app.command("blink")
-def _blink(names: Names, car_list: CarList = None, keys: OptionalFile = None, seconds: Seconds = 4.0) -> None:
+def _blink(
+    names: Annotated[list[str], typer.Argument(metavar="NAME…")],
+    car_list: options.CarList = None,
+    keys: options.OptionalFile = None,
+    seconds: options.Seconds = 4.0,
+) -> None:
     import asyncio
 
     from motorcade.cli.fleet import act
     from motorcade.words.request import BLINK
 
-    asyncio.run(act(Search(car_list, keys, seconds), names, BLINK))
+    asyncio.run(act(options.Search(car_list, keys, seconds), names, BLINK))
     print(translated("cars-blink", names=", ".join(names)))
 
 
@@ -230,9 +210,9 @@ def _blink(names: Names, car_list: CarList = None, keys: OptionalFile = None, se
 def _name(
     port: Annotated[str, typer.Argument(metavar="PORT")],
     name: Annotated[str, typer.Argument(metavar="NAME")],
-    car_list: CarList = None,
-    keys: OptionalFile = None,
-    seconds: Seconds = 4.0,
+    car_list: options.CarList = None,
+    keys: options.OptionalFile = None,
+    seconds: options.Seconds = 4.0,
 ) -> None:
     import asyncio
 
@@ -241,22 +221,22 @@ def _name(
     from motorcade.words.request import NAME
 
     check_name(name)
-    asyncio.run(act(Search(car_list, keys, seconds), [port], NAME, name))
+    asyncio.run(act(options.Search(car_list, keys, seconds), [port], NAME, name))
     print(translated("car-named", port=port, name=name))
 
 
 def _ordering(kind: str) -> Callable[..., None]:
     def order_all(
-        car_list: CarList = None,
-        keys: OptionalFile = None,
-        seconds: Seconds = 4.0,
-        as_json: JsonInPipes = False,
+        car_list: options.CarList = None,
+        keys: options.OptionalFile = None,
+        seconds: options.Seconds = 4.0,
+        as_json: options.JsonInPipes = False,
     ) -> None:
         import asyncio
 
         from motorcade.cli.fleet import order
 
-        asyncio.run(order(kind, Search(car_list, keys, seconds), as_json))
+        asyncio.run(order(kind, options.Search(car_list, keys, seconds), as_json))
 
     return order_all
 
@@ -269,7 +249,7 @@ def _wifi_settings(
     name: str, insecure_lan: bool, keys: Path | None, revoked: Path | None, dry_run: bool
 ) -> dict[str, Any]:
     """Return what an ESP32 needs for the Wi-Fi ``name``, with the car's keys; nothing secret for a dry run."""
-    exclude_each_other(keys=keys, insecure_lan=insecure_lan)
+    options.exclude_each_other(keys=keys, insecure_lan=insecure_lan)
     if not (keys or insecure_lan):
         raise MotorcadeError("wifi-without-keys")
     settings: dict[str, Any] = {}
@@ -299,31 +279,17 @@ def _only_port() -> str:
 
 
 def _chosen(ports: list[tuple[str, str]]) -> str:
-    def chosen(answer: str) -> int:
+    def chosen(answer: str) -> str:
         if not answer.isdecimal() or not 1 <= int(answer) <= len(ports):
             raise typer.BadParameter(f"1 … {len(ports)}")
-        return int(answer)
+        return ports[int(answer) - 1][0]
 
     for number, (device, title) in enumerate(ports, start=1):
         print(f"{number:3}  {device}  {title}", file=sys.stderr)
-    choice: int = typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True)
-    return ports[choice - 1][0]
+    return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
 def _print_retry(retry: "Retry") -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
         print(retry.sentence(current_language()), file=sys.stderr)
-
-
-def _print_plan(settings: dict[str, Any], as_json: bool) -> None:
-    from motorcade.firmware.install import car_files
-
-    files = car_files(settings)
-    if as_json:
-        listed = [{"path": path, "bytes": len(data)} for path, data in files.items()]
-        print_json({"files": listed, "settings": settings})
-        return
-    for path, data in files.items():
-        print(f"{len(data):7} {path}")
-    print(translated("nothing-copied", bytes=sum(map(len, files.values())), files=len(files)))

@@ -5,20 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.options import (
-    ExistingFile,
-    Json,
-    JsonInPipes,
-    OptionalOutput,
-    current_language,
-    print_diagnostics,
-    print_json,
-    print_lines,
-    profile_named,
-    translated,
-    whole_number,
-    write_file,
-)
+from motorcade.cli import options
+from motorcade.cli.output import current_language, print_diagnostics, print_json, print_lines, print_table, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -41,7 +29,7 @@ FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
 def _encode(
     word_format: FormatName,
     values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -55,12 +43,12 @@ def _encode(
             raise MotorcadeError("field-is-computed", field=name)
         if name in fields:
             raise MotorcadeError("field-given-twice", field=name)
-        fields[name] = whole_number(value, name)
+        fields[name] = options.whole_number(value, name)
     word = chosen.complete(chosen.encode(**fields))
     if as_json:
         print_json({"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"})
     else:
-        from motorcade.cli.console import coloured_bits, print_table
+        from motorcade.cli.console import coloured_bits
 
         print_table(coloured_bits(word, chosen, f"{word}  0x{word:08X}  "))
 
@@ -69,32 +57,40 @@ def _encode(
 def _decode(
     word_format: FormatName,
     words: Annotated[list[str], typer.Argument(metavar="WORD...")],
-    as_json: JsonInPipes = False,
+    as_json: options.JsonInPipes = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
     chosen = format_named(word_format)
     decoded = []
     for text in words:
-        number = whole_number(text, Phrase("a-word"))
+        number = options.whole_number(text, Phrase("a-word"))
         word = number + (1 << 32) if -(1 << 31) <= number < 0 else number
-        values = chosen.decode(word)
-        decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
+        decoded.append((word, chosen.decode(word), chosen.warnings(word)))
     if as_json:
-        for each in decoded:
-            each["warning_codes"] = [warning.key for warning in each["warnings"]]
-            each["warnings"] = [str(warning) for warning in each["warnings"]]
-        print_json(decoded)
+        print_json(
+            [
+                {
+                    "word": word,
+                    "fields": values._asdict(),
+                    "warnings": [str(warning) for warning in warnings],
+                    "warning_codes": [warning.key for warning in warnings],
+                }
+                for word, values, warnings in decoded
+            ]
+        )
         return
-    from motorcade.cli.console import fields_table, print_table
+    from motorcade.cli.console import fields_table
 
-    for each in decoded:
-        print_table(fields_table(each["word"], chosen, each["warnings"]))
+    for word, _, warnings in decoded:
+        print_table(fields_table(word, chosen, warnings))
 
 
 @app.command("compile")
-def _compile(project: ExistingFile, output: OptionalOutput = None, as_json: JsonInPipes = False) -> None:
-    from motorcade.cli.console import print_table, words_table
+def _compile(
+    project: options.ExistingFile, output: options.OptionalOutput = None, as_json: options.JsonInPipes = False
+) -> None:
+    from motorcade.cli.console import words_table
     from motorcade.program.compiler import Compiled
     from motorcade.program.diagnostics import ProgramError, has_errors
     from motorcade.program.files import compile_project, read_file
@@ -105,7 +101,7 @@ def _compile(project: ExistingFile, output: OptionalOutput = None, as_json: Json
         compiled, profile = Compiled((), 0, 0, 0, False, problem.diagnostics, ()), None
     failed = has_errors(compiled.diagnostics)
     if output and not failed:
-        write_file(output, compiled.image, project)
+        options.write_file(output, compiled.image, project)
     if as_json:
         names = ("leader_states", "follower_words", "dwell_ms", "tagged")
         found = {name: getattr(compiled, name) for name in names}
@@ -120,44 +116,45 @@ def _compile(project: ExistingFile, output: OptionalOutput = None, as_json: Json
 
 @app.command("decompile")
 def _decompile(
-    image: ExistingFile,
+    image: options.ExistingFile,
     profile: str = "classroom",
     python: Annotated[bool, typer.Option("--python")] = False,
-    as_json: Json = True,
+    as_json: options.Json = True,
 ) -> None:
     from motorcade.program.decompiler import decompile
     from motorcade.program.files import words_in
     from motorcade.program.python_writer import python_text
 
-    program = decompile(words_in(image), profile_named(profile))
+    program = decompile(words_in(image), options.profile_named(profile))
     print_lines([(python_text(program) if python else program.as_json()).removesuffix("\n")])
 
 
 @app.command("inspect")
-def _inspect(image: ExistingFile, profile: str = "classroom", as_json: Json = False) -> None:
+def _inspect(image: options.ExistingFile, profile: str = "classroom", as_json: options.Json = False) -> None:
     from motorcade.program.files import words_in
     from motorcade.words.formats import CONTROL, HEADER
     from motorcade.words.image import parse_image
 
     words = words_in(image)
-    leader_states = len(parse_image(words).leader)
+    parsed = parse_image(words)
     if not as_json:
-        from motorcade.cli.console import print_table, words_table
+        from motorcade.cli.console import words_table
 
-        print_table(words_table(words, profile_named(profile)))
+        print_table(words_table(words, options.profile_named(profile)))
         return
-    roles = ["header"] + ["leader"] * leader_states + ["follower"] * (len(words) - 1 - leader_states)
+    roles = ["header"] + ["leader"] * len(parsed.leader) + ["follower"] * len(parsed.followers)
+    formats = [HEADER] + [CONTROL] * (len(words) - 1)
     print_json(
         [
-            {"word": word, "role": role, "fields": (CONTROL if number else HEADER).decode(word)._asdict()}
-            for number, (word, role) in enumerate(zip(words, roles, strict=True))
+            {"word": word, "role": role, "fields": word_format.decode(word)._asdict()}
+            for word, role, word_format in zip(words, roles, formats, strict=True)
         ]
     )
 
 
 @app.command("formats")
-def _formats(as_json: JsonInPipes = False) -> None:
-    from motorcade.cli.console import fingerprint_text, format_table, print_table
+def _formats(as_json: options.JsonInPipes = False) -> None:
+    from motorcade.cli.console import fingerprint_text, format_table
     from motorcade.words.formats import FORMATS
 
     if as_json:
@@ -169,8 +166,9 @@ def _formats(as_json: JsonInPipes = False) -> None:
 
 def _format_as_dict(word_format: "WordFormat", fingerprint: str) -> dict[str, object]:
     names = ("name", "high", "low", "minimum", "maximum", "default", "unit", "allowed", "meaning", "source")
-    fields = [{name: getattr(field, name) for name in names} for field in word_format.fields]
-    fields = [{**values, "allowed": str(values["allowed"])} for values in fields]
+    fields = [
+        {name: getattr(field, name) for name in names} | {"allowed": str(field.allowed)} for field in word_format.fields
+    ]
     return {"name": word_format.name, "fingerprint": fingerprint, "fields": fields}
 
 
@@ -191,7 +189,7 @@ def exported(target: str) -> dict[str, bytes]:
 def _export(
     target: Annotated[str, typer.Argument(metavar="TARGET")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False)] = Path(),
-    as_json: Json = False,
+    as_json: options.Json = False,
 ) -> None:
     found = exported(target)
     try:
@@ -199,7 +197,7 @@ def _export(
     except OSError as problem:
         raise MotorcadeError("folder-not-writable", folder=output, reason=problem) from None
     for name, contents in found.items():
-        write_file(output / name, contents)
+        options.write_file(output / name, contents)
     written = [str(output / name) for name in found]
     if as_json:
         print_json({"files": written})

@@ -77,11 +77,6 @@ def page_text(path: Sequence[str], language: str) -> str:
     return found if isinstance(found, str) else ""
 
 
-def command_line_text(key: str, language: str, **details: Any) -> str:
-    """Return a text of the command line with its details."""
-    return text("command_line", key, details, language)
-
-
 def system_language() -> str:
     """Return the language that this computer is set to; English where there is no file of it."""
     # The variables count even where the locale that they name isn't installed.

@@ -8,7 +8,7 @@ import asyncio
 import re
 import ssl
 from collections.abc import Callable, Iterable
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
@@ -41,34 +41,16 @@ def address_of(page: str) -> str:
     return page.rpartition(_BEFORE_ADDRESS)[2].rpartition(":")[0]
 
 
-class PageControl(Protocol):
-    """One page's connection to one car."""
-
-    def steer(self, throttle: float, steering: float, **switches: int) -> None:
-        """Set the stick's position, both axes -1 to 1, and switches, 0 or 1 by name.
-
-        A car that can't be reached stands still. Raises MotorcadeError: others have all places at the car, or there is
-        no such switch.
-        """
-
-    async def act(self, action: Action) -> None:
-        """Request an action of the car; this may take a while. Raises MotorcadeError where the car refuses."""
-
-    def telemetry(self) -> dict[str, Any]:
-        """What is known of the car and this page: by name, also the fields of `remote_messages.CarTelemetry`."""
-
-    def leave(self) -> None:
-        """End the connection; the car stands still if this page drove it."""
-
-
-class Fleet(Protocol):
+class Fleet:
     """The cars that a page may drive. Every method may raise MotorcadeError."""
 
     async def listed(self) -> list[ListedCar]:
         """All cars, in the order of the page's list."""
+        raise NotImplementedError
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> "PageControl":
         """Connect a page of that name, such as ``192.168.1.7:53124``, to a car."""
+        raise NotImplementedError
 
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car."""
@@ -80,6 +62,7 @@ class Fleet(Protocol):
 
     async def camera(self, car: str) -> Camera | None:
         """A car's camera; None where it has none."""
+        return None
 
     def is_paused(self, car: str) -> bool:
         """Whether a car's world is paused; real time never is."""
@@ -91,7 +74,10 @@ class Fleet(Protocol):
 
     async def start(self) -> None:
         """Run the cars' world where it is paused."""
-        return
+
+    def of(self, car: str) -> "Fleet":
+        """The fleet that a car belongs to."""
+        return self
 
 
 class SingleCar(Fleet):
@@ -106,7 +92,7 @@ class SingleCar(Fleet):
     async def listed(self) -> list[ListedCar]:
         return [ListedCar(self._NAME, None, self._camera is not None)]
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> ControlSession:
         self._check(car)
         return ControlSession(self._car, page, address_of(page))
 
@@ -139,26 +125,14 @@ class CombinedFleet(Fleet):
         simulated = await self._simulated.listed() if self._simulated else []
         return simulated + await self._real.listed()
 
-    async def connect(self, car: str, page: str) -> PageControl:
-        return await self._of(car).connect(car, page)
-
-    async def stop(self, car: str, page: str) -> None:
-        await self._of(car).stop(car, page)
-
-    async def camera(self, car: str) -> Camera | None:
-        return await self._of(car).camera(car)
-
-    def is_paused(self, car: str) -> bool:
-        return self._of(car).is_paused(car)
-
     def may_drive(self, car: str) -> bool:
-        return self._of(car) is self._simulated or self._may_drive(car)
+        return self.of(car) is self._simulated or self._may_drive(car)
 
     async def start(self) -> None:
         if self._simulated:
             await self._simulated.start()
 
-    def _of(self, car: str) -> Fleet:
+    def of(self, car: str) -> Fleet:
         return self._simulated if self._simulated and car.isdecimal() else self._real
 
 
@@ -183,8 +157,10 @@ def is_name(text: str) -> bool:
     return bool(_NAME.fullmatch(text)) and not text.isdecimal()
 
 
-class RemoteControl(PageControl):
+class RemoteControl:
     """A page's connection to a real car, by a client of its own, so that the car distinguishes drivers and watchers.
+
+    A car that can't be reached stands still.
 
     Args:
         cars: begin and end its client. Raises DriveError where the car has too many.
@@ -209,11 +185,6 @@ class RemoteControl(PageControl):
         is_used = you.get("drives") or you.get("waits") or self._stop_pending
         return 0.0 if is_used else _now_s() - self._used_s
 
-    @property
-    def name_at_car(self) -> str:
-        """What the car calls this page's client; empty where it hasn't said."""
-        return str(self.client.you.get("name") or "") if self.client else ""
-
     def give_up_client(self) -> None:
         """End the client; the page gets a new one when it uses the car again."""
         if self.client:
@@ -221,7 +192,11 @@ class RemoteControl(PageControl):
         self.client = None
 
     def steer(self, throttle: float, steering: float, **switches: int) -> None:
-        """Set the stick's position; do nothing while an emergency stop is pending. Raises MotorcadeError."""
+        """Set the stick's position, both axes -1 to 1, and switches, 0 or 1 by name.
+
+        Do nothing while an emergency stop is pending. Raises MotorcadeError: others have all places at the car, or
+        there is no such switch.
+        """
         if not self._stop_pending:
             self._used().steer(throttle, steering, **switches)
 
@@ -258,9 +233,8 @@ class RemoteControl(PageControl):
                 await asyncio.sleep(_AGAIN_S)
 
     def telemetry(self) -> dict[str, Any]:
-        """The last telemetry, and what concerns this page."""
-        client = self.client
-        if client is None:
+        """The last telemetry, and what concerns this page: also the fields of `remote_messages.CarTelemetry`."""
+        if not (client := self.client):
             return {"why": sentences(MotorcadeError("place-given-up"))}
         telemetry = client.telemetry
         if telemetry is None:
@@ -279,6 +253,7 @@ class RemoteControl(PageControl):
         return shown
 
     def leave(self) -> None:
+        """End the connection; the car stands still if this page drove it."""
         self._stop_pending = False
         if self.client:
             self.client.steer(0, 0)
@@ -286,18 +261,20 @@ class RemoteControl(PageControl):
         self._cars.leave(self._car, self)
 
 
+# A page's connection to a car: of this process, or behind a network.
+PageControl = ControlSession | RemoteControl
+
+
 def _now_s() -> float:
     return asyncio.get_running_loop().time()
 
 
 def _why(client: DriveClient) -> dict[str, str] | None:
-    problem = client.problem
-    if problem is None:
-        return None
-    if problem.code == "away":
+    problem: MotorcadeError | None = client.problem
+    if problem and problem.code == "away":
         # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
-        return sentences(MotorcadeError("car-out-of-reach", detail=problem.details["detail"]))
-    return sentences(problem)
+        problem = MotorcadeError("car-out-of-reach", detail=problem.details["detail"])
+    return sentences(problem) if problem else None
 
 
 class RemoteCars(Fleet):
@@ -323,7 +300,7 @@ class RemoteCars(Fleet):
     async def listed(self) -> list[ListedCar]:
         return [ListedCar(car.name, None, car.camera is not None, car.name) for car in self._cars.values()]
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> RemoteControl:
         """Connect a page to a car, whether or not the car can be reached. Raises MotorcadeError.
 
         Where nine pages are connected, the one that has not used the car for longest gives up its client, if that is
@@ -338,8 +315,12 @@ class RemoteCars(Fleet):
         self._controls[car.name].remove(control)
 
     def page_names(self, car: RemoteCar) -> dict[str, str]:
-        """The names of this server's pages with a user, by their names at a car."""
-        return {each.name_at_car: each.page for each in self._controls[car.name] if _BEFORE_ADDRESS in each.page}
+        """The names of this server's pages with a user, by their names at a car; "" where it hasn't said."""
+        return {
+            each.client.you.get("name", ""): each.page
+            for each in self._controls[car.name]
+            if each.client and _BEFORE_ADDRESS in each.page
+        }
 
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car; where nine are, by one of their clients."""

@@ -12,10 +12,10 @@ from anyio import create_task_group
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
-from motorcade.server.request_filter import ServerSettings
+from motorcade.server.request_filter import RATE_WINDOW_S, ServerSettings
 from motorcade.service.messages import decode
 from motorcade.service.world_session import refused
-from motorcade.timing import to_ticks
+from motorcade.timing import RateLimit, to_ticks
 
 _T = TypeVar("_T")
 _MOST_WAITING = 64
@@ -96,7 +96,7 @@ class PageSocket:
         await self._socket.close()
 
     async def _receive(self, kind: Any, handle: Callable[[Any], Awaitable[None]]) -> None:
-        rate = self._settings.message_rate()
+        rate = RateLimit(RATE_WINDOW_S * self._settings.messages_a_second, 1000 * RATE_WINDOW_S)
         while True:
             try:
                 await handle(await next_message(self._socket, kind, self._settings.most_body))

