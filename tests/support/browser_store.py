@@ -62,9 +62,9 @@ class MockStore:
 class MockTab:
     """One tab: a BrowserStorage over the store. It has the methods of a Storage, each run as one request."""
 
-    def __init__(self, store: MockStore, limits: Limits = DEFAULT_LIMITS, clock_s: Callable[[], float] | None = None):
+    def __init__(self, store: MockStore, limits: Limits = DEFAULT_LIMITS) -> None:
         self.store = store
-        self.storage = BrowserStorage(limits, clock_s) if clock_s else BrowserStorage(limits)
+        self.storage = BrowserStorage(limits)
         self.runs = 0
 
     def run(self, request: Callable[[BrowserStorage], T]) -> T:
