@@ -88,7 +88,7 @@ def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():
         for sight in watched(open_worlds_here(mission, image, mission.seeds, True), mission):
             if sight.seed == mission.seeds[0]:
                 times.append(sight.moment.t_ms)
-                watch.see(sight.moment, sight.events)
+                watch.see(sight.moment, sight.begun)
         states.append([state[:2] for state in watch.states()])
     assert times == [*range(0, mission.duration_ms + 1, EVERY_MS)] * 2
     assert states[0] == states[1]

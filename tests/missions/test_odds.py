@@ -42,7 +42,7 @@ def seen(mission, image, seeds):
     watches = {seed: MissionWatch(mission, image) for seed in seeds}
     world = World(mission.mat, [image], mission.profile, seeds=seeds, events=True, threads=1)
     for sight in watched(world, mission):
-        watches[sight.seed].see(sight.moment, sight.events)
+        watches[sight.seed].see(sight.moment, sight.begun)
     kinds = [goal.kind for goal in mission.goals]
     return [
         (seed, [kind == WORKS or each.progress == "met" for kind, each in zip(kinds, watch.states(), strict=True)])

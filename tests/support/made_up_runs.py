@@ -3,7 +3,7 @@
 from array import array
 
 from motorcade.engine.events import START
-from motorcade.engine.moment import COLUMNS, Moment
+from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.locales import languages
 from motorcade.missions.document import mission_of
 from motorcade.missions.watch import EVERY_MS, MissionWatch
@@ -77,7 +77,7 @@ ZONE = {"kind": "in-zone", "who": [FIRST], "zone": "home"}
 def begins(t_ms, car, tag=0):
     """A follower begins the word of BARE or TAGGED."""
     word = compile_program(TAGGED if tag else BARE).words[-1]
-    return (t_ms, car, START, 0, word, tag)
+    return Event(t_ms, car, START, 0, word, tag)
 
 
 ALL_HEARD = [begins(slot * 1000 + 50 * car, car) for slot in range(3) for car in (FIRST, SECOND)]

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from motorcade.car.brain import STILL
 from motorcade.config.profile import Profile
-from motorcade.engine.events import START
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.mats.geometry import surfaces
@@ -78,11 +77,11 @@ class SlotWatch(GoalWatch):
         self._begun: dict[int, dict[int, int]] = {}
         self._judged = 0
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         cars = set(self._cars)
-        for event in events:
-            if event.kind == START and event.car in cars:
+        for event in begun:
+            if event.car in cars:
                 slot = self._slots.of(event)
                 if slot >= self._judged:
                     self._begun.setdefault(slot, {}).setdefault(event.car, event.t_ms)
@@ -141,18 +140,16 @@ class HeardWatch(SlotWatch):
         done = sum(self._heard.values())
         if self._lost_ms is not None:
             car = min(self._cars, key=lambda car: (self._heard[car], car))
-            return GoalState("lost", self._end_ms(self._missed[car]), self._why(car), (car,))
+            why = Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
+            if self._heard[car]:
+                why = Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
+            return GoalState("lost", self._end_ms(self._missed[car]), why, (car,))
         progress: Progress = "met" if done >= self._needed else "holds" if self._judged else "open"
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
         return GoalState(progress, self._now_ms if progress == "met" else None, why)
 
     def nearness(self) -> float:
         return sum(self._heard.values()) / self._needed if self._needed else 0.0
-
-    def _why(self, car: int) -> Phrase:
-        if not self._heard[car]:
-            return Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
-        return Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
 
 
 class InStepWatch(SlotWatch):
@@ -223,7 +220,7 @@ class NoTouchWatch(GoalWatch):
         self._touching_ms = 0
         self._who: tuple[int, ...] = ()
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         self._touching_ms = moment.counts.get("touching_ms", 0)
         if self._touching_ms and self._lost_ms is None:
@@ -279,7 +276,7 @@ class VoiceWatch(GoalWatch):
         self._failed: dict[int, tuple[str, int]] = {}
         self._stops = 0
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         before = self._before or moment
         while self._next < len(self._voices) and self._voices[self._next][0] < moment.t_ms:
