@@ -1,4 +1,4 @@
-"""The service can be imported in a browser, which has few modules; `tests/site/test_python_zip.py` imports all it needs."""
+"""The service can be imported in a browser, which has few modules; `tests/site/test_python_zip.py` imports it so."""
 
 import ast
 from pathlib import Path
@@ -7,12 +7,14 @@ import pytest
 
 import motorcade.service
 
-# Threads, event loops, clocks, files and ports are the shell's; of the others a browser's Python has none, or not at once.
+FILES = sorted(Path(motorcade.service.__file__).parent.glob("*.py"))
+# Threads, event loops, clocks, files and ports are the shell's.
 NOT_HERE = {"asyncio", "multiprocessing", "os", "pathlib", "select", "socket", "tempfile", "threading", "time"}
+# Of these a browser's Python has none, or not at once.
 NOT_HERE |= {"anyio", "matplotlib", "numba", "numpy", "serial", "starlette", "uvicorn", "websockets"}
 
 
-@pytest.mark.parametrize("file", sorted(Path(motorcade.service.__file__).parent.glob("*.py")), ids=lambda each: each.stem)
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_a_module_uses_no_thread_clock_file_port_or_web_framework(file: Path) -> None:
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
