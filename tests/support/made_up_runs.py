@@ -58,11 +58,12 @@ def run_seen(goals, moments, events=(), seconds=1.0, program=BARE, walled=False)
     return watch
 
 
-def outcome(goal, moments, *more, **options):
-    state = watched([goal], moments, *more, **options)[0]
+def outcome(goals, moments, *more, **options):
+    """How it stands with the last goal at the end of a run: what came of it, when, and the cars that show why."""
+    state = watched(goals if isinstance(goals, list) else [goals], moments, *more, **options)[-1]
     for language in languages():
         assert "{" not in state.why.sentence(language)
-    return state.progress, state.t_ms
+    return state.progress, state.t_ms, *sorted(state.cars)
 
 
 def at(x):
