@@ -6,6 +6,7 @@ import pytest
 
 from motorcade.locales import languages
 from motorcade.missions.check import grade_of
+from motorcade.missions.schema import GOALS, TIMES
 from motorcade.missions.watch import EVERY_MS, MissionWatch, goal_phrase
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
@@ -282,38 +283,21 @@ def test_a_leader_that_sends_nothing_has_lost_only_once_it_drives(goal):
 
 
 def test_every_goal_is_described_in_every_language():
-    cars = {"who": "followers", "share": 0.5}
-    goals = [
-        *({**cars, "kind": kind, "zone": "home", "at": when} for kind in ("in-zone", "out-of-zone") for when in TIMES),
-        *({**cars, "kind": "lit", "led": led, "at": when} for led in (1, "off") for when in TIMES),
-        *({**cars, "kind": "heading", "degrees": 5, "at": when} for when in TIMES),
-        *({"who": [0], "kind": "together", "metres": 5, "at": when} for when in TIMES),
-        *(
-            {**cars, "kind": "travelled", **bounds}
-            for bounds in ({"least_m": 1}, {"most_m": 2}, {"least_m": 1, "most_m": 2})
-        ),
-        {**cars, "kind": "in-step", "within_ms": 100},
-        {**cars, "kind": "heard"},
-        {**cars, "kind": "stopped-by-voice"},
-        *(
-            {**cars, "kind": "lit", "led": 1, **window}
-            for window in ({"from_s": 1}, {"until_s": 1}, {"from_s": 1, "until_s": 2})
-        ),
-        {"kind": "no-touch"},
-        {"kind": "words-at-most", "count": 1},
-        {"kind": "states-at-most", "count": 1},
-        {"kind": "seconds-at-most", "seconds": 1},
-        {"kind": "all-by", "goal": 1, "seconds": 1},
-    ]
+    values = {"zone": "home", "led": 1, "degrees": 5, "metres": 5, "within_ms": 100, "count": 1, "seconds": 1}
+    values |= {"who": "followers", "share": 0.5, "goal": 1, "least": 1, "most_m": 2}
+    goals = []
+    for kind, known in GOALS.items():
+        goal = {"kind": kind, "star": 2, **{name: value for name, value in values.items() if name in known.fields}}
+        goals += [{**goal, "at": when} for when in TIMES] if "at" in known.fields else [goal]
+    goals += [{**LIT, "led": "off", "at": when} for when in TIMES]
+    goals += [WAY | bounds for bounds in ({"least_m": 1}, {"least_m": 1, "most_m": 2})]
+    goals += [{**LIT, "led": 1, **window} for window in ({"from_s": 1}, {"until_s": 1}, {"from_s": 1, "until_s": 2})]
     for first in range(0, len(goals), 20):
         wanted = mission(ZONE, *goals[first : first + 20])
         for language in languages():
             told = [goal_phrase(goal, wanted).sentence(language) for goal in wanted.goals[1:]]
             assert len(set(told)) == len(told)
             assert "{" not in "".join(told)
-
-
-TIMES = ("end", "some-moment", "always")
 
 
 NEARER = at(1.5)

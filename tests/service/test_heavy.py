@@ -10,18 +10,17 @@ import pytest
 
 import motorcade.missions
 from motorcade import Program, compile_program, decompile, forward, led
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.config.files import line_of
 from motorcade.config.profile import parse_profile
 from motorcade.errors import MotorcadeError
 from motorcade.mats import parse_mat
 from motorcade.program.model import align
-from motorcade.server.studio.driving import build_world
 from motorcade.service.messages import MissionChoice
 from motorcade.service.requests import Context, respond
 from motorcade.service.world_messages import SetWorld, Step
 from motorcade.service.world_session import WorldSession
 from motorcade.words.image import bytes_to_words
+from support.session_page import server_world
 
 # Of CPU time.
 MOST_S = 1.0
@@ -80,24 +79,20 @@ HEAVIEST = {
 }
 
 
-def build(message):
-    return build_world(message, DrivenCars(), 2000)
-
-
 @pytest.mark.parametrize("kind", REFUSED)
 def test_a_heavy_world_is_refused_in_time(kind):
     code, message = REFUSED[kind]
     began_s = process_time()
     with pytest.raises(MotorcadeError) as refused:
-        build(message)
+        server_world(message)
     assert process_time() - began_s < MOST_S
     assert refused.value.code == code
 
 
 @pytest.mark.parametrize("kind", HEAVIEST)
 def test_the_largest_step_of_a_world_with_goals_takes_less_than_a_second(kind):
-    session = WorldSession("0" * 32, build)
-    session.begin(build(chosen(HEAVIEST[kind])))
+    session = WorldSession("0" * 32, server_world)
+    session.receive(chosen(HEAVIEST[kind]))
     began_s = process_time()
     session.receive(Step(100))
     assert process_time() - began_s < MOST_S

@@ -6,19 +6,17 @@ from copy import deepcopy
 import pytest
 
 from motorcade import compile_program
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission, missions
 from motorcade.program.blocks import blocks_of
-from motorcade.server.studio.driving import build_world
 from motorcade.server.studio.library import FolderStorage
 from motorcade.service.messages import Capabilities, MissionChoice
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetEnvironment, SetWorld, State
-from support.session_page import SessionPage
+from support.session_page import SessionPage, server_world
 
 NAME = "forward-and-stop"
 
@@ -179,15 +177,11 @@ def test_a_damaged_file_of_stars_counts_as_far_as_it_is_valid(storage, tmp_path,
     assert storage.stars("somebody else") == {}
 
 
-def make_world(message):
-    return build_world(message, DrivenCars(), 200)
-
-
 def page_of(mission, program):
     """A page that plays a mission."""
     image = compile_program(program, mission.profile).image
     order = SetWorld(mission.mat_document, image, seed=mission.seeds[0], mission=MissionChoice(mission.id))
-    return SessionPage(make_world, order)
+    return SessionPage(server_world, order)
 
 
 def progress(page):
@@ -260,7 +254,7 @@ NOISY = {**OWN_MAT, "physics": {"bit_error_rate": 0.1}}
 )
 def test_a_world_that_differs_from_the_missions_is_refused(change, what):
     image = compile_program(built_in_mission(NAME).solution).image
-    page = SessionPage(make_world)
+    page = SessionPage(server_world)
     with pytest.raises(MotorcadeError, match=f"the mission fixes {what}"):
         page.send(SetWorld(**{"mat": OWN_MAT, "image": image, "mission": MissionChoice(NAME), **change}))
 

@@ -6,20 +6,17 @@ import pytest
 from msgspec import structs
 
 from motorcade import Followers, Program, compile_program, forward, led, left, right, wait
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser import kernels
+from motorcade.browser.kernels import open_worlds
 from motorcade.errors import MotorcadeError
-from motorcade.missions.check import open_worlds_here
 from motorcade.missions.document import built_in_mission
-from motorcade.server.studio.driving import build_world
 from motorcade.service.difference import Compare, Compared, Difference, Show
 from motorcade.service.messages import MissionChoice
 from motorcade.service.trials import Explain, Failure, Luck, TrialSession, Try
 from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.pictures import Picture
+from support.session_page import MOST_CARS, server_world, site_world
 
-MOST_CARS = 200
 # Of a mat that does not say it.
 TICK_MS = 1
 ROW = {
@@ -42,14 +39,8 @@ def program(*steps, rest_s=1):
 
 DANCE = program(led(1, 1), forward(1), right(1), wait(2))
 SESSIONS = {
-    "server": lambda: TrialSession(
-        lambda message: build_world(message, DrivenCars(), MOST_CARS), MOST_CARS, open_worlds_here
-    ),
-    "site": lambda: TrialSession(
-        lambda message: kernels.make_world(message, MockInstance, MOST_CARS),
-        MOST_CARS,
-        kernels.open_worlds(MockInstance),
-    ),
+    "server": lambda: TrialSession(server_world, MOST_CARS),
+    "site": lambda: TrialSession(site_world, MOST_CARS, open_worlds(MockInstance)),
 }
 
 

@@ -79,6 +79,9 @@ class WorldSession:
         # The numbers of the newest picture, and of the newest one that the page has drawn.
         self._numbered = self._drawn = 0
         self._told_goals: Goals | None = None
+        self._advanced_s: float | None = None
+        self._shown_ms: int | None = None
+        self._history = History(past_bytes)
 
     @property
     def has_world(self) -> bool:
@@ -114,9 +117,11 @@ class WorldSession:
 
     def _new_goals(self) -> list[WorldAnswer]:
         """How it stands with the mission's goals at the shown time, where that has changed."""
-        before = self._told_goals
-        self._told_goals = self.world.referee and self.world.referee.goals(self._shown_ms)
-        return [self._told_goals] if self._told_goals and self._told_goals != before else []
+        goals = self.world.referee.goals(self._shown_ms) if self.world.referee else None
+        if goals is None or goals == self._told_goals:
+            return []
+        self._told_goals = goals
+        return [goals]
 
     def receive(self, message: WorldMessage) -> list[WorldAnswer]:
         """Do what the page requests. Raises MotorcadeError, and changes nothing, where that isn't possible.
@@ -226,14 +231,14 @@ class WorldSession:
     def _begin_run(self, conditions: Sequence[StopCondition]) -> None:
         self.playing = False
         # The real time of the last `simulate`, and the simulated time that was due then but is not simulated yet.
-        self._advanced_s: float | None = None
+        self._advanced_s = None
         self._behind_ms = 0.0
         # What the last `simulate` simulated, and what the next one may simulate at most (0: no limit).
         self._ran_ms = self._most_ms = 0
         # Real and simulated time of about the last _RATED_S: older time counts less and less.
         self._real_s = self._simulated_s = 0.0
         # The time of the stored moment that is shown; None for the present.
-        self._shown_ms: int | None = None
+        self._shown_ms = None
         self._history = History(self._past_bytes)
         # How many rows of events came since the last stored moment; the referee has not seen them.
         self._unseen = 0
