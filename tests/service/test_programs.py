@@ -9,21 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import Followers, Program, forward, led, repeat, together, wait
+from motorcade import Followers, forward, led, repeat, together, wait
 from motorcade.locales import languages
-from motorcade.program.blocks import FOLLOWERS_HAT, blocks_of
+from motorcade.program.blocks import FOLLOWERS_HAT
 from motorcade.service.requests import Context, respond
+from support.studio_programs import blocks
 
 
 def ask(name, message):
     """The answer to a request that needs nothing of the shell."""
     return json.loads(respond(name, json.dumps(message).encode(), Context(None, None, list)))
-
-
-def blocks(leader, followers=None):
-    """The page's message for a program."""
-    leader, followers = blocks_of(Program(leader, followers))
-    return {"leader": leader, "followers": followers, "profile": "classroom"}
 
 
 def bad_block(answer):
@@ -96,9 +91,8 @@ def followers_programs(draw):
 @settings(max_examples=max(settings().max_examples // 2, 1))
 @given(st.floats(0.001, 2000), st.integers(1, 8), st.sampled_from([1, 3, 260]), followers_programs())
 def test_a_fix_mends(seconds, steps, times, followers):
-    program = Program([*[wait(1)] * steps, repeat(times, wait(1)), forward(seconds, id="f")], followers)
-    leader, state = blocks_of(program)
-    sent = with_ids({"leader": leader, "followers": state, "profile": "classroom"})
+    leader = [*[wait(1)] * steps, repeat(times, wait(1)), forward(seconds, id="f")]
+    sent = with_ids(blocks(leader, followers))
     found = ask("compile", sent)["diagnostics"]
     for each in found:
         for fix in each.get("fixes", []):
