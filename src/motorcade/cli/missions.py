@@ -183,18 +183,18 @@ def _result(mission: "Mission", program: str) -> "Result":
 def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json: bool) -> bool:
     """Check all files of a folder, write the report, and print it; return whether each has a star."""
     from motorcade.cli.console import make_table, print_table, progress_bar
-    from motorcade.missions.report import check_files, files_of, report_in, to_csv, to_html
+    from motorcade.missions.report import REPORTS, checked_file, files_of, to_csv, to_html
 
     language = current_language()
-    base = output or report_in(folder, mission)
+    base = output or folder / f"{mission.id}{REPORTS[0]}"
     written = {ending: base.with_suffix(ending) for ending in (".csv", ".html")}
     files = [path for path in files_of(folder) if path not in written.values()]
     if not files:
         raise MotorcadeError("folder-without-files", folder=folder)
     checked = []
     with progress_bar("checked", len(files)) as advance:
-        for each in check_files(mission, folder, files):
-            checked.append(each)
+        for each in files:
+            checked.append(checked_file(mission, folder, each))
             advance(len(checked))
     for ending, make in ((".csv", to_csv), (".html", to_html)):
         write_file(written[ending], make(checked, mission, language).encode())

@@ -158,10 +158,8 @@ class InStepWatch(SlotWatch):
     def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
         super().__init__(goal, mission, slots)
         self._within_ms = goal.values["within_ms"]
-        self._worst_ms = 0
-        self._why_lost = Phrase("goal-no-words")
-        self._late: tuple[int, ...] = ()
-        self._done = 0
+        self._worst_ms = self._done = 0
+        self._lost: GoalState | None = None
 
     def judge(self, slot: int, begun: dict[int, int]) -> None:
         times = sorted(begun.values())
@@ -169,7 +167,7 @@ class InStepWatch(SlotWatch):
         if len(times) < need:
             silent = min(car for car in self._cars if car not in begun)
             why = Phrase("goal-step-unheard", car=car_phrase(silent), seconds=slot * self._slots.dwell_ms / 1000)
-            self._lose(self._end_ms(slot), why, silent)
+            self._lost = self._lost or GoalState("lost", self._end_ms(slot), why, (silent,))
             return
         spread_ms = min((times[at + need - 1] - times[at] for at in range(len(times) - need + 1)), default=0)
         self._worst_ms = max(self._worst_ms, spread_ms)
@@ -177,20 +175,16 @@ class InStepWatch(SlotWatch):
             last = max(begun, key=lambda car: (begun[car], -car))
             late_ms = begun[last] - times[0]
             why = Phrase("goal-step-late", car=car_phrase(last), late_ms=late_ms, most_ms=self._within_ms)
-            self._lose(begun[last], why, last)
+            self._lost = self._lost or GoalState("lost", begun[last], why, (last,))
         else:
             self._done += 1
 
     def nearness(self) -> float:
         return self._done / self._slots.count if self._slots.count else 0.0
 
-    def _lose(self, t_ms: int, why: Phrase, car: int) -> None:
-        if self._lost_ms is None:
-            self._lost_ms, self._why_lost, self._late = t_ms, why, (car,)
-
     def judged_state(self, is_over: bool) -> GoalState:
-        if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, self._why_lost, self._late)
+        if self._lost:
+            return self._lost
         progress: Progress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
         return GoalState(progress, self._now_ms if is_over else None, why)
