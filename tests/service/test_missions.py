@@ -97,8 +97,8 @@ def test_ones_own_missions_are_kept(ask):
     ("name", "message", "code"),
     [
         ("mission", {"id": "none"}, "no-mission"),
-        ("missions/read", {"name": "none"}, "no-own-mission"),
-        ("missions/delete", {"name": "none"}, "no-own-mission"),
+        ("missions/read", {"name": "none"}, "no-project"),
+        ("missions/delete", {"name": "none"}, "no-project"),
         ("missions/write", {"name": "a/b", "document": built_in_mission(NAME).document}, "bad-project-name"),
         ("missions/write", {"name": "a", "document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
         ("mission", {"document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
