@@ -193,8 +193,8 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
         raise MotorcadeError("folder-without-files", folder=folder)
     checked = []
     with progress_bar("checked", len(files)) as advance:
-        for each in files:
-            checked.append(checked_file(mission, folder, each))
+        for path in files:
+            checked.append(checked_file(mission, folder, path))
             advance(len(checked))
     for ending, make in ((".csv", to_csv), (".html", to_html)):
         write_file(written[ending], make(checked, mission, language).encode())
