@@ -111,6 +111,7 @@ def program_of(line):
 
 def judged(mission, lines):
     """Which of the programs earn the first star; by the first seed alone unless there is time for all."""
+    mission = replace(mission, goals=tuple(goal for goal in mission.goals if goal.star == 1))
     if not SOAK:
         mission = replace(mission, document={**mission.document, "seeds": mission.document["seeds"][:1]})
     return [line for line in lines if 1 in check_program(mission, program_of(line)).stars]
