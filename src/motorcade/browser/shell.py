@@ -9,6 +9,7 @@ import os
 import time
 import traceback
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -105,10 +106,7 @@ Stream = UploadStream | _SessionStream
 
 def start(open_instance: OpenInstance) -> "Shell":
     """Return the shell of this worker, in which each world has an instance of engine.wasm of its own."""
-
-    def make(message: SetWorld) -> StudioWorld:
-        return make_world(message, open_instance, CAPABILITIES.most_cars)
-
+    make = partial(make_world, open_instance=open_instance, most_cars=CAPABILITIES.most_cars)
     return Shell(BrowserStorage(), make, time.perf_counter, open_worlds(open_instance))
 
 

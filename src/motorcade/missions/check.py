@@ -164,9 +164,8 @@ def grade_of(mission: Mission, grades: Iterable[float]) -> float:
     return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())
 
 
-def stars_of(results: Iterable[GoalResult]) -> frozenset[int]:
+def stars_of(results: Sequence[GoalResult]) -> frozenset[int]:
     """The stars whose goals are all met; none without the first."""
-    results = list(results)
     earned = {goal.star for goal in results} - {goal.star for goal in results if not goal.met}
     return frozenset(earned if 1 in earned else ())
 
