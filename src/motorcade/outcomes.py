@@ -40,7 +40,7 @@ HTTP_STATUSES: Rows = (
     (403, ("foreign-host", "foreign-origin", "wrong-token", "wrong-class-code", "wrong-number", "wrong-password")),
     (403, ("wrong-first-key", "class-closed", "cable-of-another", "held-by-another", "not-your-turn")),
     (403, ("window-of-another", "window-is-free")),
-    (404, ("no-mission", "no-such-pupil", "car-not-listed", "no-camera-here", "no-example", "no-own-mission")),
+    (404, ("no-mission", "no-such-pupil", "car-not-listed", "no-camera-here", "no-example")),
     (404, ("no-project", "no-version", "no-world", "not-found", "no-such-profile")),
     (409, ("no-such-host", "no-car-there", "speaks-no-tls", "hung-up", "away", "takes-no-requests", "not-trusted")),
     (409, ("refuses", "keys-refused", "another-drives", "is-stopped", "full", "enough-of-you", "no-program")),

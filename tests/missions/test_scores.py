@@ -70,7 +70,7 @@ def test_stopped_counts_off_standing_before_a_car_finds_the_zone_and_driving_aft
     assert score(goal, [stand, found, *[((0.6, 1.1 + 0.01 * k, 2.5), LEVEL) for k in range(9)]]) == most - 3 - 8
 
 
-@pytest.mark.parametrize("name", ["come-together", "home-on-the-dark", "pass-it-on", "stop"])
+@pytest.mark.parametrize("name", ["left-or-right", "pass-it-on", "come-together", "stop"])
 def test_runs_graded_side_by_side_have_the_grades_of_the_check(name):
     """Positions alone, all columns, events of words, and a score."""
     wanted = built_in_mission(name)

@@ -3,27 +3,10 @@
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser import kernels
-from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
-from motorcade.server.studio.driving import build_world
 from motorcade.service.breakpoints import LOOK_MS
-from motorcade.service.messages import decode
-from motorcade.service.world_messages import (
-    Play,
-    Reset,
-    Seek,
-    SetWorld,
-    State,
-    Step,
-    StopCondition,
-    Stopped,
-    StopWhen,
-    WorldMessage,
-)
-from support.linear_instance import MockInstance
-from support.session_page import SessionPage
+from motorcade.service.world_messages import Play, Reset, Seek, SetWorld, State, Step, StopCondition, Stopped, StopWhen
+from support.session_page import SessionPage, server_world, site_world
 
 # The leader drives into a wall, past a follower that hears it.
 STEPS = [forward(3, speed=3), wait(1)]
@@ -35,17 +18,13 @@ MAT = {
     "wall": [{"from_m": [0.6, -1], "to_m": [0.6, 0.2]}, {"from_m": [5, 5], "to_m": [6, 5]}],
     "physics": {"bit_error_rate": 0.01},
 }
-WORLDS = {
-    "server": lambda message: build_world(message, DrivenCars(), 100),
-    "site": lambda message: kernels.make_world(message, MockInstance, 100),
-}
 
 
 class Page(SessionPage):
     """Plays a world as time passes."""
 
-    def __init__(self, shell):
-        super().__init__(WORLDS[shell], SetWorld(MAT, image=IMAGE))
+    def __init__(self, make_world):
+        super().__init__(make_world, SetWorld(MAT, image=IMAGE))
 
     def stop_when(self, **condition):
         self.send(StopWhen([StopCondition(**condition)]))
@@ -63,12 +42,12 @@ class Page(SessionPage):
 
 @pytest.fixture
 def page():
-    return Page("server")
+    return Page(server_world)
 
 
-@pytest.mark.parametrize("shell", WORLDS)
-def test_a_car_that_touches_a_wall_stops_the_world_at_once_and_once_only(shell):
-    page = Page(shell)
+@pytest.mark.parametrize("make_world", [server_world, site_world])
+def test_a_car_that_touches_a_wall_stops_the_world_at_once_and_once_only(make_world):
+    page = Page(make_world)
     page.stop_when(kind="touch", thing="wall", number=0)
     stopped = page.play()
     assert (stopped.car, stopped.others, stopped.condition) == (0, [], 0)
@@ -154,17 +133,3 @@ def test_a_run_begins_again_at_any_time_with_all_that_was_before(page):
     assert (state.t_ms, state.earliest_ms, state.playing) == (2000, 0, False)
     assert page.session.world.pictures.moment(is_stored=False)[: 3 * 4 * 3] == wanted[: 3 * 4 * 3]
     assert page.session.receive(Seek(150))[0].shown_ms == 100
-
-
-@pytest.mark.parametrize(
-    "message",
-    [
-        b'{"do": "stop-when", "conditions": [{"kind": "bored"}]}',
-        b'{"do": "stop-when", "conditions": [{"kind": "zone", "corners_m": [[1]]}]}',
-        b'{"do": "stop-when", "conditions": [{"kind": "zone", "disc": [1, 2, 3, 4]}]}',
-        b'{"do": "reset", "until_ms": -1}',
-    ],
-)
-def test_what_means_nothing_is_refused(message):
-    with pytest.raises(MotorcadeError, match="message"):
-        decode(message, WorldMessage)

@@ -1,14 +1,14 @@
 """The shell of the studio in a page's worker, with the engine of this computer and the test's clock."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser.shell import CAPABILITIES, Shell
+from motorcade.browser.shell import Shell
 from motorcade.browser.storage import BrowserStorage
-from motorcade.server.studio.driving import build_world
 from support.pictures import Picture
+from support.session_page import server_world
 from support.world_page import MAT, SET
 
 KEY = "ab" * 16
@@ -32,10 +32,7 @@ def clock():
 
 @pytest.fixture
 def shell(clock):
-    def make_world(message):
-        return build_world(message, DrivenCars(), CAPABILITIES.most_cars)
-
-    return Shell(BrowserStorage(), make_world, clock)
+    return Shell(BrowserStorage(), server_world, clock)
 
 
 def ask(shell, name, message=None):
@@ -45,14 +42,6 @@ def ask(shell, name, message=None):
 def said(sent):
     """Texts as objects, and bytes as pictures."""
     return [json.loads(each) if isinstance(each, str) else Picture(each) for each in sent]
-
-
-def test_requests_are_answered(shell):
-    assert ask(shell, "capabilities")["answer"]["most_cars"] > 0
-    assert "square" in [each["id"] for each in ask(shell, "examples")["answer"]]
-    project = ask(shell, "example", {"name": "square"})["answer"]
-    blocks = {name: project[name] for name in ("leader", "followers", "profile")}
-    assert ask(shell, "compile", blocks)["answer"]["image"]
 
 
 def test_a_wrong_request_is_refused_with_a_sentence_in_each_language(shell):
@@ -137,6 +126,7 @@ def transfer(shell, clock, number, order):
 
 
 def test_the_virtual_car_keeps_what_was_uploaded(shell, clock):
+    assert ask(shell, "capabilities")["answer"]["most_cars"] > 0
     assert [port["port"] for port in ask(shell, "ports")["answer"]] == ["virtual"]
     blocks = {name: ask(shell, "example", {"name": "square"})["answer"][name] for name in ("leader", "followers")}
     image = ask(shell, "compile", blocks)["answer"]["image"]
@@ -153,18 +143,10 @@ def test_the_virtual_car_keeps_what_was_uploaded(shell, clock):
     assert refused["outcome"] == "failed"
 
 
-class JavaScriptArray:
-    """Bytes as Pyodide passes them to Python."""
-
-    def __init__(self, data):
-        self._data = data
-
-    def to_bytes(self):
-        return self._data
-
-
 def test_bytes_of_the_pages_port_reach_the_transfer(shell, clock):
     number, image, messages = 1, bytes.fromhex("0100000065800000"), []
+    # As Pyodide passes bytes to Python.
+    array = SimpleNamespace(to_bytes=lambda: image)
     shell.open(number, "serial", "")
     sent = shell.receive(number, json.dumps({"readback": True}))
     while (wait_s := shell.wait_s(number)) >= 0:
@@ -172,6 +154,6 @@ def test_bytes_of_the_pages_port_reach_the_transfer(shell, clock):
         for each in sent:
             messages += [] if isinstance(each, bytes) else [json.loads(each)]
         asked = any(isinstance(each, bytes) for each in sent)
-        sent = shell.receive(number, JavaScriptArray(image)) if asked else shell.advance(number)
+        sent = shell.receive(number, array) if asked else shell.advance(number)
     messages += [json.loads(each) for each in sent if isinstance(each, str)]
     assert [message["outcome"] for message in messages] == ["image"]

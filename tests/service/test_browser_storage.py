@@ -4,12 +4,11 @@ import json
 
 import pytest
 
-from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.program.steps import forward
 from motorcade.service.library import Limits, export_all
-from support.browser_store import MockStore, MockTab
+from support.browser_store import MockStore, MockTab, refusal, save
 
 IMAGE = compile_program(Program([forward(1)])).image
 
@@ -22,16 +21,6 @@ def store():
 @pytest.fixture
 def tab(store):
     return MockTab(store)
-
-
-def save(tab, name, text, **options):
-    return tab.write_version("", name, text.encode(), **options)
-
-
-def refusal(call, *arguments, **options):
-    with pytest.raises(MotorcadeError) as refused:
-        call(*arguments, **options)
-    return refused.value.code
 
 
 def test_what_one_tab_saves_is_there_for_the_next(store, tab):

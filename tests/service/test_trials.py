@@ -3,22 +3,20 @@
 import dataclasses
 
 import pytest
+from msgspec import structs
 
 from motorcade import Followers, Program, compile_program, forward, led, left, right, wait
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser import kernels
+from motorcade.browser.kernels import open_worlds
 from motorcade.errors import MotorcadeError
-from motorcade.missions.check import open_worlds_here
 from motorcade.missions.document import built_in_mission
-from motorcade.server.studio.driving import build_world
 from motorcade.service.difference import Compare, Compared, Difference, Show
 from motorcade.service.messages import MissionChoice
 from motorcade.service.trials import Explain, Failure, Luck, TrialSession, Try
 from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.pictures import Picture
+from support.session_page import MOST_CARS, server_world, site_world
 
-MOST_CARS = 200
 # Of a mat that does not say it.
 TICK_MS = 1
 ROW = {
@@ -40,17 +38,9 @@ def program(*steps, rest_s=1):
 
 
 DANCE = program(led(1, 1), forward(1), right(1), wait(2))
-
-
 SESSIONS = {
-    "server": lambda: TrialSession(
-        lambda message: build_world(message, DrivenCars(), MOST_CARS), MOST_CARS, open_worlds_here
-    ),
-    "site": lambda: TrialSession(
-        lambda message: kernels.make_world(message, MockInstance, MOST_CARS),
-        MOST_CARS,
-        kernels.open_worlds(MockInstance),
-    ),
+    "server": lambda: TrialSession(server_world, MOST_CARS),
+    "site": lambda: TrialSession(site_world, MOST_CARS, open_worlds(MockInstance)),
 }
 
 
@@ -137,7 +127,7 @@ def test_what_cannot_be_tried_is_told(session, message, code):
 def test_two_seeds_part_where_a_car_misses_a_word_and_why_is_told(shell):
     session = SESSIONS[shell]()
     run = SetWorld(CROWD, image=DANCE)
-    told = difference(session, run, dataclass_with(run, seed=1))
+    told = difference(session, run, structs.replace(run, seed=1))
     assert (told.kind, told.missed) == ("word", told.words.index(None))
     assert "sent at the same time" in told.cause["en"]
     assert told.exact_ms <= told.t_ms
@@ -154,10 +144,6 @@ def test_two_seeds_part_where_a_car_misses_a_word_and_why_is_told(shell):
     assert one.moment.x_m.tolist() == pytest.approx(other.moment.x_m.tolist(), abs=0.5)
 
 
-def dataclass_with(message, **changes):
-    return SetWorld(**{name: getattr(message, name) for name in message.__struct_fields__} | changes)
-
-
 def test_two_programs_part_where_their_words_differ(session):
     other = program(led(1, 1), forward(1), left(1), wait(2))
     told = difference(session, SetWorld(ROW, image=DANCE), SetWorld(ROW, image=other))
@@ -165,11 +151,8 @@ def test_two_programs_part_where_their_words_differ(session):
     assert told.words[0] != told.words[1]
     assert 2000 <= told.t_ms < 2500
     assert told.cause["en"] == "the words of the two programs differ"
-    leads = difference(
-        session,
-        SetWorld(ROW, image=DANCE),
-        SetWorld(ROW, image=program(led(1, 1), forward(1), right(1), wait(2), rest_s=2)),
-    )
+    rests = program(led(1, 1), forward(1), right(1), wait(2), rest_s=2)
+    leads = difference(session, SetWorld(ROW, image=DANCE), SetWorld(ROW, image=rests))
     assert (leads.car, leads.t_ms, leads.cause["en"]) == (0, 1000, "the programs differ here")
 
 

@@ -3,14 +3,12 @@
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, left
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio.driving import build_world
 from motorcade.service.world_messages import CarDetails, Hello, Move, Pause, Play, SetWorld, Shown, State, Step, Watch
 from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, PICTURE_S, STATE_S
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
-from support.session_page import SessionPage
+from support.session_page import SessionPage, server_world
 
 IMAGE = compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
 MAT = {
@@ -21,17 +19,13 @@ MAT = {
 }
 
 
-def make_world(message):
-    return build_world(message, DrivenCars(), 100)
-
-
 @pytest.fixture
 def page() -> SessionPage:
-    return SessionPage(make_world, SetWorld(MAT, IMAGE))
+    return SessionPage(server_world, SetWorld(MAT, IMAGE))
 
 
 def test_before_the_first_world_there_are_no_cars() -> None:
-    page = SessionPage(make_world)
+    page = SessionPage(server_world)
     assert page.answers == [Hello("0" * 32, False, 0)]
     assert page.session.wait_s(0.0) is None
     with pytest.raises(MotorcadeError, match="no world"):

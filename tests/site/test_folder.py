@@ -32,21 +32,13 @@ def names_in(folder) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def listed(worker: bytes) -> dict[str, dict[str, str]]:
-    """The service worker's list of files, by name."""
-    return {entry["url"]: entry for entry in json.loads(re.search(rb'\[\{"url".*?\}\]', worker)[0])}
-
-
-def test_the_service_worker_lists_every_other_file_with_its_hash(files):
-    entries = listed(files["sw.js"])
+def test_the_service_worker_is_a_plain_script_that_lists_every_other_file_with_its_hash(files):
+    entries = {each["url"]: each for each in json.loads(re.search(rb'\[\{"url".*?\}\]', files["sw.js"])[0])}
     assert set(entries) == set(files) - {"sw.js"}
+    # Firefox runs no service worker that is a module.
+    assert re.search(rb"\b(import|export)\b *[\"'{(*]", files["sw.js"]) is None
     for name, entry in entries.items():
         assert entry["integrity"] == "sha256-" + b64encode(hashlib.sha256(files[name]).digest()).decode()
-
-
-def test_the_service_worker_is_one_plain_script(files):
-    """Firefox runs no service worker that is a module."""
-    assert re.search(rb"\b(import|export)\b *[\"'{(*]", files["sw.js"]) is None
 
 
 def test_the_page_asks_for_files_of_the_site_alone_and_by_relative_addresses(files):
@@ -86,41 +78,32 @@ def test_the_page_asks_at_once_for_few_files_and_for_all_that_its_stage_needs(fi
     assert imported - asked == set()
 
 
-def test_the_same_installation_gives_the_same_bytes(files):
-    assert site_files() == files
-
-
 def test_python_of_another_build_has_another_address(files, monkeypatch):
     """So a page never gets it, whatever caches and servers do meanwhile."""
     monkeypatch.setattr("motorcade.browser.site.python_zip", lambda: b"other")
     changed = site_files()
     folder = rb'name="motorcade-python" content="(python-[0-9a-f]{12}/)"'
-    folders = [re.findall(folder, each["index.html"])[0].decode() for each in (files, changed)]
-    assert [f"{folder}python.zip" in each for folder, each in zip(folders, (files, changed), strict=True)] == [
-        True,
-        True,
-    ]
-    assert {name for name in changed if files.get(name) != changed[name] and folders[1] not in name} == {
-        "index.html",
-        "sw.js",
-    }
-    assert folders[0] != folders[1]
+    old, new = (re.findall(folder, each["index.html"])[0].decode() for each in (files, changed))
+    assert f"{old}python.zip" in files
+    assert f"{new}python.zip" in changed
+    assert old != new
+    assert {name for name in changed if files.get(name) != changed[name] and new not in name} == {"index.html", "sw.js"}
 
 
-def test_the_command_writes_the_site(files, tmp_path):
-    done = run("site", "-o", tmp_path / "new" / "site", "--json")
+def test_the_command_writes_the_site_the_same_bytes_each_time_and_says_how_to_try_it(files, tmp_path):
+    folder = tmp_path / "new" / "my pupils' site"
+    done = run("site", "-o", folder)
     assert done.code == 0, done.err
-    assert json.loads(done.out)["files"] == len(files)
-    folder = tmp_path / "new" / "site"
     assert names_in(folder) == {LIST, *files}
     assert all((folder / name).read_bytes() == data for name, data in files.items())
+    if os.name != "nt":
+        assert shlex.split(done.out.rpartition(": ")[2])[-2:] == ["--directory", str(folder)]
 
 
-@pytest.mark.skipif(os.name == "nt", reason="the shell of Windows")
-def test_the_command_to_try_the_site_fits_any_folder(files, tmp_path):
-    folder = tmp_path / "my pupils' site"
-    command = run("site", "-o", folder).out.rpartition(": ")[2]
-    assert shlex.split(command)[-2:] == ["--directory", str(folder)]
+def test_json_says_where_it_is_and_how_many_files_it_has(tmp_path, monkeypatch):
+    monkeypatch.setattr("motorcade.browser.site.site_files", lambda: FEW)
+    told = json.loads(run("site", "-o", tmp_path, "--json").out)
+    assert told == {"folder": str(tmp_path), "files": len(FEW), "bytes": 7}
 
 
 def test_an_older_site_is_replaced_with_all_its_files(tmp_path):
@@ -173,11 +156,10 @@ def test_what_an_interrupted_call_leaves_is_no_site_and_is_taken_up(tmp_path, st
 
 
 @pytest.mark.parametrize("place", ["file", "file/site"])
-def test_a_file_in_the_way_is_named(tmp_path, files, place):
+def test_a_file_in_the_way_is_named(tmp_path, place):
     (tmp_path / "file").write_text("mine")
-    done = run("site", "-o", tmp_path / place)
-    assert (done.code, done.out) == (2, "")
-    assert str(tmp_path / place) in done.err
+    with pytest.raises(MotorcadeError, match=re.escape(str(tmp_path / place))):
+        write_site(tmp_path / place, FEW)
     assert (tmp_path / "file").read_text() == "mine"
 
 

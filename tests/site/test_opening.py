@@ -11,20 +11,19 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.browser.opening import opening_zip
-from motorcade.browser.shell import CAPABILITIES, Shell
+from motorcade.browser.shell import Shell
 from motorcade.browser.storage import BrowserStorage
 from motorcade.engine.events import LOST
 from motorcade.engine.linear_memory import PATH
 from motorcade.engine.moment import moment_bytes, unpack_events
-from motorcade.server.studio.driving import build_world
 from motorcade.service.documents import example, opening
 from motorcade.service.history import FIRST, HEADER_BYTES, header_of
 from motorcade.service.messages import Blocks, decode
 from motorcade.service.programs import compile_blocks
 from motorcade.service.world_messages import SetWorld
 from support.pictures import Picture
+from support.session_page import server_world
 
 SCRIPT = Path(__file__).parents[1] / "support" / "first_world.mjs"
 KEY = "ab" * 16
@@ -40,10 +39,6 @@ def set_of(project):
     image = compile_blocks(Blocks(project.leader, project.followers, project.profile)).image
     asked = {"image": b64encode(image).decode(), "mat": project.mat, "range_mm": project.range_mm, "mission": None}
     return {"do": "set", "profile": project.profile, "seed": 0, **asked}
-
-
-def world_of(message):
-    return build_world(message, DrivenCars(), CAPABILITIES.most_cars)
 
 
 class Visit:
@@ -69,7 +64,7 @@ class Visit:
         self.told, self.pictures = {}, []
 
     def _make(self, message):
-        self.worlds.append(world_of(message))
+        self.worlds.append(server_world(message))
         return self.worlds[-1]
 
     def close(self):
@@ -118,15 +113,16 @@ class Visit:
 
 @pytest.fixture
 def visit(tmp_path, request):
-    made = Visit(tmp_path, PROJECTS[getattr(request, "param", "opening")])
-    made.message = set_of(PROJECTS[getattr(request, "param", "opening")])
+    project = PROJECTS[getattr(request, "param", "opening")]
+    made = Visit(tmp_path, project)
+    made.message = set_of(project)
     yield made
     made.close()
 
 
 def assert_continues(visit):
     """All pictures and their events are those of a world that Python has run from the beginning."""
-    world, events = world_of(decode(json.dumps(visit.message), SetWorld)), []
+    world, events = server_world(decode(json.dumps(visit.message), SetWorld)), []
     for data in visit.pictures:
         header = header_of(data)
         assert header.t_ms >= world.now_ms
@@ -194,7 +190,7 @@ def test_what_only_python_can_do_happens_at_the_tick_at_which_it_was_asked_for(v
     assert moved_ms < 1100
     visit.start_python()
     visit.pass_time(1000)
-    world = world_of(decode(json.dumps(visit.message), SetWorld))
+    world = server_world(decode(json.dumps(visit.message), SetWorld))
     world.run(moved_ms)
     world.move(*(MOVE[name] for name in ("car", "x_m", "y_m", "heading_deg")))
     last = header_of(visit.pictures[-1])
@@ -233,8 +229,3 @@ def test_python_that_begins_again_takes_the_world_over_then(visit):
     visit.pass_time(500)
     assert_continues(visit)
     assert len(visit.worlds) == 1
-
-
-def test_the_same_project_gives_the_same_file():
-    assert opening_zip(opening()) == opening_zip(opening())
-    assert opening_zip(opening()) != opening_zip(example("herd"))

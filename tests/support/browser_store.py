@@ -4,11 +4,25 @@ import json
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import pytest
+
 from motorcade.browser.storage import BrowserStorage
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import DEFAULT_LIMITS, Limits
 
 T = TypeVar("T")
+
+
+def save(storage: Any, name: str, text: str, **options: Any) -> Any:
+    """Store a version of a project; return its number."""
+    return storage.write_version("", name, text.encode(), **options)
+
+
+def refusal(call: Callable[..., object], *arguments: Any, **options: Any) -> str:
+    """The code with which a call is refused."""
+    with pytest.raises(MotorcadeError) as refused:
+        call(*arguments, **options)
+    return refused.value.code
 
 
 class MockStore:
@@ -62,9 +76,9 @@ class MockStore:
 class MockTab:
     """One tab: a BrowserStorage over the store. It has the methods of a Storage, each run as one request."""
 
-    def __init__(self, store: MockStore, limits: Limits = DEFAULT_LIMITS, clock_s: Callable[[], float] | None = None):
+    def __init__(self, store: MockStore, limits: Limits = DEFAULT_LIMITS) -> None:
         self.store = store
-        self.storage = BrowserStorage(limits, clock_s) if clock_s else BrowserStorage(limits)
+        self.storage = BrowserStorage(limits)
         self.runs = 0
 
     def run(self, request: Callable[[BrowserStorage], T]) -> T:

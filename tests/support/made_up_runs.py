@@ -3,7 +3,7 @@
 from array import array
 
 from motorcade.engine.events import START
-from motorcade.engine.moment import COLUMNS, Moment
+from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.locales import languages
 from motorcade.missions.document import mission_of
 from motorcade.missions.watch import EVERY_MS, MissionWatch
@@ -58,11 +58,12 @@ def run_seen(goals, moments, events=(), seconds=1.0, program=BARE, walled=False)
     return watch
 
 
-def outcome(goal, moments, *more, **options):
-    state = watched([goal], moments, *more, **options)[0]
+def outcome(goals, moments, *more, **options):
+    """How it stands with the last goal at the end of a run: what came of it, when, and the cars that show why."""
+    state = watched(goals if isinstance(goals, list) else [goals], moments, *more, **options)[-1]
     for language in languages():
         assert "{" not in state.why.sentence(language)
-    return state.progress, state.t_ms
+    return state.progress, state.t_ms, *sorted(state.cars)
 
 
 def at(x):
@@ -77,7 +78,7 @@ ZONE = {"kind": "in-zone", "who": [FIRST], "zone": "home"}
 def begins(t_ms, car, tag=0):
     """A follower begins the word of BARE or TAGGED."""
     word = compile_program(TAGGED if tag else BARE).words[-1]
-    return (t_ms, car, START, 0, word, tag)
+    return Event(t_ms, car, START, 0, word, tag)
 
 
 ALL_HEARD = [begins(slot * 1000 + 50 * car, car) for slot in range(3) for car in (FIRST, SECOND)]

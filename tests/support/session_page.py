@@ -3,10 +3,26 @@
 from collections.abc import Callable
 from typing import Any
 
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.browser import kernels
+from motorcade.server.studio.driving import build_world
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import SetWorld, Shown, WorldMessage
 from motorcade.service.world_session import WorldSession
+from support.linear_instance import MockInstance
 from support.pictures import Picture
+
+MOST_CARS = 2_000
+
+
+def server_world(message: SetWorld) -> StudioWorld:
+    """Build a page's world as the studio's server does."""
+    return build_world(message, DrivenCars(), MOST_CARS)
+
+
+def site_world(message: SetWorld) -> StudioWorld:
+    """Build a page's world as the site does, in a browser."""
+    return kernels.make_world(message, MockInstance, MOST_CARS)
 
 
 class SessionPage:

@@ -1,4 +1,17 @@
-"""Programs that the browser tests show to the studio."""
+"""Programs that tests show to the studio."""
+
+from typing import Any
+
+from motorcade import Followers, Program
+from motorcade.program.blocks import blocks_of
+from motorcade.program.steps import Step
+
+
+def blocks(leader: list[Step], followers: Followers | list[Step] | None = None) -> dict[str, Any]:
+    """The page's message for a program."""
+    leads, follows = blocks_of(Program(leader, followers))
+    return {"leader": leads, "followers": follows, "profile": "classroom"}
+
 
 FORWARD = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
 LEFT = {"drive": {"direction": "left", "speed": 1, "seconds": 1}}

@@ -5,7 +5,7 @@ bytes. `web/src/site/engine.ts` is what JavaScript gives; tests give one that is
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -84,13 +84,8 @@ class LinearArray:
 
     @property
     def is_contiguous(self) -> bool:
-        """Whether the items follow each other without gaps, row by row."""
-        expected = _ITEM_BYTES[self.dtype]
-        for length, stride in zip(reversed(self.shape), reversed(self.strides), strict=True):
-            if length > 1 and stride != expected:
-                return self.count == 0
-            expected *= length
-        return True
+        """Whether the items follow each other without gaps; slices keep their order."""
+        return self.span == self.count * _ITEM_BYTES[self.dtype]
 
     @property
     def span(self) -> int:
@@ -158,16 +153,16 @@ class BrowserKernels(LinearMemory):
         """Fill an array, and the gaps between its rows, with zeros."""
         self._instance.clear(array.address, array.span)
 
-    def save(self, arrays: Sequence[LinearArray]) -> int:
-        """Return the address of a copy of the contents of arrays, gaps included; the next call overwrites it."""
-        saved, _ = self._place("saved", sum(_aligned(array.span) for array in arrays))
-        for array, place in _places(arrays, saved):
+    def save(self, arrays: Sequence[LinearArray]) -> list[int]:
+        """Return the addresses of copies of arrays, gaps included; the next call overwrites them."""
+        saved = [self._place(f"saved {number}", array.span)[0] for number, array in enumerate(arrays)]
+        for array, place in zip(arrays, saved, strict=True):
             self._instance.copy(place, array.address, array.span)
         return saved
 
-    def restore(self, arrays: Sequence[LinearArray], saved: int) -> None:
+    def restore(self, arrays: Sequence[LinearArray], saved: list[int]) -> None:
         """Give the arrays the contents that `save` copied."""
-        for array, place in _places(arrays, saved):
+        for array, place in zip(arrays, saved, strict=True):
             self._instance.copy(array.address, place, array.span)
 
     def _array(self, slot: str, shape: tuple[int, ...], dtype: str) -> LinearArray:
@@ -193,18 +188,6 @@ class BrowserKernels(LinearMemory):
         address, _ = self._place("arguments", len(block))
         self._assign(address, block)
         self._instance.call(kernel, address)
-
-
-def _aligned(size: int) -> int:
-    return -(-size // 8) * 8
-
-
-def _places(arrays: Sequence[LinearArray], first: int) -> Iterator[tuple[LinearArray, int]]:
-    """Each array that isn't empty, and the address of its copy."""
-    for array in arrays:
-        if array.span:
-            yield array, first
-        first += _aligned(array.span)
 
 
 def make_world(message: SetWorld, open_instance: OpenInstance, most_cars: int) -> StudioWorld:

@@ -9,11 +9,12 @@ import os
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 import msgspec
 
-from motorcade.browser.kernels import OpenInstance, make_world, open_worlds
+from motorcade.browser.kernels import OpenInstance, View, make_world, open_worlds
 from motorcade.browser.storage import BrowserStorage
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
@@ -48,51 +49,31 @@ class UploadStream:
         self._clock = clock
         self._storage = storage
         self._session: UploadSession | None = None
-        self._is_over = False
 
     def receive(self, data: str | bytes) -> list[Any]:
         """Take the order, or bytes of the port; return what is to be sent. Raises MotorcadeError."""
-        if self._is_over:
-            return []
         if self._session is None:
-            self._begin(decode(data, UploadOrder))
+            self._session = self._begun(decode(data, UploadOrder))
         else:
             # A text isn't for the port: the page is faulty.
             self._session.receive(data if isinstance(data, bytes) else None)
         return self.advance()
 
-    def _begin(self, order: UploadOrder) -> None:
+    def _begun(self, order: UploadOrder) -> UploadSession:
         number, storage = os.urandom(1)[0], self._storage
         if storage is None:
-            self._session = UploadSession(order, number)
-        elif order.port == VIRTUAL_PORT.port:
-            self._session = VirtualCarSession(order, number, storage.car_image, storage.store_car_image)
-        else:
+            return UploadSession(order, number)
+        if order.port != VIRTUAL_PORT.port:
             raise MotorcadeError("no-such-port", port=order.port)
+        return VirtualCarSession(order, number, storage.car_image, storage.store_car_image)
 
     def advance(self) -> list[Any]:
         """Do what is due; return what is to be sent."""
-        if self._session is None:
-            return []
-        answers = self._session.advance(self._clock())
-        self._is_over = self._session.is_over
-        return answers
+        return self._session.advance(self._clock()) if self._session else []
 
     def wait_s(self) -> float | None:
         """After how many seconds `advance` is to be called; None: not before the next message."""
-        return None if self._session is None or self._is_over else self._session.wait_s
-
-    def refuse(self, problem: MotorcadeError) -> Any:
-        """End the transfer; return the message that tells the page an error."""
-        self._is_over = True
-        return failed(problem)
-
-
-class JavaScriptBytes(Protocol):
-    """An array of bytes of JavaScript's, as Pyodide passes it."""
-
-    def to_bytes(self) -> bytes:
-        """Return its bytes."""
+        return self._session.wait_s if self._session and not self._session.is_over else None
 
 
 class _SessionStream:
@@ -119,19 +100,13 @@ class _SessionStream:
             return 0.0 if self._session.is_busy else None
         return self._session.wait_s(self._clock())
 
-    def refuse(self, problem: MotorcadeError) -> Any:
-        return refused(problem)
-
 
 Stream = UploadStream | _SessionStream
 
 
 def start(open_instance: OpenInstance) -> "Shell":
     """Return the shell of this worker, in which each world has an instance of engine.wasm of its own."""
-
-    def make(message: SetWorld) -> StudioWorld:
-        return make_world(message, open_instance, CAPABILITIES.most_cars)
-
+    make = partial(make_world, open_instance=open_instance, most_cars=CAPABILITIES.most_cars)
     return Shell(BrowserStorage(), make, time.perf_counter, open_worlds(open_instance))
 
 
@@ -186,7 +161,7 @@ class Shell:
         self._streams[number] = _SessionStream(world, self._clock)
         return _packed(world.connect())
 
-    def receive(self, number: int, data: "str | bytes | JavaScriptBytes") -> Sent:
+    def receive(self, number: int, data: str | bytes | View) -> Sent:
         """Take a message of the page."""
         message = data if isinstance(data, str | bytes) else data.to_bytes()
         return self._do(number, lambda stream: stream.receive(message))
@@ -212,7 +187,11 @@ class Shell:
         try:
             return _packed(work(stream))
         except Exception as problem:  # noqa: BLE001 - the page is told, whatever it is
-            return _packed([stream.refuse(_known(problem))])
+            if isinstance(stream, UploadStream):
+                # It ends a transfer.
+                self.close(number)
+                return _packed([failed(_known(problem))])
+            return _packed([refused(_known(problem))])
 
 
 def _error(problem: MotorcadeError) -> str:

@@ -34,7 +34,6 @@ _FORMAT = "motorcade-site/1"
 _ENTRY = "site.html"
 _INDEX = "index.html"
 _WORKER = "sw.js"
-_ICON_SIZES = (192, 512)
 # What the build puts in the place of the list of files in sw.js.
 _FILES_MARK = b"self.__WB_MANIFEST"
 # Answers that the page has before Python runs.
@@ -225,7 +224,7 @@ def _manifest() -> bytes:
             {"src": "icon.svg", "sizes": "any", "type": "image/svg+xml", "purpose": "any"},
             *(
                 {"src": f"icons/icon-{size}.png", "sizes": f"{size}x{size}", "type": "image/png", "purpose": "any"}
-                for size in _ICON_SIZES
+                for size in (192, 512)
             ),
             {"src": "icons/maskable-512.png", "sizes": "512x512", "type": "image/png", "purpose": "maskable"},
         ],

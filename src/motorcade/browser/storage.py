@@ -14,7 +14,7 @@ So no other tab ever sees half of a change, and nothing is answered before it is
 
 import time
 from binascii import a2b_base64, b2a_base64
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from hashlib import sha256
 from typing import Any
 
@@ -106,12 +106,10 @@ class BrowserStorage(Storage):
 
     Args:
         limits: how much an owner may store.
-        clock_s: seconds since 1970.
     """
 
-    def __init__(self, limits: Limits = DEFAULT_LIMITS, clock_s: Callable[[], float] = time.time) -> None:
+    def __init__(self, limits: Limits = DEFAULT_LIMITS) -> None:
         self._limits = limits
-        self._clock_s = clock_s
         self._index = _Index(-1, [], {})
         self._stored: _Projects = {}
         self._projects: _Projects = {}
@@ -190,7 +188,7 @@ class BrowserStorage(Storage):
         if sum(record.size_bytes for record in self._of(owner)) + len(data) > most:
             raise MotorcadeError("browser-library-full", most=most / 1e6)
         changes = self._changes
-        moment_s = self._clock_s() if saved_at_s is None else saved_at_s
+        moment_s = time.time() if saved_at_s is None else saved_at_s
         record = Record(owner, name, newest + 1, int(moment_s * 1000), len(data), digest)
         self._texts[record] = text = data.decode()
         changes.put.append((record, text))

@@ -158,18 +158,18 @@ def _result(mission: "Mission", program: str) -> "Result":
 def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json: bool) -> bool:
     """Check all files of a folder, write the report, and print it; return whether each has a star."""
     from motorcade.cli.console import progress_bar
-    from motorcade.missions.report import check_files, files_of, report_in, to_csv, to_html
+    from motorcade.missions.report import REPORTS, checked_file, files_of, to_csv, to_html
 
     language = current_language()
-    base = output or report_in(folder, mission)
+    base = output or folder / f"{mission.id}{REPORTS[0]}"
     page, table = base.with_suffix(".html"), base.with_suffix(".csv")
     files = [path for path in files_of(folder) if path not in (page, table)]
     if not files:
         raise MotorcadeError("folder-without-files", folder=folder)
     checked = []
     with progress_bar("checked", len(files)) as advance:
-        for each in check_files(mission, folder, files):
-            checked.append(each)
+        for path in files:
+            checked.append(checked_file(mission, folder, path))
             advance(len(checked))
     write_file(table, to_csv(checked, mission, language).encode())
     write_file(page, to_html(checked, mission, language).encode())

@@ -21,7 +21,7 @@ from motorcade.mats.model import flags
 from motorcade.missions.check import grade_of
 from motorcade.missions.document import built_in_mission
 from motorcade.missions.model import Mission
-from motorcade.missions.watch import EVERY_MS, MissionWatch, run_to_next
+from motorcade.missions.watch import EVERY_MS, MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.words.formats import CONTROL
@@ -231,8 +231,8 @@ class SteppedWorlds:
     def _see(self) -> None:
         """Show the goals' watches this moment."""
         for number, watch in enumerate(self._watches):
-            rows = self.world.take_rows(number).tolist() if self.world.now_ms else ()
-            watch.see(self.world.snapshot(number).in_single_precision(), rows)
+            begun = begun_words(self.world, number) if self.world.now_ms else ()
+            watch.see(self.world.snapshot(number).in_single_precision(), begun)
 
     def _grades(self) -> Floats:
         """Each world's grade in the mission, 0 to 1."""

@@ -1,19 +1,19 @@
 """Check a program against a mission: simulate it on every seed, and count the stars."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import reduce
 from statistics import fmean
 from typing import Any, NamedTuple
 
-from motorcade.engine.events import COLUMNS
-from motorcade.engine.moment import Moment
+from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
 from motorcade.missions.goals import MOST_UNMET, GoalState, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.schema import WORKS
-from motorcade.missions.watch import MissionWatch, run_to_next
+from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program, placed_steps
@@ -24,11 +24,11 @@ STEPS = "steps"
 
 
 class Sight(NamedTuple):
-    """What one world of a mission shows at a moment: the seed, the moment, and the events since the one before."""
+    """What one world of a mission shows at a moment: the seed, the moment, and the words begun since the one before."""
 
     seed: int
     moment: Moment
-    events: Iterable[tuple[int, ...]]
+    begun: Sequence[Event]
 
 
 class GoalResult(NamedTuple):
@@ -89,10 +89,9 @@ Look = Callable[[Sight], None]
 
 def check_image(mission: Mission, image: bytes, look: Look | None = None) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
-    try:
+    program = None
+    with suppress(DecompileError):
         program = decompile(bytes_to_words(image))
-    except DecompileError:
-        program = None
     return _check(mission, image, program, open_worlds_here, look)
 
 
@@ -104,15 +103,11 @@ def check_program(
 
 
 def _check(
-    mission: Mission,
-    image: bytes,
-    program: Program | None,
-    open_worlds: OpenWorlds,
-    look: Look | None,
+    mission: Mission, image: bytes, program: Program | None, open_worlds: OpenWorlds, look: Look | None
 ) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
     for sight in watched(open_worlds(mission, image, mission.seeds, True), mission):
-        watches[sight.seed].see(sight.moment, sight.events)
+        watches[sight.seed].see(sight.moment, sight.begun)
         if look:
             look(sight)
     states = {seed: watch.states() for seed, watch in watches.items()}
@@ -169,9 +164,8 @@ def grade_of(mission: Mission, grades: Iterable[float]) -> float:
     return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())
 
 
-def stars_of(results: Iterable[GoalResult]) -> frozenset[int]:
+def stars_of(results: Sequence[GoalResult]) -> frozenset[int]:
     """The stars whose goals are all met; none without the first."""
-    results = list(results)
     earned = {goal.star for goal in results} - {goal.star for goal in results if not goal.met}
     return frozenset(earned if 1 in earned else ())
 
@@ -202,16 +196,11 @@ def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
         MotorcadeError: a world can't be simulated.
     """
     end_ms = mission.duration_ms
-    rows: list[list[tuple[int, ...]]] = [[] for _ in world.seeds]
+    begun: list[list[Event]] = [[] for _ in world.seeds]
     while True:
         for number, seed in enumerate(world.seeds):
-            yield Sight(seed, world.snapshot(number).in_single_precision(), rows[number])
+            yield Sight(seed, world.snapshot(number).in_single_precision(), begun[number])
         if world.now_ms >= end_ms:
             return
         run_to_next(world, end_ms)
-        rows = [_rows(world.backend.read(world.take_rows(number))) for number in range(world.worlds)]
-
-
-def _rows(events: bytes) -> list[tuple[int, ...]]:
-    numbers = memoryview(events).cast("I").tolist()
-    return [tuple(numbers[at : at + COLUMNS]) for at in range(0, len(numbers), COLUMNS)]
+        begun = [begun_words(world, number) for number in range(world.worlds)]

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from motorcade.car.brain import STILL
 from motorcade.config.profile import Profile
-from motorcade.engine.events import START
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.mats.geometry import surfaces
@@ -78,11 +77,11 @@ class SlotWatch(GoalWatch):
         self._begun: dict[int, dict[int, int]] = {}
         self._judged = 0
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         cars = set(self._cars)
-        for event in events:
-            if event.kind == START and event.car in cars:
+        for event in begun:
+            if event.car in cars:
                 slot = self._slots.of(event)
                 if slot >= self._judged:
                     self._begun.setdefault(slot, {}).setdefault(event.car, event.t_ms)
@@ -141,18 +140,16 @@ class HeardWatch(SlotWatch):
         done = sum(self._heard.values())
         if self._lost_ms is not None:
             car = min(self._cars, key=lambda car: (self._heard[car], car))
-            return GoalState("lost", self._end_ms(self._missed[car]), self._why(car), (car,))
+            why = Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
+            if self._heard[car]:
+                why = Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
+            return GoalState("lost", self._end_ms(self._missed[car]), why, (car,))
         progress: Progress = "met" if done >= self._needed else "holds" if self._judged else "open"
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
         return GoalState(progress, self._now_ms if progress == "met" else None, why)
 
     def nearness(self) -> float:
         return sum(self._heard.values()) / self._needed if self._needed else 0.0
-
-    def _why(self, car: int) -> Phrase:
-        if not self._heard[car]:
-            return Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
-        return Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
 
 
 class InStepWatch(SlotWatch):
@@ -161,10 +158,8 @@ class InStepWatch(SlotWatch):
     def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
         super().__init__(goal, mission, slots)
         self._within_ms = goal.values["within_ms"]
-        self._worst_ms = 0
-        self._why_lost = Phrase("goal-no-words")
-        self._late: tuple[int, ...] = ()
-        self._done = 0
+        self._worst_ms = self._done = 0
+        self._lost: GoalState | None = None
 
     def judge(self, slot: int, begun: dict[int, int]) -> None:
         times = sorted(begun.values())
@@ -172,7 +167,7 @@ class InStepWatch(SlotWatch):
         if len(times) < need:
             silent = min(car for car in self._cars if car not in begun)
             why = Phrase("goal-step-unheard", car=car_phrase(silent), seconds=slot * self._slots.dwell_ms / 1000)
-            self._lose(self._end_ms(slot), why, silent)
+            self._lost = self._lost or GoalState("lost", self._end_ms(slot), why, (silent,))
             return
         spread_ms = min((times[at + need - 1] - times[at] for at in range(len(times) - need + 1)), default=0)
         self._worst_ms = max(self._worst_ms, spread_ms)
@@ -180,20 +175,16 @@ class InStepWatch(SlotWatch):
             last = max(begun, key=lambda car: (begun[car], -car))
             late_ms = begun[last] - times[0]
             why = Phrase("goal-step-late", car=car_phrase(last), late_ms=late_ms, most_ms=self._within_ms)
-            self._lose(begun[last], why, last)
+            self._lost = self._lost or GoalState("lost", begun[last], why, (last,))
         else:
             self._done += 1
 
     def nearness(self) -> float:
         return self._done / self._slots.count if self._slots.count else 0.0
 
-    def _lose(self, t_ms: int, why: Phrase, car: int) -> None:
-        if self._lost_ms is None:
-            self._lost_ms, self._why_lost, self._late = t_ms, why, (car,)
-
     def judged_state(self, is_over: bool) -> GoalState:
-        if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, self._why_lost, self._late)
+        if self._lost:
+            return self._lost
         progress: Progress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
         return GoalState(progress, self._now_ms if is_over else None, why)
@@ -223,7 +214,7 @@ class NoTouchWatch(GoalWatch):
         self._touching_ms = 0
         self._who: tuple[int, ...] = ()
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         self._touching_ms = moment.counts.get("touching_ms", 0)
         if self._touching_ms and self._lost_ms is None:
@@ -279,7 +270,7 @@ class VoiceWatch(GoalWatch):
         self._failed: dict[int, tuple[str, int]] = {}
         self._stops = 0
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         before = self._before or moment
         while self._next < len(self._voices) and self._voices[self._next][0] < moment.t_ms:

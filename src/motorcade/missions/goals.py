@@ -71,8 +71,8 @@ class GoalWatch(ABC):
             self._since_ms = self._now_ms
 
     @abstractmethod
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
-        """Take the next moment, and the events since the one before it."""
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        """Take the next moment, and the events since the one before it in which cars begin words."""
 
     @abstractmethod
     def state(self, is_over: bool) -> GoalState:
@@ -96,7 +96,7 @@ class FixedWatch(GoalWatch):
         super().__init__()
         self._state, self._nearness = state, nearness
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         """Nothing that happens changes it."""
 
     def state(self, is_over: bool) -> GoalState:
@@ -138,8 +138,6 @@ class CarsWatch(GoalWatch):
         lost: the key of the sentence for the car that misses it most.
         details: what this sentence says of that car, from what ``test`` gave.
         half: how far off a car is that counts half in a grade; 0: only cars that meet the goal count.
-        from_ms: moments before don't count.
-        at: when, for a kind of goal that doesn't say it.
     """
 
     def __init__(
@@ -149,23 +147,19 @@ class CarsWatch(GoalWatch):
         lost: str,
         details: Callable[[float], dict[str, Any]],
         half: float = 0.0,
-        from_ms: int = 0,
-        at: str = "end",
     ) -> None:
         super().__init__(goal.cars, goal.values["share"])
-        self._half = half
-        self._at = goal.values.get("at", at)
+        self._half, self._at = half, goal.at
         self._test, self._key, self._details = test, lost, details
-        self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
-        self._until_ms = round(goal.values["until_s"] * 1000) if "until_s" in goal.values else None
+        self._from_ms, self._until_ms = goal.window_ms
         # How far each car is from meeting the goal, and since when: now, at best, or when it first missed it.
         self._off = [first_off(self._at)] * len(goal.cars)
         self._off_ms = [0] * len(goal.cars)
         self._ended = False
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
-        if moment.t_ms < self._from_ms or self._is_past(moment.t_ms):
-            self._ended = self._is_past(moment.t_ms)
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        self._ended = moment.t_ms > self._until_ms
+        if moment.t_ms < self._from_ms or self._ended:
             return
         self._now_ms = moment.t_ms
         for place, car in enumerate(self._cars):
@@ -184,9 +178,6 @@ class CarsWatch(GoalWatch):
             near = [1.0 if off == 0 else self._half / (self._half + off) for off in self._off]
         return sum(sorted(near)[-self._needed :]) / self._needed
 
-    def _is_past(self, t_ms: int) -> bool:
-        return self._until_ms is not None and t_ms > self._until_ms
-
     @property
     def _done(self) -> int:
         return sum(off == 0 for off in self._off)
@@ -194,20 +185,15 @@ class CarsWatch(GoalWatch):
     def state(self, is_over: bool) -> GoalState:
         is_over = is_over or self._ended
         done, count = self._done, len(self._cars)
-        enough = done >= self._needed
-        if self._at == "always":
-            progress: Progress = "lost" if not enough else "met" if is_over else "holds"
-            t_ms = self._now_ms if is_over else None
-        elif enough:
-            progress, t_ms = ("met" if is_over or self._at == "some-moment" else "holds"), self._since_ms
-        else:
-            progress, t_ms = "lost" if is_over else "open", None
-        if enough:
-            return GoalState(progress, t_ms, done_phrase(done, count))
+        if done >= self._needed:
+            is_met = is_over or self._at == "some-moment"
+            t_ms = self._since_ms if self._at != "always" else self._now_ms if is_over else None
+            return GoalState("met" if is_met else "holds", t_ms, done_phrase(done, count))
+        is_lost = is_over or self._at == "always"
         place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
         why = lost_phrase(self._key, self._cars[place], done, count, **self._details(self._off[place]))
-        t_ms = self._off_ms[place] if progress == "lost" else None
-        return GoalState(progress, t_ms, why, (self._cars[place],))
+        cars = (self._cars[place],)
+        return GoalState("lost", self._off_ms[place], why, cars) if is_lost else GoalState("open", None, why, cars)
 
 
 def lamp_name(led: int | str) -> Wording:
@@ -229,7 +215,7 @@ def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
 
 def cars_watch(goal: Goal, mission: Mission) -> GoalWatch:
     """The watch of in-zone, out-of-zone, heading, lit or not-lit."""
-    lost = f"goal-{goal.kind}-{goal.values['at']}-lost" if "at" in goal.values else f"goal-{goal.kind}-lost"
+    lost = f"goal-{goal.kind}-{goal.at}-lost"
     match goal.kind:
         case "in-zone" | "out-of-zone":
             return _zone_watch(goal, mission.zone(goal.values["zone"]), lost)
@@ -237,29 +223,22 @@ def cars_watch(goal: Goal, mission: Mission) -> GoalWatch:
             return _heading_watch(goal, lost)
     led, lamp = goal.values["led"], {"led": lamp_name(goal.values["led"])}
     if goal.kind == "not-lit":
-        return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, lambda off: lamp, at="always")
+        lost = "goal-not-lit-lost"
+        return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, lambda off: lamp)
     number, which = (NO_LED, "off") if led == "off" else (led, "on")
-    lost = f"goal-lit-{which}-{goal.values['at']}-lost"
-    # Before the first tick no LED is on.
-    from_ms = 1 if goal.values["at"] == "always" else 0
-    return CarsWatch(goal, lambda car, now: float(now.led[car] != number), lost, lambda off: lamp, from_ms=from_ms)
+    lost = f"goal-lit-{which}-{goal.at}-lost"
+    return CarsWatch(goal, lambda car, now: float(now.led[car] != number), lost, lambda off: lamp)
 
 
 def _zone_watch(goal: Goal, zone: Zone, lost: str) -> GoalWatch:
     """Watch the centres of cars, which must be in a zone, or out of it."""
 
-    def away_m(car: int, now: Moment) -> float:
-        return distance_to_zone_m(zone, now.x_m[car], now.y_m[car])
+    def off(car: int, now: Moment) -> float:
+        away_m = distance_to_zone_m(zone, now.x_m[car], now.y_m[car])
+        return judging.shown_m(away_m) if goal.kind == "in-zone" else float(away_m == 0)
 
-    if goal.kind == "in-zone":
-        return CarsWatch(
-            goal,
-            lambda car, now: judging.shown_m(away_m(car, now)),
-            lost,
-            lambda off: {"metres": off, "zone": zone.title},
-            half=_HALF_M,
-        )
-    return CarsWatch(goal, lambda car, now: float(away_m(car, now) == 0), lost, lambda off: {"zone": zone.title})
+    half_m = _HALF_M if goal.kind == "in-zone" else 0.0
+    return CarsWatch(goal, off, lost, lambda off: {"metres": off, "zone": zone.title}, half_m)
 
 
 def _heading_watch(goal: Goal, lost: str) -> GoalWatch:
@@ -284,7 +263,7 @@ class TravelledWatch(GoalWatch):
         # As sentences show it.
         self._shown = list(self._driven)
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         now = [(moment.x_m[car], moment.y_m[car]) for car in self._cars]
         for place, (one, other) in enumerate(zip(self._before or now, now, strict=True)):
             self._driven[place] += judging.apart_m(*one, *other)
@@ -308,7 +287,10 @@ class TravelledWatch(GoalWatch):
                 at = min(range(count), key=lambda at: (self._shown[at], at))
             car, t_ms = self._cars[at], self._now_ms if self._lost_ms is None else self._lost_ms
             name = Phrase("the-car") if count == 1 else car_phrase(car)
-            why = Phrase("goal-travelled-lost", car=name, metres=self._shown[at], **self._bounds)
+            allowed = Phrase("number-range", minimum=self._least, maximum=self._most)
+            if self._most == math.inf:
+                allowed = Phrase("number-from", minimum=self._least)
+            why = Phrase("goal-travelled-lost", car=name, metres=self._shown[at], allowed=allowed)
             return GoalState("lost", t_ms, why, (car,))
         driven = min(self._shown, default=0.0)
         why = Phrase("goal-travelled-so-far", metres=driven, done=done, count=count)
@@ -324,12 +306,6 @@ class TravelledWatch(GoalWatch):
         ]
         return sum(sorted(near)[-self._needed :]) / self._needed
 
-    @property
-    def _bounds(self) -> dict[str, object]:
-        if self._most == math.inf:
-            return {"allowed": Phrase("number-from", minimum=self._least)}
-        return {"allowed": Phrase("number-range", minimum=self._least, maximum=self._most)}
-
 
 class TogetherWatch(GoalWatch):
     """A goal for how near cars are to each other: any two of them."""
@@ -338,17 +314,17 @@ class TogetherWatch(GoalWatch):
         super().__init__(goal.cars)
         self._metres: float = goal.values["metres"]
         self._at = goal.values["at"]
-        self._apart = (0.0, self._cars[0], self._cars[0])
-        self._best, self._best_ms = (math.inf, self._cars[0], self._cars[0]), 0
+        # How far apart which two cars are, and when: now, or where they were nearest for a goal of some moment.
+        self._apart, self._apart_ms = (math.inf, self._cars[0], self._cars[0]), 0
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._now_ms = moment.t_ms
         if self._lost_ms is not None or (self._at == "some-moment" and self._since_ms is not None):
             return
-        self._apart = self._farthest(moment)
-        if self._apart[0] <= self._best[0]:
-            self._best, self._best_ms = self._apart, moment.t_ms
-        is_met = self._apart[0] <= self._metres
+        apart = self._farthest(moment)
+        if self._at != "some-moment" or apart[0] <= self._apart[0]:
+            self._apart, self._apart_ms = apart, moment.t_ms
+        is_met = apart[0] <= self._metres
         self._note(is_met)
         if self._at == "always" and not is_met:
             self._lost_ms = moment.t_ms
@@ -366,23 +342,17 @@ class TogetherWatch(GoalWatch):
         return judging.shown_m(metres), one, other
 
     def state(self, is_over: bool) -> GoalState:
-        if self._lost_ms is not None:
-            return GoalState("lost", self._lost_ms, self._why(self._apart), self._apart[1:])
+        metres, one, other = self._apart
+        why = Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), metres=metres)
         if self._since_ms is None:
-            apart, t_ms = (self._best, self._best_ms) if self._at == "some-moment" else (self._apart, self._now_ms)
-            progress: Progress = "lost" if is_over else "open"
-            return GoalState(progress, t_ms if is_over else None, self._why(apart), apart[1:])
-        t_ms = self._now_ms if self._at == "always" else self._since_ms
-        if is_over or self._at == "some-moment":
-            return GoalState("met", t_ms, self._why(self._apart))
-        return GoalState("holds", None if self._at == "always" else t_ms, self._why(self._apart))
+            if is_over or self._lost_ms is not None:
+                return GoalState("lost", self._apart_ms, why, (one, other))
+            return GoalState("open", None, why, (one, other))
+        is_met = is_over or self._at == "some-moment"
+        t_ms = self._since_ms if self._at != "always" else self._now_ms if is_over else None
+        return GoalState("met" if is_met else "holds", t_ms, why)
 
     def nearness(self) -> float:
         if self._at == "always":
             return (self._lost_ms or 0) / max(self._now_ms, 1)
-        metres = self._best[0] if self._at == "some-moment" else self._apart[0]
-        return self._metres / max(metres, self._metres)
-
-    def _why(self, apart: tuple[float, int, int]) -> Phrase:
-        metres, one, other = apart
-        return Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), metres=metres)
+        return self._metres / max(self._apart[0], self._metres)

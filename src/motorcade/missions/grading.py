@@ -12,7 +12,7 @@ from motorcade.mats import Mat
 from motorcade.missions.check import grade_of
 from motorcade.missions.model import Mission
 from motorcade.missions.schema import GOALS, WORKS
-from motorcade.missions.watch import EVERY_MS, MissionWatch, run_to_next
+from motorcade.missions.watch import EVERY_MS, MissionWatch, begun_words, run_to_next
 
 # Where cars were is noted so often, in squares of this side.
 _VISIT_MS, _SQUARE_M = 1000, 0.25
@@ -71,7 +71,7 @@ def grade_runs(
             else:
                 moments = [world.snapshot(number).in_single_precision() for number in range(world.worlds)]
             for number, (watch, moment) in enumerate(zip(watches, moments, strict=True)):
-                watch.see(moment, world.take_rows(number).tolist() if with_events else ())
+                watch.see(moment, begun_words(world, number) if with_events else ())
         if is_last:
             break
         run_to_next(world, end_ms, step_ms)

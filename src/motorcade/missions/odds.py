@@ -10,15 +10,13 @@ from typing import NamedTuple
 
 from motorcade.car.brain import NO_LED
 from motorcade.engine import judging, layout
-from motorcade.engine.events import COLUMNS, KIND, START
-from motorcade.engine.moment import Event
 from motorcade.engine.simulation import Simulation
 from motorcade.missions.event_goals import Slots, SlotWatch
 from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.schema import GOALS, WORKS
 from motorcade.missions.scores import Score
-from motorcade.missions.watch import EVERY_MS, run_to_next, watch_of
+from motorcade.missions.watch import EVERY_MS, begun_words, run_to_next, watch_of, with_lists
 from motorcade.words.image import parse_image_bytes
 
 OpenWorlds = Callable[[Mission, bytes, Sequence[int], bool], Simulation]
@@ -37,7 +35,6 @@ _KINDS = {
     "not-lit": judging.NOT_LIT,
     "travelled": judging.TRAVELLED,
 }
-_NEVER_MS = 1 << 40
 
 
 class Trial(NamedTuple):
@@ -120,16 +117,11 @@ class Odds:
         for number in self._asked:
             goal = self._mission.goals[number]
             values = goal.values
-            from_ms = round(values.get("from_s", 0) * 1000)
-            until_ms = round(values["until_s"] * 1000) if "until_s" in values else _NEVER_MS
-            if goal.kind == "lit" and values["at"] == "always":
-                # Before the first tick no LED is on.
-                from_ms = max(from_ms, 1)
             zone = self._mission.zone(values["zone"]) if "zone" in values else None
             led = NO_LED if values.get("led") == "off" else values.get("led", 0)
             sides = zone.corners if zone else ()
-            needed, when = needed_of(values["share"], len(goal.cars)), TIMES[_time_of(goal)]
-            rows += [_KINDS[goal.kind], when, from_ms, until_ms, needed, len(who), len(goal.cars)]
+            needed = needed_of(values["share"], len(goal.cars))
+            rows += [_KINDS[goal.kind], TIMES[goal.at], *goal.window_ms, needed, len(who), len(goal.cars)]
             rows += [len(corners), len(sides), led]
             if goal.kind == "heading":
                 figures += [values["degrees"], values["tolerance_deg"]]
@@ -150,14 +142,10 @@ class Odds:
         """Begin the next runs; the worlds that are left over run a seed that nobody asked for."""
         self._world.reset([*seeds, *[0] * (self._runs - len(seeds))])
         self._watches = [self._new_watches() for _ in range(self._runs)]
-        firsts = [
-            0.0 if goal.kind == "travelled" else first_off(_time_of(goal))
-            for number in self._asked
-            for goal in [self._mission.goals[number]]
-            for _ in goal.cars
-        ]
+        goals = [self._mission.goals[number] for number in self._asked]
+        firsts = [0.0 if goal.kind == "travelled" else first_off(goal.at) for goal in goals for _ in goal.cars]
         memory, runs, buffer_of = self._world.backend, self._runs, layout.buffer_of
-        since = [0 if _time_of(self._mission.goals[number]) == "always" else -1 for number in self._asked] * runs
+        since = [0 if goal.at == "always" else -1 for goal in goals] * runs
         self._answers = judging.Answers(
             off=memory.allocate("Answers.off", buffer_of("float64", firsts * runs, len(firsts), runs)),
             before=memory.zeros("Answers.before", (runs, 2 * len(firsts)), "float32"),
@@ -172,11 +160,10 @@ class Odds:
         if not self._is_slow:
             return
         for number, watches in enumerate(self._watches):
-            moment = self._world.snapshot(number).in_single_precision()
-            plain = moment.map(lambda name, column: column.tolist())
+            moment = with_lists(self._world.snapshot(number).in_single_precision())
             for place, watch in watches.items():
                 if _needs_moments(self._mission.goals[place]):
-                    watch.see(plain, ())
+                    watch.see(moment, ())
 
     def _end(self) -> list[Trial]:
         """Return how the runs ended, and begin the next ones."""
@@ -198,10 +185,10 @@ class Odds:
         for place, number in enumerate(self._asked):
             met[number] = since[place] >= 0
         if self._needs_events:
-            starts, moment = self._starts(run), self._world.snapshot(run)
+            begun, moment = begun_words(self._world, run), self._world.snapshot(run)
             for watch in self._watches[run].values():
                 if isinstance(watch, SlotWatch):
-                    watch.see(moment, starts)
+                    watch.see(moment, begun)
         for number, watch in self._watches[run].items():
             met[number] = watch.state(is_over=True).progress == "met"
         for number, goal in enumerate(goals):
@@ -221,19 +208,6 @@ class Odds:
             since_ms = state.t_ms if state.progress == "met" and state.t_ms is not None else -1
         return bool(0 <= since_ms <= round(goal.values["seconds"] * 1000))
 
-    def _starts(self, run: int) -> list[Event]:
-        """The events of a run in which a car begins a word."""
-        numbers = memoryview(self._world.backend.read(self._world.take_rows(run))).cast("I")
-        kinds = numbers[KIND::COLUMNS].tolist()
-        firsts = (at * COLUMNS for at, kind in enumerate(kinds) if kind == START)
-        return [Event(*numbers[first : first + COLUMNS]) for first in firsts]
-
 
 def _needs_moments(goal: Goal) -> bool:
     return goal.kind not in ("heard", "in-step") and not GOALS[goal.kind].is_static
-
-
-def _time_of(goal: Goal) -> str:
-    """When a goal that the kernel judges must be met."""
-    at: str = goal.values.get("at", "always" if goal.kind == "not-lit" else "end")
-    return at

@@ -16,7 +16,7 @@ from motorcade.program.diagnostics import ProgramError
 from motorcade.program.files import is_project, read_file, read_project
 from motorcade.words.image import ImageError
 
-_IMAGES, _REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
+_IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
 _LEADER, _FOLLOWER = "#d62728", "#1f77b4"
 _WIDTH_PX, _HEIGHT_PX = 220, 150
 # Around what is shown of a mat without a size.
@@ -30,11 +30,6 @@ _STYLE = (
     "ul{margin:0;padding-inline-start:1.2em}.refused td{background:#fff1d6;color:#5c3a00}"
     "@media print{tr{break-inside:avoid}}"
 )
-
-
-def report_in(folder: Path, mission: Mission) -> Path:
-    """Return where the page of a folder's report is, unless the user says another place."""
-    return folder / f"{mission.id}{_REPORTS[0]}"
 
 
 class Checked(NamedTuple):
@@ -70,18 +65,13 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
 
 def files_of(folder: Path) -> list[Path]:
     """Return the files of a folder and of those in it, by name; without hidden ones and reports. Raises OSError."""
-    found = (path for path in folder.rglob("*") if path.is_file() and not path.name.endswith(_REPORTS))
+    found = (path for path in folder.rglob("*") if path.is_file() and not path.name.endswith(REPORTS))
     return sorted(path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts))
 
 
-def check_files(mission: Mission, folder: Path, files: Iterable[Path]) -> Iterator[Checked]:
-    """Check files of a folder, one after another; one that can't be checked doesn't end this."""
-    for path in files:
-        yield _checked(mission, path.relative_to(folder).as_posix(), path)
-
-
-def _checked(mission: Mission, name: str, path: Path) -> Checked:
-    points: list[list[tuple[float, float]]] = []
+def checked_file(mission: Mission, folder: Path, path: Path) -> Checked:
+    """Check a file of a folder; one that can't be checked has a problem."""
+    name, points = path.relative_to(folder).as_posix(), list[list[tuple[float, float]]]()
 
     def note(sight: Sight) -> None:
         """Note where all cars are in the run with the first seed."""

@@ -46,12 +46,8 @@ class GoalKind(NamedTuple):
     is_static: bool = False
 
 
-def _seconds(title: str) -> Schema:
-    return number(0.1, LONGEST_S, "seconds", title=title)
-
-
-def _time(title: str) -> Schema:
-    return number(0, LONGEST_S, "seconds", title=title)
+def _seconds(title: str, least: float = 0.1) -> Schema:
+    return number(least, LONGEST_S, "seconds", title=title)
 
 
 def _metres(title: str) -> Schema:
@@ -76,7 +72,7 @@ _WHO: Schema = {
 _SHARE = number(0.01, 1, title="the part of these cars that must", default=1)
 _ZONE = line(40, title="the name of a zone")
 _CARS = {"who": _WHO, "share": _SHARE}
-_WINDOW = {"from_s": _time("moments before don't count"), "until_s": _time("moments after don't count")}
+_WINDOW = {"from_s": _seconds("moments before don't count", 0), "until_s": _seconds("moments after don't count", 0)}
 _LEAST = number(0.01, 1_000_000, title="the score at least")
 _APART = _metres("cars are linked that are nearer to each other") | {"default": 0.35}
 _RADIUS = _metres("how far around it a car covers the zone") | {"default": 0.25}

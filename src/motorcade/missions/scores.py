@@ -131,7 +131,7 @@ class ScoreWatch(GoalWatch):
         self._score = score
         self.sees_all = score.sees_all
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         self._score.see(moment)
 
     def state(self, is_over: bool) -> GoalState:

@@ -1,8 +1,9 @@
 """Watch all goals of a mission while a run goes on, one moment after another; and say what each goal asks for."""
 
-from collections.abc import Iterable, Sequence
-from typing import Any, cast
+from collections.abc import Sequence
+from typing import cast
 
+from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
@@ -15,7 +16,7 @@ from motorcade.words.image import Image, parse_image_bytes
 EVERY_MS = scores.STEP_MS
 # For each car sides of zones, and obstacles, that goals compare in a moment: some 20 ms.
 _MOST_COMPARED = 20_000
-# What watches need of a moment, as lists.
+# What watches need of a moment.
 _COLUMNS = ("x_m", "y_m", "heading", "wheels", "led")
 
 
@@ -23,6 +24,13 @@ def run_to_next(world: Simulation, end_ms: int, every_ms: int = EVERY_MS) -> Non
     """Run worlds to their next moment that is watched, at most to the end of a mission."""
     next_ms = min((world.now_ms // every_ms + 1) * every_ms, end_ms)
     world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
+
+
+def begun_words(world: Simulation, number: int) -> list[Event]:
+    """Return the events of one of the worlds, since the last call, in which a car begins a word."""
+    rows = memoryview(world.backend.read(world.take_rows(number))).cast("I")
+    firsts = (at * COLUMNS for at, kind in enumerate(rows[KIND::COLUMNS].tolist()) if kind == START)
+    return [Event(*rows[first : first + COLUMNS]) for first in firsts]
 
 
 class MissionWatch:
@@ -65,18 +73,17 @@ class MissionWatch:
         """Whether the run has reached the mission's duration."""
         return self._now_ms >= self._end_ms
 
-    def see(self, moment: Moment, events: Iterable[tuple[int, ...]] = ()) -> None:
-        """Take the next moment, and the events since the one before it (`motorcade.engine.moment.Event`).
+    def see(self, moment: Moment, begun: Sequence[Event] = ()) -> None:
+        """Take the next moment, and the events since the one before it in which cars begin words.
 
         Moments after the end, and a moment that is not later than the one before, change nothing.
         """
         if self.is_over or moment.t_ms <= self._now_ms:
             return
         self._now_ms = moment.t_ms
-        plain = _with_lists(moment)
-        rows = [Event(*event) for event in events]
+        plain = with_lists(moment)
         for watch in self._in_order:
-            watch.see(plain, rows)
+            watch.see(plain, begun)
 
     def states(self) -> list[GoalState]:
         """How it stands with each goal, in the order of the file."""
@@ -104,7 +111,7 @@ class _AllByWatch(GoalWatch):
         self._then: GoalState | None = None
         self._gone: GoalState | None = None
 
-    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         """Look at the other goal, which has seen this moment."""
         t_ms = moment.t_ms
         before, now = self._before, self._other.state(False)
@@ -180,14 +187,10 @@ def watch_of(
     return goals.cars_watch(goal, mission)
 
 
-def _with_lists(moment: Any) -> Moment:
-    """The moment with its columns as lists, which are read faster than arrays, and without NumPy's numbers."""
-    if isinstance(moment.x_m, list):
-        return moment  # type: ignore[no-any-return]
-    columns = {name: getattr(moment, name) for name in _COLUMNS}
-    lists = {name: each.tolist() for name, each in columns.items() if hasattr(each, "tolist")}
-    plain: Moment = moment._replace(**lists)
-    return plain
+def with_lists(moment: Moment) -> Moment:
+    """The moment with what goals need as lists, which are read faster than arrays and hold plain numbers."""
+    is_array = (name for name in _COLUMNS if hasattr(getattr(moment, name), "tolist"))
+    return moment._replace(**{name: getattr(moment, name).tolist() for name in is_array})
 
 
 def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:

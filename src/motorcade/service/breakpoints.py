@@ -27,19 +27,16 @@ _NOBODY = -1
 class Breakpoints:
     """The conditions on which a page's world stops; each when it begins to hold, not as long as it does.
 
-    Attributes:
+    Args:
+        world: is looked at from now on.
         conditions: any of them stops the world.
     """
 
-    def __init__(self) -> None:
-        self.conditions: Sequence[StopCondition] = ()
+    def __init__(self, world: StudioWorld, conditions: Sequence[StopCondition] = ()) -> None:
+        self._world, self.conditions = world, conditions
         self._stopped: Stopped | None = None
-
-    def arm(self, world: StudioWorld) -> None:
-        """Look at a world from now on."""
-        self._world, self._stopped = world, None
         # What held at the last look, of each condition; None: nothing was seen yet.
-        self._held: list[set[_Key] | None] = [None] * len(self.conditions)
+        self._held: list[set[_Key] | None] = [None] * len(conditions)
         self._touching_ms = world.simulation.totals()["touching_ms"]
         # What the cars show now, where a condition asked for it.
         self._columns: dict[str, Any] | None = None
@@ -51,7 +48,7 @@ class Breakpoints:
 
     def see(self, events: bytes) -> bool:
         """Look at the world, with the rows of events since the last look; return whether it has to stop."""
-        self._columns, self._stopped = None, None
+        self._columns = self._stopped = None
         for number, condition in enumerate(self.conditions):
             before = self._held[number]
             now = dict(self._holding(condition, events))

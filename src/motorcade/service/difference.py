@@ -8,7 +8,7 @@ sent. Where all words agree, they part where a car stands elsewhere.
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
@@ -90,13 +90,6 @@ class Compared(StreamAnswer):
     """How far two runs are simulated."""
 
     t_ms: int
-
-
-class _Parting(NamedTuple):
-    t_ms: int
-    car: int
-    # Of the word in which the car parts, among those that it begins.
-    number: int
 
 
 class _Run:
@@ -189,7 +182,7 @@ class Comparison:
                 self._place = _first_apart(now_ms, moment, other_moment, self._cars)
             # Runs that are the same so far, to the bit, have not parted.
             if self._exact and not self._is_found and (parting := self._parting(now_ms)):
-                answers.append(self._told(parting))
+                answers.append(self._told(*parting))
             elif now_ms % _TOLD_EVERY_MS == 0:
                 answers.append(Compared(now_ms))
         if not self.is_busy:
@@ -223,9 +216,9 @@ class Comparison:
             if moments[0] != moments[1]:
                 return worlds[0].now_ms, _first_differing(moments[0], moments[1], self._cars)
 
-    def _parting(self, now_ms: int) -> _Parting | None:
-        """The earliest word that a car begins in one run alone; None while that can't be said yet."""
-        best: _Parting | None = None
+    def _parting(self, now_ms: int) -> tuple[int, int, int] | None:
+        """When, and which car, first begins a word in one run alone, and the number of that word; None while unsure."""
+        found = []
         for car, (ones, others) in enumerate(zip(*(run.begun for run in self._runs), strict=True)):
             at = self._same[car]
             while at < min(len(ones), len(others)) and self._agree(ones[at], others[at]):
@@ -234,15 +227,15 @@ class Comparison:
             times = [begun[at][0] for begun in (ones, others) if at < len(begun)]
             # A word that only one of them has begun may still come in time.
             if times and (len(times) == 2 or now_ms - times[0] > self._late_ms or not self.is_busy):
-                best = min(filter(None, (best, _Parting(min(times), car, at))))
+                found.append((min(times), car, at))
+        best = min(found, default=None)
         # A car that parted earlier may be found later.
-        return best if best and (now_ms - best.t_ms > 2 * self._late_ms or not self.is_busy) else None
+        return best if best and (now_ms - best[0] > 2 * self._late_ms or not self.is_busy) else None
 
     def _agree(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
         return one[1] == other[1] and abs(one[0] - other[0]) < self._late_ms
 
-    def _told(self, parting: _Parting) -> Difference:
-        t_ms, car, number = parting
+    def _told(self, t_ms: int, car: int, number: int) -> Difference:
         begun = [run.begun[car] for run in self._runs]
         words = [
             each[number][1] if number < len(each) and each[number][0] - t_ms < self._late_ms else None for each in begun
@@ -268,8 +261,7 @@ class Comparison:
 
     def _skipped(self, begun: list[list[tuple[int, int]]], number: int) -> int | None:
         """The run in which a car begins at once the word that comes next in the other run; None where it is neither."""
-        for run in range(2):
-            here, there = begun[run], begun[1 - run]
+        for run, (here, there) in enumerate((begun, begun[::-1])):
             if number + 1 < len(there) and self._agree(here[number], there[number + 1]):
                 return run
         return None
@@ -324,11 +316,9 @@ def _around(begun: list[tuple[int, int]], t_ms: int) -> list[BegunWord]:
 
 def _first_apart(t_ms: int, one: bytes, other: bytes, cars: int) -> tuple[int, int] | None:
     """The time and the first car that stands elsewhere than in the other run."""
-    columns = [unpack_moment(moment, cars) for moment in (one, other)]
-    for car, (x0, x1, y0, y1) in enumerate(
-        zip(columns[0]["x_m"], columns[1]["x_m"], columns[0]["y_m"], columns[1]["y_m"], strict=True)
-    ):
-        if abs(x0 - x1) + abs(y0 - y1) > _APART_M:
+    here, there = (unpack_moment(moment, cars) for moment in (one, other))
+    for car in range(cars):
+        if abs(here["x_m"][car] - there["x_m"][car]) + abs(here["y_m"][car] - there["y_m"][car]) > _APART_M:
             return t_ms, car
     return None
 

@@ -1,9 +1,7 @@
 """Project files, with the program, the mat and the layout of the blocks; and the example projects."""
 
 import json
-from collections.abc import Iterator
 from importlib import resources
-from itertools import count
 from typing import Any
 
 import msgspec
@@ -27,9 +25,6 @@ EXAMPLES: dict[str, Difficulty] = {
     "ripple": 3,
 }
 
-# What a first visit finds; its cars drive at once.
-_OPENING = "town"
-
 # What a project keeps of the page beside its blocks.
 _SETTINGS = ("range_mm", "python", "level")
 
@@ -47,10 +42,8 @@ def project_text(project: Project) -> str:
     Blocks that aren't a valid program yet are stored too; the file's program has no steps then.
     """
     text = whole_program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
-    view: dict[str, Any] = {"leader": project.leader, "followers": project.followers}
-    for name in _SETTINGS:
-        if (value := getattr(project, name)) is not None:
-            view[name] = value
+    settings = {name: value for name in _SETTINGS if (value := getattr(project, name)) is not None}
+    view = {"leader": project.leader, "followers": project.followers, **settings}
     for name, value in (("mat", project.mat), ("view", view)):
         if value is not None:
             # One line each: a long row of blocks is nested deeply, so indented JSON would be mostly spaces.
@@ -143,20 +136,5 @@ def example(name: str) -> Project:
 
 def opening() -> Project:
     """Return the project that a first visit finds. Each block has an id, so that its words are known in advance."""
-    project = example(_OPENING)
-    numbers = count()
-    for workspace in (project.leader, project.followers or {}):
-        _give_ids(workspace.get("blocks", {}).get("blocks"), numbers)
-    return project
-
-
-def _give_ids(part: Any, numbers: Iterator[int]) -> None:
-    """Give each block in a part of a workspace an id, unless it has one."""
-    if isinstance(part, list):
-        for each in part:
-            _give_ids(each, numbers)
-    elif isinstance(part, dict):
-        if "type" in part:
-            part.setdefault("id", f"{_OPENING}-{next(numbers)}")
-        for each in part.values():
-            _give_ids(each, numbers)
+    # Its cars drive at once.
+    return example("town")

@@ -5,11 +5,10 @@ columns of a moment (`motorcade.engine.moment.PICTURED`, filled up to a multiple
 since the last picture (`motorcade.engine.moment.EVENT_ROW`). The engine's kernels pack moments and events.
 """
 
-import csv
-import io
 import struct
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Iterable, Iterator
 from typing import Annotated, NamedTuple, get_type_hints
 
 from motorcade.engine.events import KINDS, LOSS_REASONS, LOST
@@ -29,7 +28,6 @@ EVERY_MS = 100
 LATELY_MS = 5000
 # How much of the past is stored: bytes of moments and of events.
 PAST_BYTES = (24 << 20, 12 << 20)
-_TABLE_COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
 
@@ -164,25 +162,26 @@ def _row_after(batch: bytes, t_ms: int) -> int:
     return bisect_right(rows, t_ms, key=lambda row: EVENT_ROW.unpack_from(batch, row * EVENT_BYTES)[0])
 
 
-def table_text(events: bytes, has_head: bool = False) -> str:
-    """Return rows of events (`motorcade.engine.moment.EVENT_ROW`) as CSV; with the columns' names where `has_head`."""
-    text = io.StringIO()
-    writer = csv.writer(text)
-    if has_head:
-        writer.writerow(_TABLE_COLUMNS)
-    for t_ms, car, kind, why, word, other in unpack_events(events):
-        name, tag = KINDS[kind], 0
-        if name == "start":
-            tag = other
-        elif name in ("frame", "heard") and tag_of(word):
-            word, tag = word_of(word), tag_of(word)
-        writer.writerow((t_ms, car, name, LOSS_REASONS[why], f"0x{word:08X}", other, tag))
-    return text.getvalue()
+def table_texts(batches: Iterable[bytes]) -> Iterator[str]:
+    """Yield events as CSV: the columns' names, then each batch of rows (`motorcade.engine.moment.EVENT_ROW`)."""
+    yield "t_ms,car,event,why,word,other,tag\r\n"
+    for batch in batches:
+        yield "".join(map(_row_text, unpack_events(batch)))
+
+
+def _row_text(event: Event) -> str:
+    t_ms, car, kind, why, word, other = event
+    name, tag = KINDS[kind], 0
+    if name == "start":
+        tag = other
+    elif name in ("frame", "heard") and tag_of(word):
+        word, tag = word_of(word), tag_of(word)
+    return f"{t_ms},{car},{name},{LOSS_REASONS[why]},0x{word:08X},{other},{tag}\r\n"
 
 
 def event_table(rows: bytes) -> Text:
     """Return the page's events as CSV. Raises MotorcadeError where they aren't whole rows of events."""
     try:
-        return Text(table_text(rows, has_head=True))
+        return Text("".join(table_texts([rows])))
     except (struct.error, IndexError):
         raise MotorcadeError("bad-message", reason="these are no rows of events") from None

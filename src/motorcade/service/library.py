@@ -35,7 +35,6 @@ _INVISIBLE = (
 )
 # More marks on a letter than any language writes cover the lines above and below.
 _MOST_MARKS = 3
-_ALL_STARS = (1, 2, 3)
 _MISSION = re.compile(r"[a-z0-9][a-z0-9-]{0,59}")
 # The most bytes of a file.
 MOST_BYTES = 32 << 20
@@ -105,11 +104,10 @@ def stars_in(value: object) -> dict[str, list[int]]:
     if not isinstance(value, dict):
         return {}
     missions = {key: stars for key, stars in value.items() if isinstance(key, str) and _MISSION.fullmatch(key)}
-    return {mission: _valid_stars(stars) for mission, stars in missions.items()}
-
-
-def _valid_stars(value: object) -> list[int]:
-    return [star for star in _ALL_STARS if isinstance(value, list) and star in value]
+    return {
+        mission: [star for star in (1, 2, 3) if isinstance(stars, list) and star in stars]
+        for mission, stars in missions.items()
+    }
 
 
 def united_stars(earned: dict[str, list[int]], mission: str, stars: Iterable[int]) -> list[int]:
@@ -316,24 +314,16 @@ def _is_file(text: str, file_format: str) -> bool:
 def _add(storage: Storage, owner: str, name: str, versions: list[_Version]) -> ImportedProject:
     """Store the versions under the first name like ``name`` that is free; nothing where they are there already."""
     texts = {version.text.encode() for version in versions}
-    for stored_as in _similar_names(name):
-        stored = _texts(storage, owner, stored_as)
-        if stored is None:
-            for version in versions:
-                storage.write_version(owner, stored_as, version.text.encode(), saved_at_s=version.saved_at_s())
-            return ImportedProject(name, stored_as, len(versions))
+    stored_as, number = name, 1
+    while (stored := _texts(storage, owner, stored_as)) is not None:
         if texts <= stored:
             return ImportedProject(name, stored_as, 0)
-    raise AssertionError
-
-
-def _similar_names(name: str) -> Iterator[str]:
-    yield name
-    number = 2
-    while True:
-        ending = f" ({number})"
-        yield name[: LONGEST_NAME - len(ending)].rstrip() + ending
         number += 1
+        ending = f" ({number})"
+        stored_as = name[: LONGEST_NAME - len(ending)].rstrip() + ending
+    for version in versions:
+        storage.write_version(owner, stored_as, version.text.encode(), saved_at_s=version.saved_at_s())
+    return ImportedProject(name, stored_as, len(versions))
 
 
 def _texts(storage: Storage, owner: str, name: str) -> set[bytes] | None:
@@ -351,8 +341,8 @@ def _texts(storage: Storage, owner: str, name: str) -> set[bytes] | None:
 
 def _add_stars(storage: Storage, owner: str, stars: dict[str, list[int]]) -> int:
     before = storage.stars(owner)
-    added = 0
-    for mission, earned in stars.items():
-        count = len(before.get(mission, ()))
-        added += len(storage.add_stars(owner, mission, earned)) - count if earned else 0
-    return added
+    return sum(
+        len(storage.add_stars(owner, mission, earned)) - len(before.get(mission, ()))
+        for mission, earned in stars.items()
+        if earned
+    )

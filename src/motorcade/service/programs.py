@@ -67,23 +67,21 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
     """
     profile = built_in_profile(blocks.profile)
     first: messages.Compiled | None = None
-    diagnostics: list[program_diagnostics.Diagnostic] = []
+    diagnostics: dict[tuple[object, ...], program_diagnostics.Diagnostic] = {}
     left_out: set[str] = set()
     for _ in range(_MOST_ROUNDS):
         leader, followers = (_without(left_out, each) for each in (blocks.leader, blocks.followers))
-        program: Program | None = None
         try:
             program = program_of(leader, followers, blocks.profile)
             compiled = compile_program(program, profile)
             found: Iterable[program_diagnostics.Diagnostic] = compiled.diagnostics
         except ProgramError as problem:
             compiled, found = None, problem.diagnostics
-        known = {(each.code, each.id, str(each.details)) for each in diagnostics}
         for each in found:
             # A warning of what is left is not one of the whole program.
-            if (each.severity == "error" or not left_out) and (each.code, each.id, str(each.details)) not in known:
-                diagnostics.append(each)
-        if compiled and program:
+            if each.severity == "error" or not left_out:
+                diagnostics.setdefault((each.code, each.id, str(each.details)), each)
+        if compiled:
             answer = _answer(compiled, program)
             first = first or answer
             if compiled.words:
@@ -94,7 +92,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
             break
         left_out |= wrong
     answer = first or messages.Compiled([])
-    answer.diagnostics = diagnostics_in_all_languages(diagnostics, blocks.followers)
+    answer.diagnostics = diagnostics_in_all_languages(diagnostics.values(), blocks.followers)
     answer.left_out = sorted(left_out)
     if left_out:
         answer.image = None

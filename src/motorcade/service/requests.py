@@ -1,7 +1,6 @@
 """The requests of a page: one table from a request's name to the function that answers it."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from inspect import signature
 from typing import Any, NamedTuple
@@ -98,8 +97,7 @@ class Context:
         return self.storage.list(mission_library(self.owner))
 
     def read_own_mission(self, name: str) -> missions.Mission:
-        with _of_mission():
-            text = self.storage.read(mission_library(self.owner), name)
+        text = self.storage.read(mission_library(self.owner), name)
         return missions.open_mission_text(text.decode(errors="replace"))
 
     def write_own_mission(self, name: str, document: messages.MissionDocument) -> messages.SavedVersion:
@@ -107,8 +105,7 @@ class Context:
         return self._write(mission_library(self.owner), name, text)
 
     def delete_own_mission(self, name: str) -> Nothing:
-        with _of_mission():
-            self.storage.delete(mission_library(self.owner), name)
+        self.storage.delete(mission_library(self.owner), name)
         return Nothing()
 
     def check_mission(self, attempt: missions.MissionAttempt) -> missions.MissionResult:
@@ -120,15 +117,6 @@ class Context:
     def _write(self, owner: str, name: str, text: str, base: int | None = None) -> messages.SavedVersion:
         version = self.storage.write_version(owner, name, text.encode(), base)
         return messages.SavedVersion(version, self.storage.place().stays)
-
-
-@contextmanager
-def _of_mission() -> Iterator[None]:
-    """Say of a mission what the storage says of a project that isn't there."""
-    try:
-        yield
-    except MotorcadeError as problem:
-        raise MotorcadeError("no-own-mission", **problem.details) if problem.code == "no-project" else problem from None
 
 
 def _save_text(project: messages.Project) -> messages.Text:

@@ -107,7 +107,7 @@ class _Try:
         world = self._open_worlds(self._mission, self._image, [seed], True)
         watch = MissionWatch(self._mission, self._image)
         for sight in watched(world, self._mission):
-            watch.see(sight.moment, sight.events)
+            watch.see(sight.moment, sight.begun)
         states = [state for goal, state in zip(self._mission.goals, watch.states(), strict=True) if goal.star == 1]
         state = next((state for state in states if state.progress != "met"), states[0])
         return Failure(seed, state.t_ms or 0, sentences(state.why), list(state.cars))

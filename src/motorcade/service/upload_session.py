@@ -53,10 +53,8 @@ class UploadSession:
         self._out: list[bytes | UploadAnswer] = []
         self._data = b""
         self._count = 0
-        self._transfer: Transfer
-        if order.image is None:
-            self._transfer = ReadbackTransfer(baud)
-        else:
+        self._transfer: Transfer = ReadbackTransfer(baud)
+        if order.image is not None:
             size = len(order.image)
             self._transfer = UploadTransfer(
                 order.image,
@@ -101,7 +99,7 @@ class UploadSession:
     def _outcome(self) -> Outcome:
         outcome = self._transfer.outcome
         assert outcome is not None
-        if self._order.image is None:
+        if self._order.readback:
             failure = readback_error(WEB_SERIAL, outcome)
             return failed(failure) if failure else world_messages.ImageRead(bytes(outcome.detail))
         failure = upload_error(WEB_SERIAL, outcome, self._transfer.holds)

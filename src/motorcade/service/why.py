@@ -158,10 +158,8 @@ def _out_of_reach(world: Simulation, senders: Sequence[Near], listeners: Sequenc
         phrase = Phrase("why-too-far", **details, range=f"{world.profile.infrared.range_mm / 1000:g}")
         # Where infrared can't reach so far, the car comes nearer.
         return _why(phrase, "range_mm", value) if value <= _LONGEST_RANGE_MM else _why(phrase, "move", nearest.car)
-    if nearest.reach == "hidden":
-        return _why(Phrase("why-hidden", **details), "move", nearest.car)
-    if nearest.reach == "outside-beam":
-        return _why(Phrase("why-outside-beam", **details), "move", nearest.car)
+    if nearest.reach in ("hidden", "outside-beam"):
+        return _why(Phrase(f"why-{nearest.reach}", **details), "move", nearest.car)
     return _why(Phrase("why-not-yet", **details))
 
 

@@ -4,7 +4,7 @@ It lets the world's time pass, stores its past, and makes pictures of it. Real t
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from motorcade.engine.moment import EVENT_BYTES
 from motorcade.errors import MotorcadeError
@@ -21,7 +21,7 @@ from motorcade.service.history import (
     pack_picture,
 )
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import CarDetails, Goals, Hello, State, WorldAnswer, WorldMessage
+from motorcade.service.world_messages import CarDetails, Goals, Hello, State, StopCondition, WorldAnswer, WorldMessage
 
 PICTURE_S = 1 / 30
 # The session makes no more pictures while the page has received so many that it has not drawn yet.
@@ -55,7 +55,6 @@ class WorldSession:
         past_bytes: how much of the past is stored, in bytes of moments and of events.
 
     Attributes:
-        has_world: whether the page has set a world; without one most methods raise MotorcadeError.
         playing: whether the world's time goes on.
         speed: simulated seconds in a real one.
         has_news: whether there is something new to show.
@@ -74,7 +73,6 @@ class WorldSession:
         self.speed = 1.0
         self._world: StudioWorld | None = None
         self._watched: int | None = None
-        self._breakpoints = Breakpoints()
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
         # When the page was last seen to draw.
         self._drew_s = float("-inf")
@@ -87,7 +85,7 @@ class WorldSession:
 
     @property
     def has_world(self) -> bool:
-        """Whether the page has set a world."""
+        """Whether the page has set a world; without one most methods raise MotorcadeError."""
         return self._world is not None
 
     @property
@@ -107,8 +105,7 @@ class WorldSession:
     def begin(self, world: StudioWorld) -> list[WorldAnswer]:
         """Play a new world, which `make_world` built, instead of the one before; it is paused at first."""
         self._world, self._watched, self.speed = world, None, 1.0
-        self._breakpoints.conditions = ()
-        self._begin_run()
+        self._begin_run(())
         return self._greet(resumed=False)
 
     def _greet(self, resumed: bool) -> list[WorldAnswer]:
@@ -120,10 +117,8 @@ class WorldSession:
 
     def _new_goals(self) -> list[WorldAnswer]:
         """How it stands with the mission's goals at the shown time, where that has changed."""
-        if self.world.referee is None:
-            return []
-        goals = self.world.referee.goals(self._shown_ms)
-        if goals == self._told_goals:
+        goals = self.world.referee.goals(self._shown_ms) if self.world.referee else None
+        if goals is None or goals == self._told_goals:
             return []
         self._told_goals = goals
         return [goals]
@@ -158,8 +153,7 @@ class WorldSession:
                 self._run(message.until_ms // world.tick_ms)
                 self._show_all()
             case world_messages.StopWhen():
-                self._breakpoints.conditions = message.conditions
-                self._breakpoints.arm(world)
+                self._breakpoints = Breakpoints(world, message.conditions)
             case world_messages.Speak():
                 world.simulation.say(message.word)
             case world_messages.SetEnvironment():
@@ -232,9 +226,9 @@ class WorldSession:
     def _reset(self, seed: int) -> None:
         """Begin again with a seed; what is around the cars stays as it is."""
         self.world.reset(seed)
-        self._begin_run()
+        self._begin_run(self._breakpoints.conditions)
 
-    def _begin_run(self) -> None:
+    def _begin_run(self, conditions: Sequence[StopCondition]) -> None:
         self.playing = False
         # The real time of the last `simulate`, and the simulated time that was due then but is not simulated yet.
         self._advanced_s = None
@@ -251,7 +245,7 @@ class WorldSession:
         if self.world.referee:
             self.world.referee.restart()
         self._next_moment_ms = 0
-        self._breakpoints.arm(self.world)
+        self._breakpoints = Breakpoints(self.world, conditions)
         self._store_moment()
         self._show_all()
 

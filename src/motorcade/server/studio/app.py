@@ -8,7 +8,6 @@ from collections.abc import Callable, Coroutine, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -32,7 +31,7 @@ from motorcade.server.studio.driving import build_world
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
 from motorcade.server.studio.uploads import Uploads
 from motorcade.server.studio.workers import Workers
-from motorcade.service.history import table_text
+from motorcade.service.history import table_texts
 from motorcade.service.library import export_answer
 from motorcade.service.messages import Capabilities
 from motorcade.service.trials import Luck, TrialMessage, TrialSession
@@ -167,8 +166,7 @@ def _timeline_route(visitors: Visitors, worlds: PageWorlds) -> Route:
         session = worlds.session(request.path_params["session"], visitors.visitor(request))
         batches = await session.alone(session.events)
         headers = {"Content-Disposition": 'attachment; filename="timeline.csv"'}
-        texts = chain([table_text(b"", has_head=True)], map(table_text, batches))
-        return StreamingResponse(texts, media_type="text/csv; charset=utf-8", headers=headers)
+        return StreamingResponse(table_texts(batches), media_type="text/csv; charset=utf-8", headers=headers)
 
     return Route("/api/world/{session}/timeline.csv", download)
 
