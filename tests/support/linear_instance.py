@@ -62,10 +62,6 @@ class MockInstance:
         self.calls.append("clear")
         ctypes.memset(self._at(address, size), 0, size)
 
-    def copy(self, to: int, address: int, size: int) -> None:
-        self.calls.append("copy")
-        ctypes.memmove(self._at(to, size), self._at(address, size), size)
-
     def call(self, kernel: str, address: int) -> None:
         self.calls.append(kernel)
         assert self._exports[kernel](self._store, address) == 0

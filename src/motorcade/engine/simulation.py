@@ -19,7 +19,7 @@ from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
-from motorcade.engine.state import DRIVEN, Arrays
+from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
@@ -110,7 +110,7 @@ class Simulation:
     def _begin(self, seeds: Sequence[int]) -> None:
         memory = self.backend
         self.seeds = tuple(int(seed) for seed in seeds)
-        self._seeds = memory.allocate("seeds", layout.buffer_of("int64", self.seeds))
+        self._seeds = memory.allocate("seeds", Buffer.of("int64", self.seeds))
         layout.put_in_place(self.state, self._standing, self.worlds, memory)
         self._keep_driven([])
         room = 64 * self.cars + 1024 if self._keeps_events else 0
@@ -171,10 +171,10 @@ class Simulation:
         self._floor = memory.allocate("floor", floor.floor_of(mat, rules.floor_aside))
         self._people, self._voices = allocate_all(memory, people), allocate_all(memory, layout.voices_of(mat))
 
-    def _with_room(self, counts: BackendArray, room: int) -> events.Counters:
+    def _with_room(self, counts: BackendArray, room: int) -> Counters:
         """Counters with room for events, ``room`` for each part of the world."""
         shape = self._parts, room, events.COLUMNS
-        return events.Counters(counts, self.backend.zeros("events", shape, "uint32"))
+        return Counters(counts, self.backend.zeros("events", shape, "uint32"))
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
@@ -304,7 +304,7 @@ class Simulation:
             raise MotorcadeError("world-keeps-no-events")
         taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
         memory, count = self.backend, len(taken) // events.COLUMNS
-        rows = memory.allocate("taken", layout.buffer_of("uint32", taken, events.COLUMNS))
+        rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
         self.backend.call("sort_events", rows, order, in_order)
@@ -368,11 +368,12 @@ class Simulation:
         memory, cars = self.backend, self.state
         counts, cells = self._counters.counts, self._cells
         changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
-        saved = memory.save(changing)
+        saved = [(column, memory.read(column)) for column in changing]
         self._call(ticks)
         counted = self._read_counts()
         while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
-            memory.restore(changing, saved)
+            for column, contents in saved:
+                memory.write(column, contents)
             self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
             self._call(ticks)
             counted = self._read_counts()
