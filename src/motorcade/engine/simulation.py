@@ -26,7 +26,7 @@ from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
-_COUNTED = {
+COUNTED = {
     "frames": events.FRAMES,
     "heard": events.FRAMES_HEARD,
     "lost_collision": events.COLLISION,
@@ -326,7 +326,7 @@ class Simulation:
         """
         counts = self._read_counts()
         parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
-        return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in _COUNTED.items()}
+        return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in COUNTED.items()}
 
     def judge(self, questions: Questions, answers: Answers) -> None:
         """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""

@@ -48,6 +48,10 @@ export class EngineInstance {
     this.bytes.fill(0, address, address + size);
   }
 
+  copy(to: number, address: number, size: number): void {
+    this.bytes.copyWithin(to, address, address + size);
+  }
+
   call(kernel: string, address: number): void {
     this.kernels[kernel]!(address);
   }
