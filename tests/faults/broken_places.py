@@ -66,7 +66,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         (
             "failsafe-too-late",
             "        if silent_ms <= self._failsafe_ms:\n            return self._failsafe_ms + 1 - silent_ms\n",
-            "        if silent_ms <= 2 * self._failsafe_ms:\n            return 2 * self._failsafe_ms + 1 - silent_ms\n",
+            "        if silent_ms <= 600:\n            return 601 - silent_ms\n",
         ),
         ("stop-only-of-the-driver", "    (MOVING, STOP, STOPPED),\n", ""),
         ("failsafe-needs-no-arming", "(MOVING, SILENT, FAILSAFE)", "(MOVING, SILENT, READY)"),

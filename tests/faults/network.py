@@ -5,13 +5,14 @@ bytes wait in the sender's buffer while the receiver reads none.
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from errno import ECONNREFUSED, ECONNRESET, ENOTCONN, EPIPE, ETIMEDOUT
-from functools import cached_property
 from os import strerror
 from random import Random
 from socket import SO_KEEPALIVE, SOL_SOCKET
+from typing import Any
 
+from tests.faults.selector import File
 from tests.faults.world import Process, World
 
 # What waits in the kernel of a sender, and of a receiver that doesn't read.
@@ -21,20 +22,6 @@ _AGAIN_S = 0.2
 # A peer that has vanished is noticed after so long, where keep-alive is on.
 _KEEP_ALIVE_S = 10.0
 _CONNECT_S = 60.0
-
-
-class Chance:
-    """Draws of one connection, from a seed of its own, which few connections ever need."""
-
-    def __init__(self, seed: str) -> None:
-        self._seed = seed
-
-    @cached_property
-    def _random(self) -> Random:
-        return Random(self._seed)
-
-    def draw(self) -> float:
-        return self._random.random()
 
 
 class Link:
@@ -76,15 +63,15 @@ class Link:
             if socket.is_first:
                 socket.vanish()
 
-    def arrival_s(self, chance: Chance) -> float:
+    def arrival_s(self, chance: Random) -> float:
         """When a packet arrives that is sent now."""
         now_s = self.world.now_s
         at_s = max(now_s, self.down_until_s) + self.delay_s
         if self.jitter_s or self.loss:
-            at_s += chance.draw() * self.jitter_s
+            at_s += chance.random() * self.jitter_s
         again_s = _AGAIN_S
         is_late = now_s < self.down_until_s
-        while self.loss and chance.draw() < self.loss:
+        while self.loss and chance.random() < self.loss:
             at_s += again_s
             again_s *= 2
             is_late = True
@@ -93,19 +80,19 @@ class Link:
         return at_s
 
 
-class Socket:
+class Socket(File):
     """One end of a connection.
 
     Attributes:
         received: what has come and isn't read yet.
         has_ended: whether the peer sends nothing any more.
         error: why the connection is broken; 0 where it isn't.
-        changed: called when there is something to read, or room to send.
         ended: called when it breaks, or is closed.
         tap: is given what is sent.
     """
 
     def __init__(self, network: "Network", link: Link, process: Process, address: tuple[str, int], first: bool) -> None:
+        super().__init__(network.world)
         self.world = network.world
         self.link = link
         self.process = process
@@ -116,16 +103,14 @@ class Socket:
         self.has_ended = False
         self.error = 0
         self.is_closed = False
-        self.changed: Callable[[], None] = lambda: None
         self.ended: Callable[[], None] = lambda: None
         self.tap: Callable[[bytes], None] | None = None
         self.options: dict[tuple[int, int], int] = {}
-        self._chance = Chance(f"{self.world.seed} {address} {network.opened}")
+        self._chance = Random(f"{self.world.seed} {address} {network.opened}")
         # What is under way, the oldest first, and when the last of it arrives; None is the end.
         self._packets: deque[bytes | None] = deque()
         self._last_s = 0.0
         self._under_way = 0
-        self._bound = network
         link.sockets.append(self)
         process.at_end.append(self.close)
 
@@ -137,8 +122,7 @@ class Socket:
             raise system_error(self.error)
         if self.is_closed or self.peer is None:
             raise system_error(EPIPE)
-        room = _SEND_BYTES + _RECEIVE_BYTES - self._under_way - len(self.peer.received)
-        count = min(room, len(data))
+        count = min(self._room(), len(data))
         if count <= 0:
             raise BlockingIOError
         if self.tap:
@@ -146,6 +130,20 @@ class Socket:
         self._under_way += count
         self._deliver(bytes(data[:count]))
         return count
+
+    def sendmsg(self, parts: Iterable[bytes]) -> int:
+        return self.send(b"".join(parts))
+
+    def _room(self) -> int:
+        return _SEND_BYTES + _RECEIVE_BYTES - self._under_way - len(self.peer.received) if self.peer else 1
+
+    @property
+    def is_readable(self) -> bool:
+        return bool(self.received or self.has_ended or self.error)
+
+    @property
+    def is_writable(self) -> bool:
+        return bool(self.error or self.is_closed or self._room() > 0)
 
     def recv(self, count: int, flags: int = 0) -> bytes:
         """What has come, at most so much; b"" at the end. Raises OSError, and BlockingIOError where nothing has."""
@@ -159,6 +157,11 @@ class Socket:
         if self.has_ended:
             return b""
         raise BlockingIOError
+
+    def recv_into(self, buffer: Any) -> int:
+        data = self.recv(len(buffer))
+        buffer[: len(data)] = data
+        return len(data)
 
     def sendall(self, data: bytes) -> None:
         """Send all, where there is room for all."""
@@ -195,9 +198,6 @@ class Socket:
 
     def setsockopt(self, level: int, option: int, value: int) -> None:
         self.options[level, option] = value
-
-    def setblocking(self, blocks: bool) -> None:
-        assert not blocks
 
     # What happens to it.
 
@@ -264,16 +264,16 @@ class _Nothing:
         self.changed_by_peer = lambda: None
 
 
-class ListeningSocket:
+class ListeningSocket(File):
     """A socket at which a program accepts connections."""
 
     def __init__(self, network: "Network", process: Process, address: tuple[str, int], backlog: int) -> None:
+        super().__init__(network.world)
         self._network = network
         self.process = process
         self._address = address
         self._backlog = backlog
         self._waiting: deque[Socket] = deque()
-        self.changed: Callable[[], None] = lambda: None
         process.at_end.append(self.close)
 
     def listen(self, backlog: int) -> None:
@@ -300,8 +300,7 @@ class ListeningSocket:
         return len(self._waiting)
 
     @property
-    def received(self) -> bool:
-        """Whether a connection waits."""
+    def is_readable(self) -> bool:
         return bool(self._waiting)
 
     def close(self) -> None:
@@ -316,9 +315,6 @@ class ListeningSocket:
 
     def setsockopt(self, level: int, option: int, value: int) -> None:
         pass
-
-    def setblocking(self, blocks: bool) -> None:
-        assert not blocks
 
 
 Connected = Callable[[Socket | OSError], None]
@@ -364,7 +360,7 @@ class _Caller:
         self._world = world = network.world
         network.opened += 1
         self._address = process.name, 40_000 + network.opened
-        self._chance = Chance(f"{world.seed} connects {self._address}")
+        self._chance = Random(f"{world.seed} connects {self._address}")
         self._end_s = world.now_s + _CONNECT_S
         world.at(self._link.arrival_s(self._chance), self._knock)
 

@@ -8,8 +8,9 @@ from typing import Any
 
 from serial import Serial, SerialException, SerialTimeoutException
 from tests.faults.disk import Disk
-from tests.faults.lines import Cable, Damage, Selector, SocketPort
+from tests.faults.lines import Cable, Damage, SocketPort
 from tests.faults.network import Network
+from tests.faults.selector import Selector
 from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Process, World, world
 
@@ -148,7 +149,7 @@ class Uploads:
 
     def _line(self, process: Process) -> Any:
         if self.is_tcp:
-            line = TcpPort("car", _PORT, Time.monotonic, selector=Selector())
+            line = TcpPort("car", _PORT, Time.monotonic, selector=Selector(self.world))
             write = line.write
         else:
             line = SerialLine(self._opened_by_car, Time.monotonic)
