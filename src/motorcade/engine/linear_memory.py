@@ -117,7 +117,14 @@ _NOTHING = _Part(object(), 0, b"")
 @lru_cache
 def module_arguments() -> dict[str, list[Argument]]:
     """Return the arguments of each kernel of the installed engine.wasm."""
-    return parse_arguments(custom_section(PATH.read_bytes(), SECTION).decode())
+    return parse_arguments(section_text())
+
+
+def section_text() -> str:
+    """Return the text of the module's section."""
+    # Behind the section's name there is its text, whose end JSON tells.
+    text = PATH.read_bytes().partition(SECTION.encode())[2].decode("latin-1")
+    return text[: json.JSONDecoder().raw_decode(text)[1]]
 
 
 def parse_arguments(section: str) -> dict[str, list[Argument]]:
@@ -210,29 +217,3 @@ def _check(kernel: str, expected: Argument | None, *given: Any) -> None:
     found = Argument(expected.name if expected else "", *given) if given else None
     if found != expected:
         raise MotorcadeError("kernel-argument-differs", kernel=kernel, expected=str(expected), found=str(found))
-
-
-def custom_section(code: bytes, name: str) -> bytes:
-    """Return a custom section of a WebAssembly module. Raises KeyError where there is none of that name."""
-    at = 8
-    while at < len(code):
-        kind = code[at]
-        size, at = _unsigned(code, at + 1)
-        end = at + size
-        if kind == 0:
-            length, at = _unsigned(code, at)
-            if code[at : at + length].decode() == name:
-                return code[at + length : end]
-        at = end
-    raise KeyError(name)
-
-
-def _unsigned(code: bytes, at: int) -> tuple[int, int]:
-    """The number in LEB128 at a place, and the place after it."""
-    number, shift = 0, 0
-    while True:
-        number |= (code[at] & 0x7F) << shift
-        shift += 7
-        at += 1
-        if code[at - 1] < 0x80:
-            return number, at

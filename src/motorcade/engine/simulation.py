@@ -91,10 +91,9 @@ class Simulation:
         self.backend = backend
         self._keeps_events = events
         self._parts = parts or self.worlds
-        memory = backend
-        self.state = layout.cars_of(self.worlds, self.cars, memory)
-        self._cells = layout.cells_of(self.worlds, self.cars, memory)
-        self._around = layout.around_of(shares, self.cars, memory)
+        self.state = layout.cars_of(self.worlds, self.cars, backend)
+        self._cells = layout.cells_of(self.worlds, self.cars, backend)
+        self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
@@ -162,14 +161,13 @@ class Simulation:
         self._wake()
 
     def _set_environment(self, mat: Mat, profile: Profile) -> None:
-        memory = self.backend
-        rules = layout.rules_of(mat, profile, self.images)
-        people = layout.people_of(mat, self._parts)
+        backend, rules = self.backend, layout.rules_of(mat, profile, self.images)
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
-        self._place = layout.place_of(mat, rules, memory, self._look_mm)
-        self._rules = allocate_all(memory, rules)
-        self._floor = memory.allocate("floor", floor.floor_of(mat, rules.floor_aside))
-        self._people, self._voices = allocate_all(memory, people), allocate_all(memory, layout.voices_of(mat))
+        self._place = layout.place_of(mat, rules, backend, self._look_mm)
+        self._rules = allocate_all(backend, rules)
+        self._floor = backend.allocate("floor", floor.floor_of(mat, rules.floor_aside))
+        self._people = allocate_all(backend, layout.people_of(mat, self._parts))
+        self._voices = allocate_all(backend, layout.voices_of(mat))
 
     def _with_room(self, counts: BackendArray, room: int) -> Counters:
         """Counters with room for events, ``room`` for each part of the world."""
@@ -235,10 +233,9 @@ class Simulation:
 
     def look_ahead(self, car: int, look_mm: int) -> int:
         """What a car's ultrasonic sensor measures up to ``look_mm``, in world 0 and after the first tick."""
-        memory = self.backend
-        answer = memory.zeros("answer", (1,), "int64")
+        answer = self.backend.zeros("answer", (1,), "int64")
         self.backend.call("read_obstacle", self._index(car, 0), look_mm, self.arrays(), answer)
-        return int.from_bytes(memory.read(answer), "little")
+        return int.from_bytes(self.backend.read(answer), "little")
 
     def begin_words(self, words: bytes) -> None:
         """Let followers begin words in the next tick, after the first one, as if each had just heard its own.
@@ -247,20 +244,17 @@ class Simulation:
             words: four bytes a car, little-endian, in the order of worlds and car numbers: a control word without
                 parity, or `motorcade.engine.agents.KEEP`.
         """
-        memory = self.backend
-        given = memory.zeros("words", (self.worlds * self.cars,), "uint32")
-        memory.write(given, words)
-        memory.call("begin_words", self._tick, self.worlds, given, self.arrays())
+        given = self.backend.allocate("words", Buffer.of("uint32", array("I", words)))
+        self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
 
     def read_senses(self) -> BackendArray:
         """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
 
         The columns are those of `motorcade.engine.agents`. Sensors are on whatever a car's word asks for.
         """
-        memory = self.backend
-        sensed = memory.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
+        sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
-        memory.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
+        self.backend.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
         return sensed
 
     def step(self) -> None:
