@@ -99,13 +99,6 @@ def test_a_world_that_exceeds_the_memory_is_refused() -> None:
     assert caught.value.code == "world-exceeds-webassembly"
 
 
-def test_a_part_with_gaps_is_not_contiguous() -> None:
-    array = LinearArray("uint32", (2, 3), (12, 4), 0)
-    assert array.is_contiguous
-    assert array[:1].is_contiguous
-    assert not array[:, :2].is_contiguous
-
-
 @given(st.lists(st.integers(0, 5), min_size=1, max_size=3), st.data())
 def test_a_part_of_an_array_is_what_numpy_has(shape: list[int], data: st.DataObject) -> None:
     import numpy as np
