@@ -42,23 +42,24 @@ class Link:
         self.down_until_s = self.late_until_s = 0.0
         self.sockets: list[Socket] = []
 
+    def _note(self, what: str, *more: object) -> None:
+        self.world.count(what)
+        self.world.note(what, *more)
+
     def stall(self, seconds: float) -> None:
         """Let nothing pass for a time: a stall, or a pulled cable that is plugged in again."""
-        self.world.count("stall")
-        self.world.note("stall", round(seconds, 4))
+        self._note("stall", round(seconds, 4))
         self.down_until_s = max(self.down_until_s, self.world.now_s + seconds)
 
     def cut(self) -> None:
         """Break all connections: both ends get a reset."""
-        self.world.count("cut")
-        self.world.note("cut")
+        self._note("cut")
         for socket in list(self.sockets):
             socket.fail(ECONNRESET)
 
     def forget_one_end(self) -> None:
         """Break all connections so that only one end knows: the other finds out when it sends, or never."""
-        self.world.count("half-open")
-        self.world.note("half-open")
+        self._note("half-open")
         for socket in list(self.sockets):
             if socket.is_first:
                 socket.vanish()
@@ -330,7 +331,6 @@ class Network:
         # Told of each connection: its name, its port, and the client's end.
         self.watch: Callable[[str, int, Socket], None] = lambda name, port, socket: None
         self.opened = 0
-        self._hosts: dict[str, str] = {}
 
     def link(self, host: str, delay_s: float, jitter_s: float = 0.0, loss: float = 0.0) -> Link:
         """The link of a computer to all others, or, as ``A to B``, to one of them."""
@@ -345,50 +345,38 @@ class Network:
 
     def connect(self, process: Process, host: str, port: int, done: Connected) -> None:
         """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
-        _Caller(self, process, (host, port), done)
+        world, to = self.world, (host, port)
+        link = self.links.get(f"{process.name} to {host}") or self.links[process.name]
+        self.opened += 1
+        address = process.name, 40_000 + self.opened
+        chance, end_s = Random(f"{world.seed} connects {address}"), world.now_s + _CONNECT_S
 
+        def knock() -> None:
+            """A packet knocks until somebody answers."""
+            if process.is_dead:
+                return
+            if world.now_s < link.down_until_s:
+                if world.now_s < end_s:
+                    world.after(1.0, knock)
+                else:
+                    done(system_error(ETIMEDOUT))
+                return
+            listening = self.listening.get(to)
+            if listening is None or listening.process.is_dead:
+                world.at(link.arrival_s(chance), done, system_error(ECONNREFUSED))
+                return
+            ours, theirs = Socket(self, link, process, address, True), Socket(self, link, listening.process, to, False)
+            ours.peer, theirs.peer = theirs, ours
+            if not listening.take(theirs):
+                for socket in (ours, theirs):
+                    socket.peer = None
+                    socket.close()
+                world.after(1.0, knock)
+                return
+            self.watch(process.name, port, ours)
+            world.at(link.arrival_s(chance), done, ours)
 
-class _Caller:
-    """Who connects: a packet knocks until somebody answers."""
-
-    def __init__(self, network: Network, process: Process, to: tuple[str, int], done: Connected) -> None:
-        self._network = network
-        self._process = process
-        self._link = network.links.get(f"{process.name} to {to[0]}") or network.links[process.name]
-        self._to = to
-        self._done = done
-        self._world = world = network.world
-        network.opened += 1
-        self._address = process.name, 40_000 + network.opened
-        self._chance = Random(f"{world.seed} connects {self._address}")
-        self._end_s = world.now_s + _CONNECT_S
-        world.at(self._link.arrival_s(self._chance), self._knock)
-
-    def _knock(self) -> None:
-        network, world, link = self._network, self._world, self._link
-        if self._process.is_dead:
-            return
-        if world.now_s < link.down_until_s:
-            if world.now_s < self._end_s:
-                world.after(1.0, self._knock)
-            else:
-                self._done(system_error(ETIMEDOUT))
-            return
-        listening = network.listening.get(self._to)
-        if listening is None or listening.process.is_dead:
-            world.at(link.arrival_s(self._chance), self._done, system_error(ECONNREFUSED))
-            return
-        ours = Socket(network, link, self._process, self._address, True)
-        theirs = Socket(network, link, listening.process, self._to, False)
-        ours.peer, theirs.peer = theirs, ours
-        if not listening.take(theirs):
-            for socket in (ours, theirs):
-                socket.peer = None
-                socket.close()
-            world.after(1.0, self._knock)
-            return
-        network.watch(self._process.name, self._to[1], ours)
-        world.at(link.arrival_s(self._chance), self._done, ours)
+        world.at(link.arrival_s(chance), knock)
 
 
 def system_error(code: int) -> OSError:
