@@ -162,6 +162,9 @@ class Wavefront:
                 self._ready.put(near)
 
 
+_pool: ThreadPoolExecutor
+
+
 def _open_pool() -> None:
     """Make the pool of threads anew. They wait without spinning, and a call may ask for any number of them."""
     global _pool

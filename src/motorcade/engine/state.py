@@ -66,8 +66,8 @@ class Buffer:
     items: "array[Any]"
 
     @classmethod
-    def of(cls, dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> "Buffer":
-        """A buffer with rows of ``columns`` items where they are given."""
+    def of(cls, dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> Any:
+        """A buffer, with rows of ``columns`` items where they are given; typed as the array that it becomes."""
         held = array(CODES[dtype], items)
         if columns is None:
             return cls(dtype, (len(held),), held)
