@@ -15,7 +15,7 @@ The array is empty where there are no marks.
 import math
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, chain, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import ROUNDED_UM
@@ -175,8 +175,8 @@ def _outside_polygon(x: float, y: float, first: int, end: int, floor: Floor) -> 
     return -math.sqrt(nearest) if inside else math.sqrt(nearest)
 
 
-def floor_of(mat: Mat, aside_um: float = 0.0) -> Buffer:
-    """Return the array of the mat's marks, for sensors that are ``aside_um`` from the middle between them.
+def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
+    """Return the buffer of the mat's marks, for sensors that are ``aside_um`` from the middle between them.
 
     Raises:
         MotorcadeError: mat-too-detailed.
