@@ -1,6 +1,6 @@
 """The cars of a site's page have the same bits as those of a computer: its worker, Pyodide and V8 against native code.
 
-`tests/engine/test_browser_kernels.py` compares more worlds, with wasmtime in the place of a browser.
+`tests/engine/test_backends.py` compares more worlds, with wasmtime in the place of a browser.
 """
 
 import json

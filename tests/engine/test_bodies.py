@@ -54,14 +54,6 @@ def test_wheel_noise_spreads_cars_that_would_drive_alike() -> None:
     assert little[0].mean() == pytest.approx(2.7, rel=0.01)
 
 
-def test_standing_cars_do_not_slip() -> None:
-    cars = leaders([wait(3)], [Pose(0.3, 0.2, 1.0)], physics=Physics(wheel_noise=0.5))
-    before = cars.snapshot()
-    cars.run(3000)
-    after = cars.snapshot()
-    assert (after.x_m[0], after.y_m[0], after.heading[0]) == (before.x_m[0], before.y_m[0], before.heading[0])
-
-
 # Bodies
 
 
@@ -171,17 +163,6 @@ def test_ultrasound_measures_to_the_nearest_surface_ahead(more: dict, nearest_mm
         cars.step()
         turns = nearest_mm is not None and radius_mm > nearest_mm
         assert cars.snapshot().wheels[0] == (RIGHT_FAST if turns else FORWARD_FAST)
-
-
-def test_ultrasound_reaches_no_farther_than_the_profile_says() -> None:
-    body = replace(CLASSROOM.body, ultrasonic_range_mm=200)
-    far, near = (
-        leaders(
-            [together(forward(3, speed=3), avoid(2, 3))], [Pose(0, 0), Pose(at_m, 0)], replace(CLASSROOM, body=body)
-        )
-        for at_m in (0.4, 0.3)
-    )
-    assert [wheels(cars, 1) for cars in (far, near)] == [[FORWARD_FAST], [RIGHT_FAST]]
 
 
 def test_avoiding_turns_right_until_the_way_is_free() -> None:

@@ -1,4 +1,4 @@
-"""A world in a browser, without NumPy, has the same bits as one on a computer; here wasmtime stands for the browser."""
+"""A world in a browser, without NumPy; here wasmtime stands for the browser. More worlds: test_backends.py."""
 
 import subprocess
 import sys
@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade import Pose, World
+from motorcade import World
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.browser.kernels import BrowserKernels, LinearArray, make_world
 from motorcade.engine.simulation import Simulation
@@ -19,45 +19,9 @@ from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.strategies import BRISK
 from support.world_hash import page_hash, state_hash
-from support.worlds import ROAMING, Case, cases, crowd, go
+from support.worlds import ROAMING, crowd, go
 
 TESTS = Path(__file__).parents[1]
-ROOT = TESTS.parent
-FEW = settings(max_examples=max(settings().max_examples // 5, 1))
-
-
-def in_browser(mat, images, profile=None, seeds=(0,), events=True):
-    """A world as a browser has it."""
-    return Simulation(mat, images, profile, BrowserKernels(MockInstance()), seeds=seeds, events=events)
-
-
-@FEW
-@given(cases(tick_ms=20), cases(tick_ms=20), st.data())
-def test_a_world_in_a_browser_has_the_same_bits(case: Case, other: Case, data: st.DataObject) -> None:
-    """Cars drive, are driven, moved and given back, walls are replaced, and all begins again."""
-    seeds = [case.seed, case.seed + 1]
-    worlds = [
-        World(case.mat, case.images, case.profile, seeds=seeds, events=True, threads=1, kernels="webassembly"),
-        in_browser(case.mat, case.images, case.profile, seeds),
-    ]
-    cars = st.integers(0, worlds[0].cars - 1)
-    for number in range(6):
-        moved, driven, angle = data.draw(cars), data.draw(cars), data.draw(st.integers(0, 180))
-        pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
-        for world in worlds:
-            if number == 2:
-                world.set_environment(other.mat, other.profile.infrared.range_mm)
-            if number == 4:
-                world.reset([case.seed + 1, 3])
-            world.move(moved, pose, number % 2)
-            world.drive(driven, angle, number % 2, 200)
-            if number % 3 == 2:
-                world.give_back(driven)
-            if number == 3:
-                world.say("stop")
-            world.run(200)
-        assert state_hash(worlds[1]) == state_hash(worlds[0]), number
-        assert worlds[1].look_ahead(driven, 1000) == worlds[0].look_ahead(driven, 1000)
 
 
 def test_a_crowd_in_a_browser_has_the_same_bits_though_its_room_for_events_grows() -> None:
@@ -68,7 +32,7 @@ def test_a_crowd_in_a_browser_has_the_same_bits_though_its_room_for_events_grows
     profile = replace(BRISK, idle_state_ms=1)
     worlds = [
         World(mat, [two_idle_states], profile, seeds=3, events=True, threads=1, kernels="webassembly"),
-        in_browser(mat, [two_idle_states], profile, (3,)),
+        Simulation(mat, [two_idle_states], profile, BrowserKernels(MockInstance()), seeds=(3,), events=True),
     ]
     for world in worlds:
         go(world, 800)
@@ -133,13 +97,6 @@ def test_a_world_that_exceeds_the_memory_is_refused() -> None:
     with pytest.raises(MotorcadeError, match="WebAssembly") as caught:
         Simulation(crowd(5000), [ROAMING], None, BrowserKernels(SmallInstance()))
     assert caught.value.code == "world-exceeds-webassembly"
-
-
-def test_a_part_with_gaps_is_not_contiguous() -> None:
-    array = LinearArray("uint32", (2, 3), (12, 4), 0)
-    assert array.is_contiguous
-    assert array[:1].is_contiguous
-    assert not array[:, :2].is_contiguous
 
 
 @given(st.lists(st.integers(0, 5), min_size=1, max_size=3), st.data())

@@ -1,6 +1,7 @@
 """Compare the engine with the plain world, and with itself with other threads, slices and neighbouring worlds."""
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,6 @@ from hypothesis import strategies as st
 
 from motorcade import Pose, Program, compile_program, forward, open_table, stop_on_dark, wait
 from motorcade.car.brain import RUNNING, WORD
-from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.state import DRIVEN
 from motorcade.engine.world import World
@@ -71,65 +71,62 @@ def counts_of_plain_world(world: PlainWorld) -> dict[str, int]:
     return sent | lost | {"undetected": world.undetected, "touching_ms": world.touching_ms}
 
 
+Worlds = World | PlainWorld
+
+
+def same_in_both(case: Case, acts: Iterable[Callable[[Worlds], object]], slice_ms: int) -> list[tuple[int, ...]]:
+    """Do each act in the engine and in the plain world, and compare what happens in the time after it; the events."""
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    happened = []
+    for act in acts:
+        for world in (engine, plain):
+            act(world)
+            world.run(slice_ms)
+        happened += events_of(engine)
+        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
+    return happened
+
+
+def nothing(world: Worlds) -> None:
+    """Let the world go on."""
+
+
 @FEW
 @given(cases())
 def test_the_engine_equals_the_plain_world(case: Case) -> None:
-    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
-    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
-    happened = []
-    for _ in range(SLICES):
-        engine.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
-        plain.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
-        happened += events_of(engine)
-        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
-        assert sorted(happened) == sorted(plain.events)
-    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
+    same_in_both(case, [nothing] * SLICES, DURATIONS_MS[case.mat.tick_ms] // SLICES)
 
 
 @FEW
-@given(cases(tick_ms=20), cases(tick_ms=20), st.data())
-def test_the_engine_equals_the_plain_world_when_cars_and_walls_are_moved(
+@given(cases(), cases(tick_ms=20), st.data())
+def test_the_engine_equals_the_plain_world_when_cars_are_driven_and_moved(
     case: Case, other: Case, data: st.DataObject
 ) -> None:
-    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
-    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
-    happened = []
-    for number in range(SLICES):
-        car = data.draw(st.integers(0, engine.cars - 1))
-        pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
-        for world in (engine, plain):
-            if number == 2:
-                world.set_environment(other.mat, other.profile.infrared.range_mm)
-            if number:
-                world.move(car, pose)
-            world.run(DURATIONS_MS[20] // SLICES)
-        happened += events_of(engine)
-        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
-        assert sorted(happened) == sorted(plain.events)
-    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
-
-
-@FEW
-@given(cases(), st.data())
-def test_the_engine_equals_the_plain_world_when_cars_are_driven(case: Case, data: st.DataObject) -> None:
-    """Drivers come, steer and leave while the world goes on."""
-    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
-    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
-    car = st.integers(0, engine.cars - 1)
+    """Drivers come, steer and leave while the world goes on, cars are moved, and walls are replaced."""
+    car = st.integers(0, len(case.mat.starts) - 1)
     angle = st.sampled_from([0, 180]) | st.integers(0, 180)
     setpoint = st.tuples(angle, st.integers(0, 1), st.sampled_from([0, 100, 255]))
-    happened = []
+
+    def drawn(number: int) -> Callable[[Worlds], object]:
+        moved = data.draw(car) if number % 4 == 3 else None
+        x_m, y_m = other.mat.starts.x_m[number // 4], other.mat.starts.y_m[number // 4]
+        driven = data.draw(st.dictionaries(car, setpoint | st.none(), max_size=6))
+
+        def act(world: Worlds) -> None:
+            if number == 10:
+                world.set_environment(other.mat, other.profile.infrared.range_mm)
+            if moved is not None:
+                world.move(moved, Pose(float(x_m), float(y_m), 0.3 * number))
+            for each, wanted in driven.items():
+                world.give_back(each) if wanted is None else world.drive(each, *wanted)
+
+        return act
+
     # Many short slices, so that standing cars often begin to drive near something.
-    for _ in range(4 * SLICES):
-        driven = data.draw(st.dictionaries(car, setpoint | st.none(), min_size=1, max_size=6))
-        for world in (engine, plain):
-            for number, wanted in driven.items():
-                world.give_back(number) if wanted is None else world.drive(number, *wanted)
-            world.run(DURATIONS_MS[case.mat.tick_ms] // (4 * SLICES))
-        happened += events_of(engine)
-        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
-        assert sorted(happened) == sorted(plain.events)
-    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
+    same_in_both(case, map(drawn, range(4 * SLICES)), DURATIONS_MS[case.mat.tick_ms] // (4 * SLICES))
 
 
 def test_a_car_on_dark_floor_that_is_pushed_is_felt_by_the_one_beside_it() -> None:
@@ -138,12 +135,8 @@ def test_a_car_on_dark_floor_that_is_pushed_is_felt_by_the_one_beside_it() -> No
     mat = open_table((Pose(0, 0), Pose(-away_m, 0), Pose(away_m, 0)))
     mat = replace(mat, spots=((0.0, 0.0, 2.0),))
     image = compile_program(Program([wait(1), stop_on_dark(10)]), CLASSROOM).image
-    engine, plain = World(mat, [image], CLASSROOM, seeds=1), PlainWorld(mat, [image], CLASSROOM, 1)
-    for world in (engine, plain):
-        world.run(2000)
-        world.drive(1, 90, 1, 255)
-        world.run(6000)
-    assert contents(engine)["x"].T.tolist() == plain.x
+    acts = [nothing, lambda world: world.drive(1, 90, 1, 255), nothing, nothing]
+    same_in_both(Case(mat, [image], CLASSROOM, 1), acts, 2000)
 
 
 @pytest.mark.parametrize("tagged", [(1, 1, 0), (1, 1, 1), (1, 0, 0)], ids=["two of three", "all", "one"])
@@ -156,22 +149,16 @@ def test_tags_go_round_while_cars_come_and_go_as_in_the_plain_world(tagged: tupl
     ]
     poses = [Pose(0.4 * (car % 4), 0.4 * (car // 4)) for car in range(9)]
     physics = Physics(collisions=False, line_of_sight=False, bit_error_rate=0.002)
-    starts = Starts.of(poses, [car in (0, 4, 8) for car in range(9)])
-    mat = Mat("hall", starts, 20, physics=physics)
+    mat = Mat("hall", Starts.of(poses, [car in (0, 4, 8) for car in range(9)]), 20, physics=physics)
     # The round of 31 tags takes 12 s with a dwell of 400 ms.
     profile = replace(BRISK, infrared=replace(BRISK.infrared, forget_ms=2000))
-    engine = World(mat, programs, profile, seeds=3, events=True)
-    plain = PlainWorld(mat, programs, profile, 3)
-    far, happened = Pose(50, 50), []
+    far = Pose(50, 50)
     moves = {2: (1, far), 5: (2, far), 7: (1, poses[1]), 8: (3, far), 20: (2, poses[2]), 48: (3, poses[3])}
-    for second in range(52):
-        for world in (engine, plain):
-            if second in moves:
-                world.move(*moves[second])
-            world.run(1000)
-        happened += events_of(engine)
-        assert shown(engine) == shown_by_plain_world(plain), second
-    assert sorted(happened) == sorted(plain.events)
+
+    def moved(second: int) -> Callable[[Worlds], object]:
+        return lambda world: world.move(*moves[second]) if second in moves else None
+
+    happened = same_in_both(Case(mat, programs, profile, 3), map(moved, range(52)), 1000)
     begun = [(at_ms, other) for at_ms, _, kind, _, _, other in happened if kind == START]
     assert any(tag > 25 for _, tag in begun)
     assert any(at_ms > 13_000 and 0 < tag < 6 for at_ms, tag in begun)
@@ -187,15 +174,14 @@ def test_the_crowd_meets_every_case() -> None:
 
 def test_slipping_cars_go_on_slipping_while_another_is_moved() -> None:
     places = [Pose(0, 0), Pose(0.2, 0.05), Pose(3, 3)]
-    mat = replace(open_table(places, tick_ms=20), physics=Physics(wheel_noise=0.3))
+    mat = Mat("slippery", Starts.of(places, [True] * 3), 20, physics=Physics(wheel_noise=0.3))
     image = compile_program(Program([forward(3, speed=3)])).image
-    mat = replace(mat, starts=replace(mat.starts, leads=np.array([True] * 3)))
-    engine, plain = World(mat, [image], events=True), PlainWorld(mat, [image], built_in_profile("classroom"), 0)
-    for number in range(40):
-        for world in (engine, plain):
-            world.move(2, Pose(0.05 + number * 0.005, 0.02))  # between them, where they are pushed as far as possible
-            world.run(20)
-        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
+
+    def moved(number: int) -> Callable[[Worlds], object]:
+        # Between them, where they are pushed as far as possible.
+        return lambda world: world.move(2, Pose(0.05 + number * 0.005, 0.02))
+
+    same_in_both(Case(mat, [image], CLASSROOM, 0), map(moved, range(40)), 20)
 
 
 @FEW

@@ -1,4 +1,4 @@
-"""The libraries for other computers do the same there: under QEMU's and Wine's emulation, in `make soak`."""
+"""The libraries for other computers do the same there: under QEMU's and Wine's emulation."""
 
 import ctypes
 import struct
@@ -11,7 +11,6 @@ from scripts.debian import find_or_install
 from motorcade.engine.linear_memory import module_arguments
 from motorcade.engine.native import library_path
 from motorcade.engine.webassembly import WebAssemblyKernels
-from support.soak import SOAK
 from support.worlds import crowd, ran
 
 SOURCE = Path(__file__).with_name("call_kernel.c")
@@ -71,24 +70,19 @@ def differences(backend: StoredKernels, library: Path, compiler: Path, start: li
 
 
 CASES = {
-    "linux-x86_64.so": ("gcc", ("gcc",), [], ()),
-    "linux-x86_64-v3.so": ("gcc", ("gcc",), [], ()),
-    "linux-aarch64.so": ("aarch64-linux-gnu-gcc", ARM, ["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"], ARM),
-    "win32-x86_64.dll": ("x86_64-w64-mingw32-gcc", WINDOWS, ["wine"], WINDOWS),
+    "linux-aarch64.so": ("aarch64-linux-gnu-gcc", ARM, ["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"]),
+    "win32-x86_64.dll": ("x86_64-w64-mingw32-gcc", WINDOWS, ["wine"]),
 }
 
 
-@pytest.mark.parametrize("name", list(CASES) if SOAK else list(CASES)[:2])
+@pytest.mark.soak
+@pytest.mark.parametrize("name", list(CASES))
 def test_the_library_of_another_computer_gives_the_same_memory(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if "v3" in name and "v3" not in library_path().name:
-        pytest.skip("this processor is older")
-    compiler_name, packages, start, more = CASES[name]
-    compiler = find_or_install(compiler_name, *packages)
-    if start and (emulator := find_or_install(start[0], *more)):
-        start = [str(emulator), *start[1:]]
-    if compiler is None or (start and not Path(start[0]).exists()):
+    compiler_name, packages, (emulator_name, *options) = CASES[name]
+    compiler, emulator = (find_or_install(each, *packages) for each in (compiler_name, emulator_name))
+    if compiler is None or emulator is None:
         pytest.skip("needs a compiler and an emulator of Debian's")
     backend = stored_call(monkeypatch)
-    assert differences(backend, library_path().with_name(name), compiler, start, tmp_path) == 0
+    assert differences(backend, library_path().with_name(name), compiler, [str(emulator), *options], tmp_path) == 0

@@ -4,7 +4,7 @@ The plain world shows what the cars do in each millisecond; test_engine.py prove
 """
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -195,12 +195,8 @@ def test_a_deaf_tagged_step_delays_the_next_by_half_a_second_at_most(hears: Step
 
 def most_deaf_in_a_row(car: Follower) -> int:
     """How many words that make deaf follow one another."""
-    hears = [bool(CONTROL.decode(word).accept_ir) for word in car.words]
-    row = longest = 0
-    for word_hears in hears + hears:
-        row = 0 if word_hears else row + 1
-        longest = max(longest, row)
-    return longest
+    hears = [bool(CONTROL.decode(word).accept_ir) for word in (*car.words, *car.words)]
+    return max((len(list(row)) for word_hears, row in groupby(hears) if not word_hears), default=0)
 
 
 @SLOW

@@ -72,26 +72,6 @@ def test_a_moved_car_receives_and_touches_at_its_new_place_at_once() -> None:
     assert counted(cars)["touching_ms"] == 2 * cars.tick_ms
 
 
-def test_a_moved_car_drives_along_its_new_heading() -> None:
-    cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
-    cars.run(500)
-    cars.move(0, Pose(5, 5, math.pi / 2))
-    cars.run(1000)
-    now = cars.snapshot()
-    assert (now.x_m[0], now.y_m[0]) == pytest.approx((5, 5.3), abs=0.001)
-
-
-def test_a_new_wall_shades_infrared_from_the_next_tick() -> None:
-    cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(0.8, 0)])
-    assert hearers(cars, 500) == {1}
-    walled = Mat("walled", Starts.of([], []), walls=((0.4, -1, 0.4, 1),))
-    cars.run(100)
-    cars.set_environment(walled)
-    cars.run(100)
-    cars.take_events()
-    assert hearers(cars, 1000) == set()
-
-
 def test_setting_the_environment_changes_the_range_of_infrared() -> None:
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(1.5, 0)])
     assert hearers(cars, 500) == set()
@@ -99,16 +79,6 @@ def test_setting_the_environment_changes_the_range_of_infrared() -> None:
     assert hearers(cars, 500) == {1}
     cars.set_environment(cars.mat)
     assert cars.profile.infrared.range_mm == 1600
-
-
-def test_a_driving_car_stops_at_a_new_obstacle() -> None:
-    cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
-    cars.run(500)
-    # So near that the car would pass into it before it looked around again by itself.
-    cars.set_environment(replace(cars.mat, discs=((0.34, 0, 0.1),)))
-    for _ in range(40):
-        cars.run(50)
-        assert cars.snapshot().x_m[0] < 0.34 - 0.1 - 0.07
 
 
 @pytest.mark.parametrize("count", [20, 60])

@@ -296,21 +296,6 @@ def test_two_commands_do_not_write_the_same_table(tmp_path):
         pass
 
 
-def test_a_part_has_a_name_of_its_own():
-    names = [plan.task_name(0) for plan in (plan_of(), plan_of("seeds = [1]"), plan_of(image=bytes(4)))]
-    assert len(set(names)) == 3
-    assert plan_of().task_name(0) == names[0]
-
-
-def test_a_damaged_part_is_named(tmp_path):
-    plan = plan_of()
-    store = Store(tmp_path / "out.parquet", plan)
-    with store.opened():
-        store.keep(0, b"PAR1 cut off")
-        with pytest.raises(MotorcadeError, match="is damaged: delete it"):
-            store.merge()
-
-
 # Damaged files of a sweep
 
 
@@ -328,11 +313,14 @@ def here(plan, tasks):
         yield index, run_task(plan.task(index))
 
 
-@pytest.mark.parametrize(
+NO_PLANS = pytest.mark.parametrize(
     "data",
     [b"", b"{", b"[]", b"7", b"\xff", b"[" * 100_000, b"9" * 5000, b'{"seconds": []}'],
     ids=["nothing", "cut off", "a list", "a number", "no text", "brackets", "digits", "other values"],
 )
+
+
+@NO_PLANS
 def test_a_damaged_plan_beside_the_table_is_named_and_the_sweep_goes_on_without_it(stopped, data):
     plan, table = stopped
     manifest = table.with_name("out.parquet.parts") / "sweep.json"
@@ -375,10 +363,10 @@ def test_rows_of_something_else_in_place_of_a_part_are_refused(stopped, part):
         run_sweep(plan, table, here)
 
 
-@pytest.mark.parametrize("contents", [b"5", b"[" * 100_000, b"\xff", b"9" * 5000, b'{"a": {}}'])
-def test_a_table_with_a_damaged_plan_is_no_sweeps_table(tmp_path, contents):
+@NO_PLANS
+def test_a_table_with_a_damaged_plan_is_no_sweeps_table(tmp_path, data):
     table = tmp_path / "out.parquet"
-    schema = pa.schema([("run", pa.int64())]).with_metadata({b"motorcade.sweep": contents})
+    schema = pa.schema([("run", pa.int64())]).with_metadata({b"motorcade.sweep": data})
     pq.write_table(pa.table({"run": [1]}, schema=schema), table)
     with pytest.raises(MotorcadeError, match="is no sweep's table"):
         run_sweep(plan_of(), table, here)

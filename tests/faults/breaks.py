@@ -5,6 +5,7 @@ is broken, and prints a table.
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -25,12 +26,10 @@ def tried(broken: Break, folder: Path) -> tuple[int | None, str]:
     if broken.before not in text:
         raise ValueError(f"{broken.name}: {broken.file} has changed")
     file.write_text(text.replace(broken.before, broken.after, 1), encoding="utf-8")
+    command = f"tests.faults {broken.kind} --until-broken --first {broken.first} --seeds {_MOST_SEEDS}"
     try:
         done = subprocess.run(
-            [
-                *(sys.executable, "-m", "tests.faults", broken.kind, "--until-broken"),
-                *("--first", str(broken.first), "--seeds", str(_MOST_SEEDS)),
-            ],
+            [sys.executable, "-m", *command.split()],
             cwd=_ROOT,
             env={**os.environ, "PYTHONPATH": str(folder)},
             capture_output=True,
@@ -39,11 +38,11 @@ def tried(broken: Break, folder: Path) -> tuple[int | None, str]:
         )
     finally:
         file.write_text(text, encoding="utf-8")
-    last = done.stdout.strip().splitlines()[-1] if done.stdout.strip() else done.stderr.strip()[-200:]
     if done.returncode == 0:
         return None, ""
-    seed, promise = last.split("\t")
-    return int(seed) - broken.first + 1, promise
+    if not (found := re.search(r"--seed (\d+) at [\w ]+: ([\w-]+)", done.stdout)):
+        raise ValueError(f"{broken.name}: {done.stderr[-200:]}")
+    return int(found[1]) - broken.first + 1, found[2]
 
 
 def main(names: list[str]) -> int:

@@ -3,7 +3,7 @@
 import asyncio
 import hashlib
 import tempfile
-from errno import EIO, ENOENT
+from errno import ENOENT
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
@@ -15,7 +15,7 @@ from tests.faults.loop import SimulatedLoop, check_connections, watch_memory
 from tests.faults.network import Network, Socket
 from tests.faults.pupils import PASSWORD, PupilMember, Stranger, TeacherMember
 from tests.faults.system import Replaced, in_threads, on_disk, replaced
-from tests.faults.world import Faults, Lock, Process, World, world
+from tests.faults.world import Faults, Lock, Process, World
 
 from motorcade.classroom import folder as class_folder
 from motorcade.classroom import running as class_running
@@ -46,7 +46,8 @@ class Class:
     def __init__(self, room: World) -> None:
         self.world = room
         self.random = random = Random(f"{room.seed} plan")
-        self.disk = Disk(room)
+        self.disk = Disk(room, random, 0.0002)
+        self.disk.kill, self.disk.spared = self.kill, ("iterdir", "read", "fsync of a folder")
         self.folder = self.disk.path("/class")
         self.network = Network(room)
         self.network.watch = self._connected
@@ -54,9 +55,6 @@ class Class:
         self.loop: SimulatedLoop | None = None
         self.code = ""
         self.has_checked: set[int] = set()
-        self.kill_at: tuple[int, bool] | None = None
-        self.fail_at: set[int] = set()
-        self.slow_s = 0.0
         self._calm_s = 0.0
         self.teacher = TeacherMember(self)
         self.pupils = [PupilMember(self, number) for number in range(4)]
@@ -81,21 +79,6 @@ class Class:
         check_connections(self.network, socket, _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS)
 
     # The disk.
-
-    def _operate(self, what: str, path: str) -> None:
-        if world().current is None:
-            return
-        disk = self.disk
-        self.world.note("disk", what)
-        self.world.sleep(0.0002 + self.random.random() * self.slow_s)
-        if self.kill_at and disk.operations >= self.kill_at[0]:
-            _, is_power = self.kill_at
-            self.kill_at = None
-            self.kill(is_power)
-            self.world.wait()
-        if disk.operations in self.fail_at and what not in ("iterdir", "read", "fsync of a folder"):
-            self.world.count("disk error")
-            raise OSError(EIO, "Input/output error")
 
     def _check_disk(self) -> None:
         for content in self.disk.possible(self.folder / RECORD):
@@ -160,11 +143,11 @@ class Class:
         random = self.random
         links = [self.network.links[each.name] for each in (*self.pupils[1:], self.teacher)]
         if random.random() < 0.4:
-            self.kill_at = random.randrange(20, 400), random.random() < 0.6
+            self.disk.kill_at = random.randrange(20, 400), random.random() < 0.6
         if random.random() < 0.25:
-            self.fail_at = {random.randrange(20, 500) for _ in range(random.randint(1, 5))}
+            self.disk.fail_at = {random.randrange(20, 500) for _ in range(random.randint(1, 5))}
         if random.random() < 0.25:
-            self.slow_s = random.choice((0.005, 0.05, 0.2))
+            self.disk.slow_s = random.choice((0.005, 0.05, 0.2))
         self.disk.free_bytes = random.choice((0, 1, 30, 200))
         acts: Faults = [
             (0.35, self._fill),
@@ -178,9 +161,7 @@ class Class:
         self.world.plan(random, acts, 0.5, _FAULTS_S)
 
     def _fill(self) -> None:
-        self.world.count("full disk")
-        self.world.note("full")
-        self.disk.is_full = True
+        self.disk.fill()
         self.world.after(self.random.uniform(0.5, 4), lambda: setattr(self.disk, "is_full", False))
 
     def _freeze(self) -> None:
@@ -194,9 +175,7 @@ class Class:
         """Let all faults end; then, as the last one, cut the power once more."""
         self.world.note("heal")
         self.world.is_healed = True
-        self.disk.is_full = False
-        self.kill_at, self.slow_s = None, 0.0
-        self.fail_at.clear()
+        self.disk.heal()
         for link in self.network.links.values():
             link.down_until_s = 0.0
         for stranger in self.strangers:
@@ -212,7 +191,7 @@ class Class:
         self.disk.create(self.folder, True)
         self.disk.create(self.folder / RECORD, False).data = to_bytes(record)
         self.disk.settle()
-        self.disk.step, self.disk.after = self._operate, self._check_disk
+        self.disk.after = self._check_disk
 
     def names(self) -> Replaced:
         random = self.random

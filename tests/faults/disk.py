@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from errno import EEXIST, EIO, EISDIR, ENOENT, ENOSPC, ENOTDIR, ENOTEMPTY
 from os import strerror
 from pathlib import PurePosixPath
+from random import Random
 from types import SimpleNamespace
 from typing import Any
 
@@ -40,18 +41,30 @@ _Change = tuple[Node, str, Node | None]
 class Disk:
     """A disk and its faults.
 
+    Args:
+        random: draws how long an operation takes: ``least_s``, and up to ``slow_s`` more.
+
     Attributes:
-        step: called before each operation with its name and path: time passes there, and it may raise OSError.
+        kill_at: at which operation the process is killed by `kill`, and whether by a power failure.
+        fail_at: which operations fail, except those that `spared` names.
+        failed: called with the name of an operation that fails.
         after: called after each one.
         is_full: whether nothing more can be written.
         lies: whether fsync does nothing, as some disks do.
         free_bytes: how many bytes of a write are taken when it is full: a part of a file is written.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, random: Random, least_s: float = 0.0) -> None:
         self.world = world
         self.root = Node(True)
-        self.step: Callable[[str, str], None] = lambda what, path: None
+        self.slow_s = 0.0
+        self.kill_at: tuple[int, bool] | None = None
+        self.kill: Callable[[bool], None] = lambda is_power: None
+        self.fail_at: set[int] = set()
+        self.spared: tuple[str, ...] = ()
+        self.failed: Callable[[str], None] = lambda what: None
+        self._random = random
+        self._least_s = least_s
         self.after: Callable[[], None] = lambda: None
         self.is_full = False
         self.lies = False
@@ -64,9 +77,33 @@ class Disk:
 
     # Operations; each takes its time first.
 
-    def begin(self, what: str, path: "DiskPath") -> None:
+    def begin(self, what: str) -> None:
+        """Let time pass before an operation, which may be the last one of its process. Raises OSError."""
         self.operations += 1
-        self.step(what, str(path))
+        world = self.world
+        if world.current is None:
+            return
+        world.note("disk", what)
+        world.sleep(self._least_s + self._random.random() * self.slow_s)
+        if self.kill_at and self.operations >= self.kill_at[0]:
+            is_power, self.kill_at = self.kill_at[1], None
+            self.kill(is_power)
+            world.wait()
+        if self.operations in self.fail_at and what not in self.spared:
+            world.count("disk error")
+            self.failed(what)
+            raise OSError(EIO, "Input/output error")
+
+    def fill(self) -> None:
+        """Let there be no room any more."""
+        self.world.count("full disk")
+        self.world.note("full")
+        self.is_full = True
+
+    def heal(self) -> None:
+        """Let all faults end."""
+        self.is_full, self.kill_at, self.slow_s = False, None, 0.0
+        self.fail_at.clear()
 
     def find(self, path: "DiskPath") -> Node:
         """The node at a path. Raises OSError."""
@@ -113,9 +150,7 @@ class Disk:
     # What the system's functions with handles do (tests.faults.system).
 
     def open(self, path: "DiskPath") -> int:
-        handle = _FIRST_HANDLE + len(self._handles)
-        self._handles[handle] = self.find(path)
-        return handle
+        return self.handle(self.find(path))
 
     def handle(self, node: Node) -> int:
         handle = _FIRST_HANDLE + len(self._handles)
@@ -125,8 +160,7 @@ class Disk:
     def fsync(self, handle: int) -> None:
         """Write a file, or the names in a folder, to the disk."""
         node = self._handles[handle]
-        self.operations += 1
-        self.step("fsync of a folder" if node.is_folder else "fsync", "")
+        self.begin("fsync of a folder" if node.is_folder else "fsync")
         if self.lies:
             return
         node.kept = node.data
@@ -225,7 +259,7 @@ class DiskPath(PurePosixPath):
         self.disk.find(self)
 
     def iterdir(self) -> Iterator["DiskPath"]:
-        self.disk.begin("iterdir", self)
+        self.disk.begin("iterdir")
         node = self.disk.find(self)
         if not node.is_folder:
             raise _error(ENOTDIR, self)
@@ -241,14 +275,14 @@ class DiskPath(PurePosixPath):
     def mkdir(self, mode: int = 0o777, parents: bool = False, exist_ok: bool = False) -> None:
         if parents and not self.parent.exists():
             self.parent.mkdir(parents=True, exist_ok=True)
-        self.disk.begin("mkdir", self)
+        self.disk.begin("mkdir")
         if not self.exists():
             self.disk.create(self, True)
         elif not (exist_ok and self.is_dir()):
             raise _error(EEXIST, self)
 
     def touch(self, mode: int = 0o666, exist_ok: bool = True) -> None:
-        self.disk.begin("touch", self)
+        self.disk.begin("touch")
         if self.exists():
             if not exist_ok:
                 raise _error(EEXIST, self)
@@ -256,7 +290,7 @@ class DiskPath(PurePosixPath):
         self.disk.create(self, False)
 
     def unlink(self, missing_ok: bool = False) -> None:
-        self.disk.begin("unlink", self)
+        self.disk.begin("unlink")
         if not self.exists():
             if missing_ok:
                 return
@@ -264,13 +298,13 @@ class DiskPath(PurePosixPath):
         self.disk.change((self.disk.find(self.parent), self.name, None))
 
     def rmdir(self) -> None:
-        self.disk.begin("rmdir", self)
+        self.disk.begin("rmdir")
         if self.disk.find(self).entries:
             raise _error(ENOTEMPTY, self)
         self.disk.change((self.disk.find(self.parent), self.name, None))
 
     def replace(self, target: "DiskPath") -> "DiskPath":
-        self.disk.begin("replace", target)
+        self.disk.begin("replace")
         node = self.disk.find(self)
         self.disk.change(
             (self.disk.find(self.parent), self.name, None), (self.disk.find(target.parent), target.name, node)
@@ -280,7 +314,7 @@ class DiskPath(PurePosixPath):
     rename = replace
 
     def read_bytes(self) -> bytes:
-        self.disk.begin("read", self)
+        self.disk.begin("read")
         node = self.disk.find(self)
         if node.is_folder:
             raise _error(EISDIR, self)
@@ -295,7 +329,7 @@ class DiskPath(PurePosixPath):
 
     def open(self, mode: str = "rb") -> "_File":
         assert "b" in mode, "files are opened as bytes"
-        self.disk.begin("open", self)
+        self.disk.begin("open")
         if "x" in mode and self.exists():
             raise _error(EEXIST, self)
         if not self.exists() and "r" not in mode:
@@ -316,13 +350,10 @@ class _File(io.RawIOBase):
         return True
 
     def write(self, data: Any) -> int:
-        self._path.disk.begin("write", self._path)
+        self._path.disk.begin("write")
         self._path.disk.write(self._node, self._at, bytes(data), self._path)
         self._at += len(data)
         return len(data)
 
     def fileno(self) -> int:
         return self._path.disk.handle(self._node)
-
-
-IO_ERROR = EIO

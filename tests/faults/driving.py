@@ -163,24 +163,26 @@ class Driving:
         """The process of the guard, while it runs."""
         return next((each for each in self.world.processes if each.name == "car's guard" and not each.is_dead), None)
 
+    def _guarded(self) -> Process | None:
+        """The car's server, where it runs and its guard is well."""
+        guard = self.guard()
+        is_well = self.car and not self.car.is_dead and guard and guard.frozen_until_s <= self.world.now_s
+        return self.car if is_well else None
+
     def kill_car(self) -> None:
         """Kill the car's server, where its guard is well; it starts again some time later."""
-        guard = self.guard()
-        if self.car is None or self.car.is_dead or guard is None or guard.frozen_until_s > self.world.now_s:
-            return
-        self.world.count("kill")
-        self.pins.disturb(0.5, is_guarded=True)
-        self.car.end()
+        if car := self._guarded():
+            self.world.count("kill")
+            self.pins.disturb(0.5, is_guarded=True)
+            car.end()
 
     def freeze_car(self) -> None:
         """Freeze the whole server; the guard kills it, if the wheels turn."""
-        guard = self.guard()
-        if self.car is None or self.car.is_dead or guard is None or guard.frozen_until_s > self.world.now_s:
-            return
-        self.world.count("freeze")
-        seconds = self.random.choice((0.05, 0.15, 0.4, 1.5))
-        self.pins.disturb(seconds + 0.5, is_guarded=True)
-        self.car.freeze(seconds)
+        if car := self._guarded():
+            self.world.count("freeze")
+            seconds = self.random.choice((0.05, 0.15, 0.4, 1.5))
+            self.pins.disturb(seconds + 0.5, is_guarded=True)
+            car.freeze(seconds)
 
     def hurt_while_silent(self) -> None:
         """Kill or freeze the server when its driver's last command is about to end."""

@@ -3,7 +3,6 @@
 import asyncio
 import sys
 from contextlib import suppress
-from errno import EIO
 from random import Random
 from types import SimpleNamespace
 
@@ -12,7 +11,7 @@ from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
 from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
 from tests.faults.system import Replaced, Time, on_disk, replaced
-from tests.faults.world import Faults, Process, World, here, world
+from tests.faults.world import Faults, Process, World, here
 
 from motorcade.boards import lines as car_lines
 from motorcade.errors import MotorcadeError
@@ -40,14 +39,15 @@ class Fleet:
     def __init__(self, room: World) -> None:
         self.world = room
         self.random = random = Random(f"{room.seed} plan")
-        self.disk = Disk(room)
+        self.disk = Disk(room, random)
+        self.disk.failed = self._failed
         self.folder = self.disk.path("/var")
         self.disk.root.entries["var"] = self.disk.create(self.folder, True)
         self.network = Network(room)
         self.network.watch = self._connected
         self.cars = [RoomCar(self, number) for number in range(random.randint(2, 5))]
         self.disk.settle()
-        self.disk.step, self.disk.after = self._operate, self._check_disk
+        self.disk.after = self._check_disk
         for car in self.cars:
             delay_s, jitter_s = random.choice((0.002, 0.02)), random.choice((0.0, 0.02))
             self.network.link(f"teacher to {car.host}", delay_s, jitter_s, random.choice((0, 0, 0, 0.02)))
@@ -58,26 +58,19 @@ class Fleet:
         if random.random() < 0.1:
             self.world.count("stranger")
             self.announced += [(f"strange {number}.", _STRANGE_HOST, 2000 + number) for number in range(90)]
-        self.fail_at = {random.randrange(1, 60) for _ in range(random.choice((0, 0, 1, 3)))}
-        self.slow_s = random.choice((0.0, 0.0, 0.1))
+        self.disk.fail_at = {random.randrange(1, 60) for _ in range(random.choice((0, 0, 1, 3)))}
+        self.disk.slow_s = random.choice((0.0, 0.0, 0.1))
         self.teacher: Process | None = None
         self.fleet: Cars | None = None
 
     # The disk.
 
-    def _operate(self, what: str, path: str) -> None:
-        if world().current is None:
-            return
-        self.world.sleep(self.random.random() * self.slow_s)
-        if self.disk.operations in self.fail_at:
-            self.world.count("disk error")
-            self.world.note("disk error", what)
-            car = next(each for each in self.cars if each.process is here())
-            car.disturb(_LOAD_S)
-            if what == "fsync of a folder":
-                # The one error after which either file may be there.
-                car.failed_late_s = self.world.now_s
-            raise OSError(EIO, "Input/output error")
+    def _failed(self, what: str) -> None:
+        car = next(each for each in self.cars if each.process is here())
+        car.disturb(_LOAD_S)
+        if what == "fsync of a folder":
+            # The one error after which either file may be there.
+            car.failed_late_s = self.world.now_s
 
     def _check_disk(self) -> None:
         for car in self.cars:
@@ -166,7 +159,7 @@ class Fleet:
                 car.is_halted, car.stop_due = False, None
             elif self._is_reached(fleet, car):
                 # While a car stores an image it does nothing else.
-                car.stop_due = self.world.now_s, self.world.now_s + STOP_S + 6 * self.slow_s
+                car.stop_due = self.world.now_s, self.world.now_s + STOP_S + 6 * self.disk.slow_s
         fleet.order(kind)
 
     def _is_reached(self, fleet: Cars, car: RoomCar) -> bool:
@@ -189,7 +182,7 @@ class Fleet:
                     has_it = image in car.stored[before[car.host][1] :]
                     self.world.keep("nobody-waits", has_it, f"{car.name} has no program after {took_s:.1f} s")
 
-        self.world.after(_LOAD_S + 6 * self.slow_s, lambda: self.teacher is teacher and check())
+        self.world.after(_LOAD_S + 6 * self.disk.slow_s, lambda: self.teacher is teacher and check())
         teacher = self.teacher
         for verdict in await fleet.load(image, [ALL]):
             car = next((each for each in self.cars if verdict.where == f"{each.host}:{PORT}"), None)
@@ -290,15 +283,14 @@ class Fleet:
         self.disk.lose_power()
 
     def _fill(self) -> None:
-        self.world.count("full disk")
-        self.disk.is_full = True
+        self.disk.fill()
         for car in self.cars:
             car.disturb(1000)
 
     def _heal(self) -> None:
         self.world.note("heal")
-        self.world.is_healed, self.disk.is_full, self.slow_s = True, False, 0.0
-        self.fail_at.clear()
+        self.world.is_healed = True
+        self.disk.heal()
         for link in self.network.links.values():
             link.down_until_s, link.loss = 0.0, 0.0
         for process in self.world.processes:

@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from errno import EIO
 from random import Random
-from types import SimpleNamespace
-from typing import Any
 
 from serial import SerialException, SerialTimeoutException
 from tests.faults.network import Network, Socket
@@ -230,34 +228,3 @@ class SocketPort:
 
     def __exit__(self, *_: object) -> None:
         self._socket.close()
-
-
-class Selector:
-    """`selectors.DefaultSelector` for simulated sockets."""
-
-    def __init__(self) -> None:
-        self._registered: dict[Any, Any] = {}
-
-    def register(self, socket: Any, events: int, data: Any = None) -> None:
-        self._registered[socket] = SimpleNamespace(fileobj=socket, data=data)
-
-    def unregister(self, socket: Any) -> None:
-        del self._registered[socket]
-
-    def select(self, seconds: float | None = None) -> list[tuple[Any, int]]:
-        reader = world().current
-        if not (ready := self._ready()):
-            for socket in self._registered:
-                socket.changed = lambda: world().wake(reader) if reader else None
-            world().wait(seconds)
-            for socket in self._registered:
-                socket.changed = lambda: None
-            ready = self._ready()
-        return [(self._registered[socket], 1) for socket in ready]
-
-    def _ready(self) -> list[Any]:
-        return [
-            each
-            for each in self._registered
-            if each.received or getattr(each, "has_ended", False) or getattr(each, "error", 0)
-        ]

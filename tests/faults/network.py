@@ -5,13 +5,14 @@ bytes wait in the sender's buffer while the receiver reads none.
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from errno import ECONNREFUSED, ECONNRESET, ENOTCONN, EPIPE, ETIMEDOUT
-from functools import cached_property
 from os import strerror
 from random import Random
 from socket import SO_KEEPALIVE, SOL_SOCKET
+from typing import Any
 
+from tests.faults.selector import File
 from tests.faults.world import Process, World
 
 # What waits in the kernel of a sender, and of a receiver that doesn't read.
@@ -21,20 +22,6 @@ _AGAIN_S = 0.2
 # A peer that has vanished is noticed after so long, where keep-alive is on.
 _KEEP_ALIVE_S = 10.0
 _CONNECT_S = 60.0
-
-
-class Chance:
-    """Draws of one connection, from a seed of its own, which few connections ever need."""
-
-    def __init__(self, seed: str) -> None:
-        self._seed = seed
-
-    @cached_property
-    def _random(self) -> Random:
-        return Random(self._seed)
-
-    def draw(self) -> float:
-        return self._random.random()
 
 
 class Link:
@@ -55,36 +42,37 @@ class Link:
         self.down_until_s = self.late_until_s = 0.0
         self.sockets: list[Socket] = []
 
+    def _note(self, what: str, *more: object) -> None:
+        self.world.count(what)
+        self.world.note(what, *more)
+
     def stall(self, seconds: float) -> None:
         """Let nothing pass for a time: a stall, or a pulled cable that is plugged in again."""
-        self.world.count("stall")
-        self.world.note("stall", round(seconds, 4))
+        self._note("stall", round(seconds, 4))
         self.down_until_s = max(self.down_until_s, self.world.now_s + seconds)
 
     def cut(self) -> None:
         """Break all connections: both ends get a reset."""
-        self.world.count("cut")
-        self.world.note("cut")
+        self._note("cut")
         for socket in list(self.sockets):
             socket.fail(ECONNRESET)
 
     def forget_one_end(self) -> None:
         """Break all connections so that only one end knows: the other finds out when it sends, or never."""
-        self.world.count("half-open")
-        self.world.note("half-open")
+        self._note("half-open")
         for socket in list(self.sockets):
             if socket.is_first:
                 socket.vanish()
 
-    def arrival_s(self, chance: Chance) -> float:
+    def arrival_s(self, chance: Random) -> float:
         """When a packet arrives that is sent now."""
         now_s = self.world.now_s
         at_s = max(now_s, self.down_until_s) + self.delay_s
         if self.jitter_s or self.loss:
-            at_s += chance.draw() * self.jitter_s
+            at_s += chance.random() * self.jitter_s
         again_s = _AGAIN_S
         is_late = now_s < self.down_until_s
-        while self.loss and chance.draw() < self.loss:
+        while self.loss and chance.random() < self.loss:
             at_s += again_s
             again_s *= 2
             is_late = True
@@ -93,19 +81,19 @@ class Link:
         return at_s
 
 
-class Socket:
+class Socket(File):
     """One end of a connection.
 
     Attributes:
         received: what has come and isn't read yet.
         has_ended: whether the peer sends nothing any more.
         error: why the connection is broken; 0 where it isn't.
-        changed: called when there is something to read, or room to send.
         ended: called when it breaks, or is closed.
         tap: is given what is sent.
     """
 
     def __init__(self, network: "Network", link: Link, process: Process, address: tuple[str, int], first: bool) -> None:
+        super().__init__(network.world)
         self.world = network.world
         self.link = link
         self.process = process
@@ -116,16 +104,14 @@ class Socket:
         self.has_ended = False
         self.error = 0
         self.is_closed = False
-        self.changed: Callable[[], None] = lambda: None
         self.ended: Callable[[], None] = lambda: None
         self.tap: Callable[[bytes], None] | None = None
         self.options: dict[tuple[int, int], int] = {}
-        self._chance = Chance(f"{self.world.seed} {address} {network.opened}")
+        self._chance = Random(f"{self.world.seed} {address} {network.opened}")
         # What is under way, the oldest first, and when the last of it arrives; None is the end.
         self._packets: deque[bytes | None] = deque()
         self._last_s = 0.0
         self._under_way = 0
-        self._bound = network
         link.sockets.append(self)
         process.at_end.append(self.close)
 
@@ -137,8 +123,7 @@ class Socket:
             raise system_error(self.error)
         if self.is_closed or self.peer is None:
             raise system_error(EPIPE)
-        room = _SEND_BYTES + _RECEIVE_BYTES - self._under_way - len(self.peer.received)
-        count = min(room, len(data))
+        count = min(self._room(), len(data))
         if count <= 0:
             raise BlockingIOError
         if self.tap:
@@ -146,6 +131,20 @@ class Socket:
         self._under_way += count
         self._deliver(bytes(data[:count]))
         return count
+
+    def sendmsg(self, parts: Iterable[bytes]) -> int:
+        return self.send(b"".join(parts))
+
+    def _room(self) -> int:
+        return _SEND_BYTES + _RECEIVE_BYTES - self._under_way - len(self.peer.received) if self.peer else 1
+
+    @property
+    def is_readable(self) -> bool:
+        return bool(self.received or self.has_ended or self.error)
+
+    @property
+    def is_writable(self) -> bool:
+        return bool(self.error or self.is_closed or self._room() > 0)
 
     def recv(self, count: int, flags: int = 0) -> bytes:
         """What has come, at most so much; b"" at the end. Raises OSError, and BlockingIOError where nothing has."""
@@ -159,6 +158,11 @@ class Socket:
         if self.has_ended:
             return b""
         raise BlockingIOError
+
+    def recv_into(self, buffer: Any) -> int:
+        data = self.recv(len(buffer))
+        buffer[: len(data)] = data
+        return len(data)
 
     def sendall(self, data: bytes) -> None:
         """Send all, where there is room for all."""
@@ -195,9 +199,6 @@ class Socket:
 
     def setsockopt(self, level: int, option: int, value: int) -> None:
         self.options[level, option] = value
-
-    def setblocking(self, blocks: bool) -> None:
-        assert not blocks
 
     # What happens to it.
 
@@ -264,16 +265,16 @@ class _Nothing:
         self.changed_by_peer = lambda: None
 
 
-class ListeningSocket:
+class ListeningSocket(File):
     """A socket at which a program accepts connections."""
 
     def __init__(self, network: "Network", process: Process, address: tuple[str, int], backlog: int) -> None:
+        super().__init__(network.world)
         self._network = network
         self.process = process
         self._address = address
         self._backlog = backlog
         self._waiting: deque[Socket] = deque()
-        self.changed: Callable[[], None] = lambda: None
         process.at_end.append(self.close)
 
     def listen(self, backlog: int) -> None:
@@ -300,8 +301,7 @@ class ListeningSocket:
         return len(self._waiting)
 
     @property
-    def received(self) -> bool:
-        """Whether a connection waits."""
+    def is_readable(self) -> bool:
         return bool(self._waiting)
 
     def close(self) -> None:
@@ -317,9 +317,6 @@ class ListeningSocket:
     def setsockopt(self, level: int, option: int, value: int) -> None:
         pass
 
-    def setblocking(self, blocks: bool) -> None:
-        assert not blocks
-
 
 Connected = Callable[[Socket | OSError], None]
 
@@ -334,7 +331,6 @@ class Network:
         # Told of each connection: its name, its port, and the client's end.
         self.watch: Callable[[str, int, Socket], None] = lambda name, port, socket: None
         self.opened = 0
-        self._hosts: dict[str, str] = {}
 
     def link(self, host: str, delay_s: float, jitter_s: float = 0.0, loss: float = 0.0) -> Link:
         """The link of a computer to all others, or, as ``A to B``, to one of them."""
@@ -349,50 +345,38 @@ class Network:
 
     def connect(self, process: Process, host: str, port: int, done: Connected) -> None:
         """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
-        _Caller(self, process, (host, port), done)
+        world, to = self.world, (host, port)
+        link = self.links.get(f"{process.name} to {host}") or self.links[process.name]
+        self.opened += 1
+        address = process.name, 40_000 + self.opened
+        chance, end_s = Random(f"{world.seed} connects {address}"), world.now_s + _CONNECT_S
 
+        def knock() -> None:
+            """A packet knocks until somebody answers."""
+            if process.is_dead:
+                return
+            if world.now_s < link.down_until_s:
+                if world.now_s < end_s:
+                    world.after(1.0, knock)
+                else:
+                    done(system_error(ETIMEDOUT))
+                return
+            listening = self.listening.get(to)
+            if listening is None or listening.process.is_dead:
+                world.at(link.arrival_s(chance), done, system_error(ECONNREFUSED))
+                return
+            ours, theirs = Socket(self, link, process, address, True), Socket(self, link, listening.process, to, False)
+            ours.peer, theirs.peer = theirs, ours
+            if not listening.take(theirs):
+                for socket in (ours, theirs):
+                    socket.peer = None
+                    socket.close()
+                world.after(1.0, knock)
+                return
+            self.watch(process.name, port, ours)
+            world.at(link.arrival_s(chance), done, ours)
 
-class _Caller:
-    """Who connects: a packet knocks until somebody answers."""
-
-    def __init__(self, network: Network, process: Process, to: tuple[str, int], done: Connected) -> None:
-        self._network = network
-        self._process = process
-        self._link = network.links.get(f"{process.name} to {to[0]}") or network.links[process.name]
-        self._to = to
-        self._done = done
-        self._world = world = network.world
-        network.opened += 1
-        self._address = process.name, 40_000 + network.opened
-        self._chance = Chance(f"{world.seed} connects {self._address}")
-        self._end_s = world.now_s + _CONNECT_S
-        world.at(self._link.arrival_s(self._chance), self._knock)
-
-    def _knock(self) -> None:
-        network, world, link = self._network, self._world, self._link
-        if self._process.is_dead:
-            return
-        if world.now_s < link.down_until_s:
-            if world.now_s < self._end_s:
-                world.after(1.0, self._knock)
-            else:
-                self._done(system_error(ETIMEDOUT))
-            return
-        listening = network.listening.get(self._to)
-        if listening is None or listening.process.is_dead:
-            world.at(link.arrival_s(self._chance), self._done, system_error(ECONNREFUSED))
-            return
-        ours = Socket(network, link, self._process, self._address, True)
-        theirs = Socket(network, link, listening.process, self._to, False)
-        ours.peer, theirs.peer = theirs, ours
-        if not listening.take(theirs):
-            for socket in (ours, theirs):
-                socket.peer = None
-                socket.close()
-            world.after(1.0, self._knock)
-            return
-        network.watch(self._process.name, self._to[1], ours)
-        world.at(link.arrival_s(self._chance), self._done, ours)
+        world.at(link.arrival_s(chance), knock)
 
 
 def system_error(code: int) -> OSError:

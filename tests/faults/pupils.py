@@ -292,9 +292,7 @@ class TeacherMember(Member):
         if is_calm and run.is_calm() and witness.view:
             run.world.keep("stop-gets-through", bool(witness.view.get(field)), f"{request} after 1 s")
         await asking
-        await self.ask("teacher/release-all" if field == "stopped" else "teacher/freeze", frozen=False) if field == (
-            "frozen"
-        ) else await self.ask("teacher/release-all")
+        await (self.ask(request, frozen=False) if field == "frozen" else self.ask("teacher/release-all"))
 
 
 class Stranger(Member):

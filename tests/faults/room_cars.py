@@ -6,8 +6,8 @@ from random import Random
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-from tests.faults.lines import Selector
 from tests.faults.network import Link
+from tests.faults.selector import Selector
 from tests.faults.system import Time
 from tests.faults.uploads import drawn_image
 from tests.faults.world import Process
@@ -126,7 +126,7 @@ class RoomCar:
             room.world.keep("image-whole", image in self.known, "{} begins {!r}", self.name, image)
             # It may have been switched off just when the image was stored.
             self.stored.append(image)
-            line = TcpPort(self.host, PORT, Time.monotonic, selector=Selector())
+            line = TcpPort(self.host, PORT, Time.monotonic, selector=Selector(room.world))
 
             def save(data: bytes) -> None:
                 store.save(data)

@@ -17,7 +17,6 @@ from anyio.lowlevel import _run_vars
 from tests.faults.class_room import run_class
 from tests.faults.driving import run_driving
 from tests.faults.fleet import run_fleet
-from tests.faults.promises import SEEDS, table
 from tests.faults.system import logs_read
 from tests.faults.uploads import run_uploads
 from tests.faults.world import BrokenPromiseError, World
@@ -29,6 +28,13 @@ SCENARIOS: dict[str, Callable[[World], None]] = {
     "class": run_class,
 }
 
+# The first hundred seeds, and those that notice a break of broken_places.py which none of these notices.
+SEEDS: dict[str, tuple[int, ...]] = {
+    "uploads": (*range(100), 100, 122),
+    "driving": (*range(100), 157),
+    "fleet": (*range(100), 147, 159),
+    "class": (*range(100),),
+}
 # Of CPU time, for a program that was broken on purpose.
 _MOST_S = 20
 
@@ -81,68 +87,40 @@ def _own_garbage() -> Iterator[None]:
             gc.enable()
 
 
-def first_broken(kind: str, first: int, seeds: int) -> str | None:
-    """What was broken first, and how to replay it; None where nothing was."""
-    for seed in range(first, first + seeds):
-        if broken := run(kind, seed).broken:
-            return f"{broken}; python -m tests.faults --seed {seed} {kind}"
-    return None
-
-
-def all_tried() -> tuple[Counter[str], Counter[str]]:
-    """How often each promise was tried, by its name with its scenario, and each fault made. Raises what is broken."""
-    tried, counts = Counter[str](), Counter[str]()
-    for kind in SCENARIOS:
-        for seed in SEEDS[kind]:
-            result = run(kind, seed)
-            if result.broken:
-                raise result.broken
-            tried.update({f"{kind}:{name}": times for name, times in result.tried.items()})
-            counts.update(result.counts)
-    return tried, counts
-
-
 def main(arguments: list[str]) -> int:
     """Run one seed or many, and print what happened."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults")
     parser.add_argument("--seed", type=int, default=None, help="one seed, to replay it")
     parser.add_argument("--seeds", type=int, default=0, help="as many as in `make test`, unless given")
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--until-broken", action="store_true", help="stop at the first; print its seed and promise")
-    parser.add_argument("--lines", type=int, default=60)
+    parser.add_argument("--until-broken", action="store_true", help="stop at the first seed that breaks a promise")
     parser.add_argument("kinds", nargs="*")
-    parser.add_argument("--promises", metavar="LANGUAGE", help="print the table of docs/security.md: en, zh")
     given = parser.parse_args(arguments)
-    if given.promises:
-        tried, counts = all_tried()
-        print(table(given.promises, tried, counts))
-        return 0
     failed = 0
-    if given.until_broken and hasattr(signal, "SIGVTALRM"):
+    if hasattr(signal, "SIGVTALRM"):
         signal.signal(signal.SIGVTALRM, _give_up)
     for kind in given.kinds or SCENARIOS:
         if given.seed is not None:
             result = run(kind, given.seed)
-            print(*result.last[-given.lines :], sep="\n")
+            print(*result.last[-60:], sep="\n")
             print(kind, given.seed, result.digest, result.tried, result.counts)
             if result.broken:
                 traceback.print_exception(result.broken)
                 failed += 1
             continue
         begin_s, tried, counts = time.process_time(), Counter[str](), Counter[str]()
-        seeds = SEEDS[kind] if not given.seeds else tuple(range(given.first, given.first + given.seeds))
+        seeds = range(given.first, given.first + given.seeds) if given.seeds else SEEDS[kind]
         for seed in seeds:
-            if given.until_broken and hasattr(signal, "SIGVTALRM"):
+            if hasattr(signal, "SIGVTALRM"):
                 signal.setitimer(signal.ITIMER_VIRTUAL, _MOST_S)
             result = run(kind, seed)
             tried.update(result.tried)
             counts.update(result.counts)
-            if result.broken and given.until_broken:
-                print(seed, result.broken.promise, sep="\t")
-                return 1
             if result.broken:
                 failed += 1
                 print(f"{kind} --seed {seed} at {commit()}: {result.broken}")
+                if given.until_broken:
+                    return 1
         print(f"{kind}: {len(seeds)} seeds in {time.process_time() - begin_s:.1f} s of CPU time")
         print("  tried:", dict(tried))
         print("  faults:", dict(counts))

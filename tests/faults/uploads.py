@@ -1,17 +1,17 @@
 """Uploads in the simulated room: a car that stores images, computers that send them, and all faults."""
 
 from collections.abc import Callable
-from errno import EIO
 from random import Random
 from types import SimpleNamespace
 from typing import Any
 
 from serial import Serial, SerialException, SerialTimeoutException
 from tests.faults.disk import Disk
-from tests.faults.lines import Cable, Damage, Selector, SocketPort
+from tests.faults.lines import Cable, Damage, SocketPort
 from tests.faults.network import Network
+from tests.faults.selector import Selector
 from tests.faults.system import Replaced, Time, on_disk, replaced
-from tests.faults.world import Process, World, world
+from tests.faults.world import Process, World
 
 from motorcade.boards import lines as car_lines
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run
@@ -47,7 +47,8 @@ class Uploads:
     def __init__(self, room: World) -> None:
         self.world = room
         self.random = random = Random(f"{room.seed} plan")
-        self.disk = Disk(room)
+        self.disk = Disk(room, random, 0.0005)
+        self.disk.kill, self.disk.failed = self.end_car, self._failed
         self.folder = self.disk.path("/var")
         self.network = Network(room)
         self.is_tcp = random.random() < 0.5
@@ -70,31 +71,14 @@ class Uploads:
         self.car: Process | None = None
         self.board: ComputerBoard | None = None
         self.has_lost_power = self.has_failed_late = self.has_port = False
-        self.kill_at: tuple[int, bool] | None = None
-        self.fail_at: set[int] = set()
-        self.slow_s = 0.0
 
     # The disk.
 
-    def _operate(self, what: str, path: str) -> None:
-        """An operation takes its time; it may fail, or be the last one of the car."""
-        if world().current is None:
-            return
-        disk = self.disk
-        self.world.note("disk", what)
-        self.world.sleep(0.0005 + self.random.random() * self.slow_s)
-        if self.kill_at and disk.operations >= self.kill_at[0]:
-            _, is_power = self.kill_at
-            self.kill_at = None
-            self.end_car(is_power)
-            self.world.wait()
-        if disk.operations in self.fail_at:
-            self.world.count("disk error")
-            # The one error after which either file may be there.
-            self.has_failed_late |= what == "fsync of a folder"
-            # What can't be deleted stays.
-            self.left += what == "unlink"
-            raise OSError(EIO, "Input/output error")
+    def _failed(self, what: str) -> None:
+        # The one error after which either file may be there.
+        self.has_failed_late |= what == "fsync of a folder"
+        # What can't be deleted stays.
+        self.left += what == "unlink"
 
     def _check_disk(self) -> None:
         if self.disk.lies:
@@ -148,17 +132,16 @@ class Uploads:
 
     def _line(self, process: Process) -> Any:
         if self.is_tcp:
-            line = TcpPort("car", _PORT, Time.monotonic, selector=Selector())
-            write = line.write
+            line: Any = TcpPort("car", _PORT, Time.monotonic, selector=Selector(self.world))
         else:
             line = SerialLine(self._opened_by_car, Time.monotonic)
-            write = line.write
+        write = line.write
 
         def written(data: bytes) -> None:
             self._answered(data)
             write(data)
 
-        line.write = written  # type: ignore[method-assign]
+        line.write = written
         return line
 
     def _opened_by_car(self) -> Any:
@@ -170,11 +153,7 @@ class Uploads:
     def _waiting(self, line: Any) -> Callable[[float], None]:
         def wait(seconds: float) -> None:
             # A tick may be late: nothing is due so soon.
-            seconds = max(seconds, self.random.choice((0.004, 0.02, 0.05)))
-            if self.is_tcp:
-                line.wait(seconds)
-            else:
-                self.cable.ends[1].wait(seconds)
+            (line if self.is_tcp else self.cable.ends[1]).wait(max(seconds, self.random.choice((0.004, 0.02, 0.05))))
 
         return wait
 
@@ -237,10 +216,9 @@ class Uploads:
         """Let all faults end."""
         self.world.note("heal")
         self.world.is_healed = True
-        self.disk.is_full = False
+        self.disk.heal()
         self.cable.plug()
-        self.kill_at, self.slow_s, self.cable.delay_s = None, 0.0, 0.0
-        self.fail_at.clear()
+        self.cable.delay_s = 0.0
         for end in self.cable.ends:
             end.damage = Damage()
         if self.car:
@@ -285,16 +263,16 @@ class Uploads:
         """Draw what goes wrong, and when."""
         random = self.random
         if random.random() < 0.5:
-            self.kill_at = random.randrange(1, 40), random.random() < 0.6
+            self.disk.kill_at = random.randrange(1, 40), random.random() < 0.6
         if random.random() < 0.3:
-            self.fail_at = {random.randrange(1, 50) for _ in range(random.randint(1, 4))}
+            self.disk.fail_at = {random.randrange(1, 50) for _ in range(random.randint(1, 4))}
         if random.random() < 0.3:
-            self.slow_s = random.choice((0.01, 0.3, 1.0))
+            self.disk.slow_s = random.choice((0.01, 0.3, 1.0))
         if random.random() < 0.1:
             self.disk.lies = True
         if random.random() < 0.3:
             self.disk.free_bytes = random.choice((0, 1, 3, 4, 17))
-            self.fault(random.uniform(0, 6), self._fill)
+            self.fault(random.uniform(0, 6), self.disk.fill)
         if random.random() < 0.3:
             self.fault(random.uniform(0, 8), lambda: self._freeze("car"))
         if random.random() < 0.15:
@@ -309,11 +287,6 @@ class Uploads:
     def fault(self, at_s: float, act: Callable[[], None]) -> None:
         """Let something go wrong at a time, unless all faults have ended."""
         self.world.at(at_s, self.world.unless_healed, act)
-
-    def _fill(self) -> None:
-        self.world.count("full disk")
-        self.world.note("full")
-        self.disk.is_full = True
 
     def _freeze(self, name: str) -> None:
         for process in self.world.processes:
@@ -340,7 +313,7 @@ class Uploads:
             self.disk.create(self.folder / "car" / "car.image", False).data = image
             self.acknowledged = image
         self.disk.settle()
-        self.disk.step, self.disk.after = self._operate, self._check_disk
+        self.disk.after = self._check_disk
 
     def names(self) -> Replaced:
         """What the modules take from the system."""

@@ -137,6 +137,8 @@ class World:
         self.is_over = self.is_healed = False
         self.broken: BaseException | None = None
         self.processes: list[Process] = []
+        # Sockets, by their numbers.
+        self.files: list[Any] = []
         self.last: deque[str] = deque(maxlen=400)
         self._digest = sha256()
         self._due: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []

@@ -5,12 +5,11 @@ from typing import Any, cast
 
 import wasmtime
 
-from motorcade.engine.linear_memory import PATH, SECTION, custom_section
+from motorcade.engine.linear_memory import PATH, section_text
 
 _PAGE = 1 << 16
 _ENGINE = wasmtime.Engine()
-_CODE = PATH.read_bytes()
-_MODULE = wasmtime.Module(_ENGINE, _CODE)
+_MODULE = wasmtime.Module(_ENGINE, PATH.read_bytes())
 
 
 class MockView:
@@ -36,7 +35,7 @@ class MockInstance:
         self._exports = cast(Any, wasmtime.Instance(self._store, _MODULE, []).exports(self._store))
         self._memory = self._exports["memory"]
         self.heap = self._exports["__heap_base"].value(self._store)
-        self.section = custom_section(_CODE, SECTION).decode()
+        self.section = section_text()
         self.calls: list[str] = []
 
     def grow(self, end: int) -> bool:
@@ -61,10 +60,6 @@ class MockInstance:
     def clear(self, address: int, size: int) -> None:
         self.calls.append("clear")
         ctypes.memset(self._at(address, size), 0, size)
-
-    def copy(self, to: int, address: int, size: int) -> None:
-        self.calls.append("copy")
-        ctypes.memmove(self._at(to, size), self._at(address, size), size)
 
     def call(self, kernel: str, address: int) -> None:
         self.calls.append(kernel)

@@ -7,7 +7,6 @@ finds the functions and classes that kernels are made of by decorators, without 
 This module needs no NumPy: in a browser, an array is a place in the linear memory of engine.wasm.
 """
 
-from collections.abc import Sequence
 from types import FunctionType
 from typing import Any, Literal, Protocol, TypeVar, get_args
 
@@ -16,8 +15,7 @@ from motorcade.engine.state import Buffer, People, Rules, Voices
 Name = Literal["native", "webassembly", "interpreted"]
 Figures = TypeVar("Figures", People, Rules, Voices)
 NAMES: tuple[Name, ...] = get_args(Name)
-# An array as its backend has it: of NumPy, or a `motorcade.browser.kernels.LinearArray`. Both have `shape`, `view`,
-# rows and slices.
+# An array as its backend has it: of NumPy, or a `LinearArray` of a browser. Both have `shape`, `view`, rows and slices.
 BackendArray = Any
 
 Function = TypeVar("Function")
@@ -58,19 +56,13 @@ class Backend(Protocol):
         """Return an array with these contents, C-contiguous and reachable; ``slot`` as in `zeros`."""
 
     def read(self, array: BackendArray) -> bytes:
-        """Return the contents of a C-contiguous array."""
+        """Return the contents of an array; of one that isn't C-contiguous maybe with what is between its rows."""
 
     def write(self, array: BackendArray, contents: bytes) -> None:
-        """Replace the contents of a C-contiguous array."""
+        """Replace the contents of an array by what `read` returns for it."""
 
     def clear(self, array: BackendArray) -> None:
         """Fill an array with zeros."""
-
-    def save(self, arrays: Sequence[BackendArray]) -> Any:
-        """Return a copy of the contents of arrays for `restore`; it is valid until the next call of `save`."""
-
-    def restore(self, arrays: Sequence[BackendArray], saved: Any) -> None:
-        """Give the arrays the contents that `save` copied."""
 
     def call(self, kernel: str, *arguments: Any) -> None:
         """Call a kernel of `motorcade.engine.kernels.KERNELS`; its arrays come from `zeros` or `allocate`."""

@@ -12,10 +12,9 @@ else it is like other cars: it pushes and is pushed.
 """
 
 import math
-from array import array
 from collections.abc import Sequence
 from itertools import chain
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from motorcade.car import brain
 from motorcade.car.senses import NOTHING
@@ -126,10 +125,10 @@ def shown_wheels(ahead: float, aside: float, speeds: Floats) -> int:
     return DRIVEN + level
 
 
-def matrix_of(columns: Sequence[Sequence[int]]) -> Buffer:
-    """The matrix of driven cars with these columns."""
+def matrix_of(columns: Sequence[Sequence[int]]) -> Any:
+    """The buffer of the matrix of driven cars with these columns."""
     numbers = chain.from_iterable([column[row] for column in columns] for row in range(TURNED + 1))
-    return Buffer("int64", (TURNED + 1, len(columns)), array("q", numbers))
+    return Buffer.of("int64", numbers, len(columns), TURNED + 1)
 
 
 def columns_of(matrix: bytes) -> list[list[int]]:

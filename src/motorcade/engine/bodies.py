@@ -15,16 +15,8 @@ import math
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at, cells_around
-from motorcade.engine.geometry import (
-    FAR_UM,
-    cosine,
-    disc_in_cone,
-    mix,
-    nearest_of_segment,
-    segment_in_cone,
-    sine,
-)
+from motorcade.engine.cells import cell_of, cells_around
+from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, nearest_of_segment, segment_in_cone, sine
 from motorcade.engine.state import Cars, Cells, People, Place, Rules
 
 # The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.
@@ -170,11 +162,7 @@ def place_near(
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
-    frame = place.frame
-    columns = int(frame[COLUMNS])
-    column = cell_at(x, frame[ORIGIN_X], frame[PER_UM], columns)
-    cell = cell_at(y, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
-    segments = place.segments.shape[0]
+    cell, segments = cell_of(x, y, place.frame), place.segments.shape[0]
     for k in range(place.first[cell], place.first[cell + 1]):
         if place.away[k] >= near:
             break

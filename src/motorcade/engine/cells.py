@@ -25,13 +25,29 @@ def cell_at(length: float, origin: float, per_um: float, most: int) -> int:
 
 
 @in_kernel
+def cell_of(x: float, y: float, frame: Floats) -> int:
+    """The cell of a place."""
+    columns = int(frame[COLUMNS])
+    column = cell_at(x, frame[ORIGIN_X], frame[PER_UM], columns)
+    return cell_at(y, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
+
+
+@in_kernel
 def cells_around(x: float, y: float, wide: float, frame: Floats) -> tuple[int, int, int, int, int]:
-    """The columns and rows of cells within ``wide`` of a place: left, right, bottom, top; and how many columns are."""
+    """As `cells_between`, of one place."""
+    return cells_between(x, y, x, y, wide, frame)
+
+
+@in_kernel
+def cells_between(
+    low_x: float, low_y: float, high_x: float, high_y: float, wide: float, frame: Floats
+) -> tuple[int, int, int, int, int]:
+    """The columns and rows of cells within ``wide`` of a rectangle (left, right, bottom, top), and how many columns."""
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    left = cell_at(low_x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    right = cell_at(high_x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    bottom = cell_at(low_y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    top = cell_at(high_y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
     return left, right, bottom, top, columns
 
 
@@ -64,12 +80,11 @@ def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) ->
     """Fill ``cars.order`` (for each new index the old one, cell by cell, stable) and ``cells.first``."""
     frame = cells.frame[world]
     first = cells.first[world]
-    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    count = columns * rows
+    count = int(frame[COLUMNS]) * int(frame[ROWS])
     for c in range(count + 1):
         first[c] = 0
     for i in range(begin, end):
-        cell = _cell_of(cars, i, frame, columns, rows)
+        cell = cell_of(float(cars.x[i]), float(cars.y[i]), frame)
         cars.push[i] = cell
         first[cell] += 1
     total = begin
@@ -84,12 +99,6 @@ def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) ->
     for c in range(count, 0, -1):
         first[c] = first[c - 1]
     first[0] = begin
-
-
-@in_kernel
-def _cell_of(cars: Cars, i: int, frame: Floats, columns: int, rows: int) -> int:
-    column = cell_at(float(cars.x[i]), frame[ORIGIN_X], frame[PER_UM], columns)
-    return cell_at(float(cars.y[i]), frame[ORIGIN_Y], frame[PER_UM], rows) * columns + column
 
 
 @in_kernel

@@ -20,7 +20,7 @@ from typing import Literal, get_args
 from motorcade.car import frames
 from motorcade.engine import events
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at, cells_around
+from motorcade.engine.cells import cell_of, cells_around, cells_between
 from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
 from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Place, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
@@ -92,7 +92,7 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
     # The bodies are tested several at once, so their number is a multiple of that.
     for k in range(count, count + SPARE if is_listed else count):
         around.x[share, k], around.y[share, k] = FAR_UM, FAR_UM
-    near = _place_near(x, y, arrays.place)
+    near = cell_of(x, y, arrays.place.frame)
     ahead_x, ahead_y = cosine(cars.heading[j], rules.cosines), sine(cars.heading[j], rules.cosines)
     for k in range(count):
         i = int(around.car[share, k]) if is_listed else base + k
@@ -151,7 +151,8 @@ def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
     if rules.line_of_sight:
         ax, ay = float(cars.x[sender]), float(cars.y[sender])
         bx, by = float(cars.x[receiver]), float(cars.y[receiver])
-        if _is_hidden_by_place(ax, ay, bx, by, distance, _place_near(ax, ay, arrays.place), arrays.place):
+        cell = cell_of(ax, ay, arrays.place.frame)
+        if _is_hidden_by_place(ax, ay, bx, by, distance, cell, arrays.place):
             return HIDDEN
         if _is_hidden_by_cars(receiver, sender, world, arrays):
             return HIDDEN
@@ -202,28 +203,16 @@ def _is_hidden_by_cars(i: int, j: int, world: int, arrays: Arrays) -> bool:
     cars, cells, rules = arrays.cars, arrays.cells, arrays.rules
     ax, ay = float(cars.x[j]), float(cars.y[j])
     bx, by = float(cars.x[i]), float(cars.y[i])
-    frame, first = cells.frame[world], cells.first[world]
-    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
-    wide = rules.radius + rules.drift
-    left = cell_at(min(ax, bx) - wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    right = cell_at(max(ax, bx) + wide, frame[ORIGIN_X], frame[PER_UM], columns)
-    bottom = cell_at(min(ay, by) - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    top = cell_at(max(ay, by) + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    first, wide = cells.first[world], rules.radius + rules.drift
+    left, right, bottom, top, columns = cells_between(
+        min(ax, bx), min(ay, by), max(ax, bx), max(ay, by), wide, cells.frame[world]
+    )
     hidden = False
     for row in range(bottom, top + 1):
         for k in range(first[row * columns + left], first[row * columns + right + 1]):
             shades = is_shaded(ax, ay, bx, by, float(cars.x[k]), float(cars.y[k]), rules.radius)
             hidden |= shades & (k != i) & (k != j)
     return hidden
-
-
-@in_kernel
-def _place_near(x: float, y: float, place: Place) -> int:
-    """The cell of the place that a point is in."""
-    frame = place.frame
-    columns = int(frame[COLUMNS])
-    column = cell_at(x, frame[ORIGIN_X], frame[PER_UM], columns)
-    return cell_at(y, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
 
 
 @in_kernel

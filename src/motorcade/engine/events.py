@@ -1,20 +1,9 @@
 """What happened in a world: counts, and on request events, which are rows of one array.
 
-Every part of a world that a thread steps by itself has its own row of both, so threads never write to the same place.
 The order of the rows has no meaning: the kernel ``sort_events`` sorts them. This module needs no NumPy.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Counts = NDArray[np.int64]
-    Rows = NDArray[np.uint32]
-else:
-    # The annotations of a named tuple are evaluated, also where there is no NumPy.
-    Counts = Rows = Any
+from motorcade.engine.state import Counters
 
 # One event, as NumPy's type of a row. kind is an index into KINDS, and why is an index into LOSS_REASONS. word is the
 # control word, for a lost frame the bits on the air. other is a state's index, the tag of a word that starts, or the
@@ -47,13 +36,6 @@ COUNTS = 16  # two cache lines, so that no two threads write to one
 # Columns of an event in Counters.events.
 T_MS, CAR, KIND, WHY, WORD, OTHER = range(6)
 COLUMNS = 6
-
-
-class Counters(NamedTuple):
-    """What has happened so far."""
-
-    counts: Counts  # (parts, COUNTS)
-    events: Rows  # (parts, room, COLUMNS)
 
 
 def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: int, word: int, other: int) -> None:

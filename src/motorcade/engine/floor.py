@@ -13,10 +13,9 @@ The array is empty where there are no marks.
 """
 
 import math
-from array import array
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, chain, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import ROUNDED_UM
@@ -176,8 +175,8 @@ def _outside_polygon(x: float, y: float, first: int, end: int, floor: Floor) -> 
     return -math.sqrt(nearest) if inside else math.sqrt(nearest)
 
 
-def floor_of(mat: Mat, aside_um: float = 0.0) -> Buffer:
-    """Return the array of the mat's marks, for sensors that are ``aside_um`` from the middle between them.
+def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
+    """Return the buffer of the mat's marks, for sensors that are ``aside_um`` from the middle between them.
 
     Raises:
         MotorcadeError: mat-too-detailed.
@@ -190,7 +189,7 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Buffer:
         if corners > _MOST_CORNERS:
             raise refused
     if not marks:
-        return Buffer("float64", (0,), array("d"))
+        return Buffer.of("float64", ())
     margin = MARGIN_UM + aside_um + ROUNDED_UM
     boxes = [_box(mark.corners, max(mark.half, 0.0)) for mark in marks]
     left, bottom = min(box[0] for box in boxes) - margin, min(box[1] for box in boxes) - margin
@@ -219,14 +218,12 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Buffer:
     begin = CELLS + len(lists) + 1
     firsts = list(accumulate(map(len, lists), initial=begin))
     places = list(accumulate((_CORNERS + 2 * len(mark.corners) for mark in marks), initial=firsts[-1]))
-    held = array("d", (left, bottom, 1 / side, columns, rows))
-    held.extend(firsts)
-    held.extend(places[number] for number in chain.from_iterable(lists))
+    held = [left, bottom, 1 / side, columns, rows, *firsts, *(places[number] for number in chain.from_iterable(lists))]
     for mark, (x0, y0, x1, y1) in zip(marks, boxes, strict=True):
         x, y = (x0 + x1) / 2, (y0 + y1) / 2
         around = max(math.dist((x, y), corner) for corner in mark.corners) + max(mark.half, 0.0)
         held.extend((mark.half, x, y, around, len(mark.corners), *chain.from_iterable(mark.corners)))
-    return Buffer("float64", (len(held),), held)
+    return Buffer.of("float64", held)
 
 
 def _cells_between(low: float, high: float, side: float, count: int) -> range:

@@ -4,8 +4,7 @@ This module needs no NumPy, which a browser doesn't have: arrays are buffers unt
 """
 
 import math
-from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, chain
@@ -43,7 +42,6 @@ _MOST_AROUND = 1 << 8
 _NEVER = 1 << 40
 _PLACE_CELL_UM = 250_000.0
 _FEW_PLACE_CELLS = 1 << 14
-_CODES = {"int64": "q", "float64": "d", "uint32": "I", "int32": "i", "uint8": "B"}
 
 
 class Standing(NamedTuple):
@@ -54,14 +52,6 @@ class Standing(NamedTuple):
     heading: Any
     number: Any
     program: Any
-
-
-def buffer_of(dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> Any:
-    """A buffer, with rows of ``columns`` items where they are given; typed as the array that it becomes."""
-    held = array(_CODES[dtype], items)
-    if columns is None:
-        return Buffer(dtype, (len(held),), held)
-    return Buffer(dtype, (len(held) // columns if rows is None else rows, columns), held)
 
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
@@ -81,13 +71,13 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     few = len(mat.starts) <= _FEW_CARS
     sort_every = _NEVER if few else max(_DRIFT_UM // fastest, 1)
     return Rules(
-        levels=buffer_of("int64", levels_of(profile)),
+        levels=Buffer.of("int64", levels_of(profile)),
         images=_images(images),
-        cosines=buffer_of("float64", COSINES),
-        normals=buffer_of("float64", NORMALS),
-        flips=buffer_of("float64", _flips(physics.bit_error_rate)),
-        speeds=buffer_of("float64", speeds),
-        turns=buffer_of("int64", turns),
+        cosines=Buffer.of("float64", COSINES),
+        normals=Buffer.of("float64", NORMALS),
+        flips=Buffer.of("float64", _flips(physics.bit_error_rate)),
+        speeds=Buffer.of("float64", speeds),
+        turns=Buffer.of("int64", turns),
         wheel_turn=wheel_turn,
         tick_ms=tick_ms,
         fastest=float(fastest),
@@ -144,11 +134,11 @@ def standing_of(mat: Mat, images: int) -> Standing:
     starts = mat.starts
     ranks = accumulate(starts.leads)
     return Standing(
-        x=buffer_of("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
-        y=buffer_of("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
-        heading=buffer_of("uint32", [to_heading(each) for each in starts.heading]),
-        number=buffer_of("uint32", range(len(starts))),
-        program=buffer_of(
+        x=Buffer.of("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
+        y=Buffer.of("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
+        heading=Buffer.of("uint32", [to_heading(each) for each in starts.heading]),
+        number=Buffer.of("uint32", range(len(starts))),
+        program=Buffer.of(
             "uint8",
             [(rank - 1) % max(images, 1) + 1 if leads else 0 for leads, rank in zip(starts.leads, ranks, strict=True)],
         ),
@@ -190,14 +180,14 @@ def people_of(mat: Mat, parts: int) -> People:
     points = [point for person in mat.people for point in person.path]
     nowhere = [0.0] * (parts * len(mat.people))
     return People(
-        first=buffer_of("int64", accumulate((len(person.path) for person in mat.people), initial=0)),
-        at_ms=buffer_of("int64", [round(t_s * 1000) for t_s, _, _ in points]),
-        x=buffer_of("float64", [x * 1e6 for _, x, _ in points]),
-        y=buffer_of("float64", [y * 1e6 for _, _, y in points]),
-        repeats=buffer_of("int64", [person.repeats for person in mat.people]),
-        now_x=buffer_of("float64", nowhere, len(mat.people), parts),
-        now_y=buffer_of("float64", nowhere, len(mat.people), parts),
-        walked_ms=buffer_of("int64", [-1] * parts),
+        first=Buffer.of("int64", accumulate((len(person.path) for person in mat.people), initial=0)),
+        at_ms=Buffer.of("int64", [round(t_s * 1000) for t_s, _, _ in points]),
+        x=Buffer.of("float64", [x * 1e6 for _, x, _ in points]),
+        y=Buffer.of("float64", [y * 1e6 for _, _, y in points]),
+        repeats=Buffer.of("int64", [person.repeats for person in mat.people]),
+        now_x=Buffer.of("float64", nowhere, len(mat.people), parts),
+        now_y=Buffer.of("float64", nowhere, len(mat.people), parts),
+        walked_ms=Buffer.of("int64", [-1] * parts),
     )
 
 
@@ -205,11 +195,11 @@ def voices_of(mat: Mat) -> Voices:
     """Return the voices of the mat, in the order of time."""
     voices = sorted(mat.voices, key=lambda voice: voice.at_s)
     return Voices(
-        at_ms=buffer_of("int64", [round(voice.at_s * 1000) for voice in voices]),
-        word=buffer_of("int64", [VOICES[voice.word] for voice in voices]),
-        x=buffer_of("float64", [voice.x_m * 1e6 for voice in voices]),
-        y=buffer_of("float64", [voice.y_m * 1e6 for voice in voices]),
-        radius=buffer_of("float64", [FAR_UM if each.radius_m is None else each.radius_m * 1e6 for each in voices]),
+        at_ms=Buffer.of("int64", [round(voice.at_s * 1000) for voice in voices]),
+        word=Buffer.of("int64", [VOICES[voice.word] for voice in voices]),
+        x=Buffer.of("float64", [voice.x_m * 1e6 for voice in voices]),
+        y=Buffer.of("float64", [voice.y_m * 1e6 for voice in voices]),
+        radius=Buffer.of("float64", [FAR_UM if each.radius_m is None else each.radius_m * 1e6 for each in voices]),
     )
 
 
@@ -222,9 +212,9 @@ def place_of(mat: Mat, rules: Rules, backend: "Backend", look_mm: int = 0) -> Pl
     reach = _reach(rules, look_mm)
     frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
     place = Place(
-        segments=backend.allocate("Place.segments", buffer_of("float64", chain.from_iterable(walls), 4)),
-        discs=backend.allocate("Place.discs", buffer_of("float64", chain.from_iterable(discs), 3)),
-        frame=backend.allocate("Place.frame", buffer_of("float64", frame)),
+        segments=backend.allocate("Place.segments", Buffer.of("float64", chain.from_iterable(walls), 4)),
+        discs=backend.allocate("Place.discs", Buffer.of("float64", chain.from_iterable(discs), 3)),
+        frame=backend.allocate("Place.frame", Buffer.of("float64", frame)),
         first=backend.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), "int32"),
         items=backend.zeros("Place.items", (0,), "int32"),
         away=backend.zeros("Place.away", (0,), "float32"),
@@ -294,7 +284,7 @@ def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) 
 def _images(images: Sequence[bytes]) -> Any:
     words = [bytes_to_words(image) for image in images] or [(0,)]
     longest = max(len(each) for each in words)
-    return buffer_of("uint32", chain.from_iterable((*each, *[0] * (longest - len(each))) for each in words), longest)
+    return Buffer.of("uint32", chain.from_iterable((*each, *[0] * (longest - len(each))) for each in words), longest)
 
 
 @lru_cache(maxsize=256)

@@ -10,16 +10,19 @@ This module knows no WebAssembly runtime and needs no NumPy: `motorcade.engine.w
 """
 
 import json
+import math
 import struct
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from motorcade.engine.state import width_of
 from motorcade.errors import MotorcadeError
 
 PATH = Path(__file__).with_name("engine.wasm")
 SECTION = "motorcade.arguments"
-_INT = struct.Struct("<q")
+_INT, _FLOAT = struct.Struct("<q"), struct.Struct("<d")
 _LINE = 64  # bytes of a cache line, at which each array begins
 
 
@@ -41,27 +44,66 @@ class Argument(NamedTuple):
         return f"{self.name}: {self.dtype}" + (f", {self.rank}-d, {self.layout}" if self.rank else "")
 
 
-class Described(NamedTuple):
-    """What a kernel is told of an array; ``address`` counts from the beginning of the memory, maybe outside of it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearArray:
+    """Where an array is, without its contents. Indices are numbers or slices without a step.
+
+    Attributes:
+        dtype: NumPy's name of the type.
+        strides: the bytes from one item to the next, of each dimension.
+        address: of the first item; of NumPy's arrays it may be outside of the memory.
+    """
 
     dtype: str
-    is_contiguous: bool
-    items: int
-    item_bytes: int
-    address: int
     shape: tuple[int, ...]
     strides: tuple[int, ...]
+    address: int
+
+    @property
+    def count(self) -> int:
+        """How many items there are."""
+        return math.prod(self.shape)
+
+    @property
+    def is_contiguous(self) -> bool:
+        """Whether the items follow each other without gaps, row by row."""
+        expected = width_of(self.dtype)
+        for length, stride in zip(reversed(self.shape), reversed(self.strides), strict=True):
+            if length > 1 and stride != expected:
+                return self.count == 0
+            expected *= length
+        return True
+
+    @property
+    def span(self) -> int:
+        """The bytes from the first item to the end of the last one."""
+        if not self.count:
+            return 0
+        steps = zip(self.shape, self.strides, strict=True)
+        return sum((length - 1) * stride for length, stride in steps) + width_of(self.dtype)
+
+    def __getitem__(self, index: "int | slice | tuple[int | slice, ...]") -> "LinearArray":
+        parts = index if isinstance(index, tuple) else (index,)
+        address, shape, strides = self.address, [], []
+        for part, length, stride in zip(parts, self.shape, self.strides, strict=False):
+            if isinstance(part, slice):
+                begin, end, _ = part.indices(length)
+                shape.append(max(end - begin, 0))
+                strides.append(stride)
+                address += begin * stride
+            else:
+                address += part * stride
+        rest = len(parts)
+        return LinearArray(self.dtype, (*shape, *self.shape[rest:]), (*strides, *self.strides[rest:]), address)
+
+    def view(self, dtype: str) -> "LinearArray":
+        """Return the same bytes of a one-dimensional contiguous array as items of another type."""
+        size = width_of(dtype)
+        return LinearArray(dtype, (self.span // size,), (size,), self.address)
 
 
 class _Part(NamedTuple):
-    """An argument of a call, or a tuple of them.
-
-    Attributes:
-        value: what was given.
-        length: how many arguments it is.
-        block: the part of the block that holds them.
-        parts: where the tuple holds tuples, what it holds.
-    """
+    """A value of a call: how many arguments it is, the part of the block that holds them, and the parts of a tuple."""
 
     value: Any
     length: int
@@ -75,7 +117,14 @@ _NOTHING = _Part(object(), 0, b"")
 @lru_cache
 def module_arguments() -> dict[str, list[Argument]]:
     """Return the arguments of each kernel of the installed engine.wasm."""
-    return parse_arguments(custom_section(PATH.read_bytes(), SECTION).decode())
+    return parse_arguments(section_text())
+
+
+def section_text() -> str:
+    """Return the text of the module's section."""
+    # Behind the section's name there is its text, whose end JSON tells.
+    text = PATH.read_bytes().partition(SECTION.encode())[2].decode("latin-1")
+    return text[: json.JSONDecoder().raw_decode(text)[1]]
 
 
 def parse_arguments(section: str) -> dict[str, list[Argument]]:
@@ -96,10 +145,10 @@ class LinearMemory:
         self._arguments = arguments
         self._end = end
         self._slots: dict[str, tuple[int, int]] = {}
-        self._packed: dict[str, list[_Part]] = {name: [] for name in arguments}
+        self._packed = dict.fromkeys(arguments, _NOTHING)
 
-    def _describe(self, value: Any) -> Described | None:
-        """Return what a kernel is told of an array; None for a number."""
+    def _describe(self, value: Any) -> LinearArray | None:
+        """Return where an array is; None for a number."""
         raise NotImplementedError
 
     def _grow_to(self, end: int) -> bool:
@@ -115,58 +164,38 @@ class LinearMemory:
         self._call(kernel, self._block(kernel, *arguments))
 
     def _block(self, kernel: str, *arguments: Any) -> bytes:
-        expected, packed = self._arguments[kernel], self._packed[kernel]
-        if len(packed) != len(arguments):
-            packed[:] = [_NOTHING] * len(arguments)
-        first = 0
-        for number, value in enumerate(arguments):
-            part = packed[number]
-            # To describe all arrays takes ten times as long as a tick of few cars; most are those of the last call.
-            if part.value is not value:
-                part = packed[number] = self._pack_again(kernel, value, expected, first, part)
-            first += part.length
-        if first < len(expected):
-            _check(kernel, expected[first])
-        return b"".join([part.block for part in packed])
+        expected = self._arguments[kernel]
+        part = self._packed[kernel] = self._pack(kernel, arguments, 0, self._packed[kernel])
+        if part.length < len(expected):
+            _check(kernel, expected[part.length])
+        return part.block
 
-    def _pack_again(self, kernel: str, value: Any, expected: list[Argument], first: int, before: _Part) -> _Part:
-        """Pack an argument in place of ``before``; of a tuple that holds tuples only what differs is packed."""
-        if type(value) is int:
-            _check(kernel, expected[first] if first < len(expected) else None, "int64")
-            return _Part(value, 1, _INT.pack(value))
-        is_same = before.parts and type(value) is type(before.value)
-        if not is_same and not (isinstance(value, tuple) and any(isinstance(each, tuple) for each in value)):
-            return self._pack(kernel, value, expected[first:])
-        parts, at = [], first
-        for each, part in zip(value, before.parts if is_same else [_NOTHING] * len(value), strict=True):
-            parts.append(part if part.value is each else self._pack(kernel, each, expected[at:]))
-            at += parts[-1].length
-        return _Part(value, at - first, b"".join([part.block for part in parts]), tuple(parts))
+    def _pack(self, kernel: str, value: Any, first: int, before: _Part) -> _Part:
+        """Pack what stands at argument ``first``; of a tuple only what isn't as ``before``.
 
-    def _pack(self, kernel: str, values: Any, expected: list[Argument]) -> _Part:
-        numbers: list[int | float] = []
-        form = ["<"]
-        count = 0
-        for value in values if isinstance(values, tuple) else (values,):
-            argument = expected[count] if count < len(expected) else None
-            count += 1
-            described = None if isinstance(value, int | float) else self._describe(value)
-            if described is not None:
-                numbers += self._array_numbers(kernel, argument, described)
-                form.append(f"{5 + 2 * len(described.shape)}q")
-            else:
-                is_float = isinstance(value, float)
-                _check(kernel, argument, "float64" if is_float else "int64")
-                numbers.append(value)
-                form.append("d" if is_float else "q")
-        return _Part(values, count, struct.pack("".join(form), *numbers))
-
-    def _array_numbers(self, kernel: str, argument: Argument | None, array: Described) -> list[int]:
-        layout = "C" if array.is_contiguous and argument and argument.layout == "C" else "A"
+        To describe all arrays takes ten times as long as a tick of few cars; most are those of the last call.
+        """
+        if isinstance(value, tuple):
+            parts, at = [], first
+            earlier = before.parts if len(before.parts) == len(value) else [_NOTHING] * len(value)
+            for each, part in zip(value, earlier, strict=True):
+                parts.append(part if part.value is each else self._pack(kernel, each, at, part))
+                at += parts[-1].length
+            return _Part(value, at - first, b"".join([part.block for part in parts]), tuple(parts))
+        expected = self._arguments[kernel]
+        argument = expected[first] if first < len(expected) else None
+        array = None if isinstance(value, int | float) else self._describe(value)
+        if array is None:
+            is_float = isinstance(value, float)
+            _check(kernel, argument, "float64" if is_float else "int64")
+            return _Part(value, 1, (_FLOAT if is_float else _INT).pack(value))
+        layout = "C" if argument and argument.layout == "C" and array.is_contiguous else "A"
         _check(kernel, argument, array.dtype, len(array.shape), layout)
-        if not 0 <= array.address <= self._end - array.items * array.item_bytes:
+        count, size = array.count, width_of(array.dtype)
+        if not 0 <= array.address <= self._end - count * size:
             raise MotorcadeError("kernel-argument-elsewhere", kernel=kernel, argument=str(argument))
-        return [0, 0, array.items, array.item_bytes, array.address, *array.shape, *array.strides]
+        numbers = 0, 0, count, size, array.address, *array.shape, *array.strides
+        return _Part(value, 1, struct.pack(f"<{len(numbers)}q", *numbers))
 
     def _place(self, slot: str, size: int) -> tuple[int, int]:
         """The address and size of a slot that has room for ``size`` bytes; a slot that is too small is left behind.
@@ -188,29 +217,3 @@ def _check(kernel: str, expected: Argument | None, *given: Any) -> None:
     found = Argument(expected.name if expected else "", *given) if given else None
     if found != expected:
         raise MotorcadeError("kernel-argument-differs", kernel=kernel, expected=str(expected), found=str(found))
-
-
-def custom_section(code: bytes, name: str) -> bytes:
-    """Return a custom section of a WebAssembly module. Raises KeyError where there is none of that name."""
-    at = 8
-    while at < len(code):
-        kind = code[at]
-        size, at = _unsigned(code, at + 1)
-        end = at + size
-        if kind == 0:
-            length, at = _unsigned(code, at)
-            if code[at : at + length].decode() == name:
-                return code[at + length : end]
-        at = end
-    raise KeyError(name)
-
-
-def _unsigned(code: bytes, at: int) -> tuple[int, int]:
-    """The number in LEB128 at a place, and the place after it."""
-    number, shift = 0, 0
-    while True:
-        number |= (code[at] & 0x7F) << shift
-        shift += 7
-        at += 1
-        if code[at - 1] < 0x80:
-            return number, at

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Column
 from motorcade.engine.backend import Backend, BackendArray
-from motorcade.engine.state import Bytes, Flags, Metres, Words
+from motorcade.engine.state import CODES, Bytes, Flags, Metres, Words, width_of
 
-_CODES: Mapping[str, Any] = {"float64": "d", "float32": "f", "uint32": "I", "uint16": "H", "uint8": "B"}
 _NONE: Mapping[str, Any] = MappingProxyType({})
 # The index of a car that executes or holds none of the image's words.
 NO_INDEX = 0xFFFF
@@ -120,11 +119,6 @@ def allocate_columns(
     return Columns(**{name: columns[name] for name in COLUMNS}), together
 
 
-def width_of(dtype: str) -> int:
-    """The bytes of a number of a type."""
-    return struct.calcsize(_CODES[dtype])
-
-
 _PICTURED = {name: each.packed for name, each in COLUMNS.items() if each.is_pictured}
 PICTURED: Mapping[str, str] = dict(
     sorted({**_PICTURED, "index": "uint16", "flags": "uint8"}.items(), key=lambda each: -width_of(each[1]))
@@ -153,7 +147,7 @@ def places(cars: int) -> Iterator[tuple[str, int, int]]:
 def unpack_moment(data: bytes, cars: int) -> dict[str, Any]:
     """Return the columns of a picture, or of a stored moment, by name."""
     view = memoryview(data)
-    return {name: view[begin:end].cast(_CODES[PICTURED[name]]) for name, begin, end in places(cars)}
+    return {name: view[begin:end].cast(CODES[PICTURED[name]]) for name, begin, end in places(cars)}
 
 
 def to_moment(t_ms: int, data: bytes, cars: int, counts: Mapping[str, int] = _NONE) -> Moment:
@@ -172,7 +166,7 @@ def first_cars(data: bytes, cars: int, shown: int) -> bytes:
 
 def view_column(name: str, data: bytes) -> Any:
     """Return a column of a world's moment from its bytes."""
-    return memoryview(data).cast(_CODES[COLUMNS[name].dtype])
+    return memoryview(data).cast(CODES[COLUMNS[name].dtype])
 
 
 class Event(NamedTuple):

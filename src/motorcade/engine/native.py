@@ -13,6 +13,8 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from queue import SimpleQueue
@@ -24,7 +26,7 @@ from numpy.typing import NDArray
 from motorcade.car.brain import NO_VOICE
 from motorcade.engine.backend import Name
 from motorcade.engine.kernels import KERNELS, ORDER, SET_OUT, SORT, STRIP_PHASES, TURN
-from motorcade.engine.linear_memory import Described, LinearMemory, module_arguments
+from motorcade.engine.linear_memory import LinearArray, LinearMemory, module_arguments
 from motorcade.engine.state import MOST_PARTS, Arrays, Buffer
 
 # What `platform.machine()` calls the processors of one kind.
@@ -36,6 +38,8 @@ _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movb
 SHARES_A_THREAD = 4
 # With few strips, little is done twice at their edges.
 STRIPS_A_THREAD = 2
+# More wait for one that is free; any number of threads does all the work.
+_MOST_THREADS = 256
 _INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
 
 
@@ -45,17 +49,17 @@ def as_array(contents: Buffer) -> NDArray[Any]:
 
 
 class NumpyArrays:
-    """How arrays of NumPy are read, written and described, wherever they are; addresses count from ``_base``."""
+    """Arrays of NumPy, where it allocates them; addresses count from ``_base``."""
 
     _base = 0
 
-    def _describe(self, value: Any) -> Described | None:
-        if not isinstance(value, np.ndarray):
-            return None
-        address, is_contiguous = value.__array_interface__["data"][0] - self._base, value.flags.c_contiguous
-        return Described(
-            _name_of(value.dtype), is_contiguous, value.size, value.itemsize, address, value.shape, value.strides
-        )
+    def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> NDArray[Any]:
+        """Return an array of zeros."""
+        return np.zeros(shape, dtype)
+
+    def allocate(self, slot: str, contents: Buffer) -> NDArray[Any]:
+        """Return the contents as an array, without a copy."""
+        return as_array(contents)
 
     def read(self, array: NDArray[Any]) -> bytes:
         """Return the contents of an array."""
@@ -69,29 +73,14 @@ class NumpyArrays:
         """Fill an array with zeros."""
         array[...] = 0
 
-    def save(self, arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
-        """Return copies of arrays."""
-        return [array.copy() for array in arrays]
-
-    def restore(self, arrays: Sequence[NDArray[Any]], saved: list[NDArray[Any]]) -> None:
-        """Give the arrays the contents that `save` copied."""
-        for array, copy in zip(arrays, saved, strict=True):
-            array[...] = copy
+    def _describe(self, value: Any) -> LinearArray | None:
+        if not isinstance(value, np.ndarray):
+            return None
+        address = value.__array_interface__["data"][0] - self._base
+        return LinearArray(_name_of(value.dtype), value.shape, value.strides, address)
 
 
-class HeapArrays(NumpyArrays):
-    """Arrays where NumPy allocates them."""
-
-    def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> NDArray[Any]:
-        """Return an array of zeros."""
-        return np.zeros(shape, dtype)
-
-    def allocate(self, slot: str, contents: Buffer) -> NDArray[Any]:
-        """Return the contents as an array, without a copy."""
-        return as_array(contents)
-
-
-class InterpretedKernels(HeapArrays):
+class InterpretedKernels(NumpyArrays):
     """The kernels as plain Python: some hundred times slower than native ones, for a debugger and for comparison."""
 
     name: Name = "interpreted"
@@ -124,37 +113,6 @@ def _has_level_3() -> bool:
 
 Kernel = Callable[[bytes], int]
 """Takes the block of its arguments."""
-
-
-class _Pool:
-    """Threads that stand ready, and do the same work as the calling thread. They wait without spinning."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._work: SimpleQueue[tuple[Callable[[], None], SimpleQueue[None]]] = SimpleQueue()
-        self._standing = 0
-
-    def share(self, work: Callable[[], None], threads: int) -> None:
-        """Call ``work`` in each of several threads; return when all of them have ended."""
-        # Of this call alone: an interrupted one leaves answers behind.
-        helpers, done = threads - 1, SimpleQueue[None]()
-        with self._lock:
-            while self._standing < helpers:
-                threading.Thread(target=self._help, name="kernels", daemon=True).start()
-                self._standing += 1
-            for _ in range(helpers):
-                self._work.put((work, done))
-            try:
-                work()
-            finally:
-                for _ in range(helpers):
-                    done.get()
-
-    def _help(self) -> None:
-        while True:
-            work, done = self._work.get()
-            work()
-            done.put(None)
 
 
 class Wavefront:
@@ -204,19 +162,28 @@ class Wavefront:
                 self._ready.put(near)
 
 
-def _call_all(kernel: Kernel, pending: deque[bytes]) -> None:
-    while pending:
-        try:
-            block = pending.popleft()
-        except IndexError:
-            return
-        kernel(block)
+_pool: ThreadPoolExecutor
 
 
-_pool = _Pool()
+def _open_pool() -> None:
+    """Make the pool of threads anew. They wait without spinning, and a call may ask for any number of them."""
+    global _pool
+    _pool = ThreadPoolExecutor(_MOST_THREADS, "kernels")
+
+
+_open_pool()
 # A forked process has none of its parent's threads.
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_pool.__init__)  # type: ignore[misc]
+    os.register_at_fork(after_in_child=_open_pool)
+
+
+def _share(work: Callable[[], None], threads: int) -> None:
+    """Call ``work`` in each of several threads, of which this is one; return when all of them have ended."""
+    helpers = [_pool.submit(work) for _ in range(threads - 1)]
+    try:
+        work()
+    finally:
+        wait(helpers)
 
 
 @lru_cache
@@ -237,7 +204,7 @@ def _name_of(dtype: "np.dtype[Any]") -> str:
     return dtype.name
 
 
-class NativeKernels(HeapArrays, LinearMemory):
+class NativeKernels(NumpyArrays, LinearMemory):
     """The kernels of this computer's library. Raises OSError where it can't be loaded."""
 
     name: Name = "native"
@@ -256,8 +223,14 @@ class NativeKernels(HeapArrays, LinearMemory):
 
     def _share(self, name: str, blocks: Sequence[bytes], threads: int) -> None:
         """Call a kernel with each of the blocks of arguments, with several threads."""
-        pending = deque(blocks)
-        _pool.share(lambda: _call_all(self._kernels[name], pending), min(threads, len(blocks)))
+        pending, kernel = deque(blocks), self._kernels[name]
+
+        def work() -> None:
+            with suppress(IndexError):
+                while True:
+                    kernel(pending.popleft())
+
+        _share(work, min(threads, len(blocks)))
 
     def run_large(self, threads: int, first_tick: int, ticks: int, said: int, arrays: Arrays, *arguments: Any) -> None:
         """Step one world by ``run_large``, phase by phase, with several threads.
@@ -290,7 +263,7 @@ class NativeKernels(HeapArrays, LinearMemory):
 
             steps = (until - tick) * len(STRIP_PHASES)
             wavefront = Wavefront(take, int(arrays.cells.strips[0, MOST_PARTS]), steps)
-            _pool.share(wavefront.work, threads)
+            _share(wavefront.work, threads)
             kernel(block(0, 1, TURN, until - 1))
             tick = until
 

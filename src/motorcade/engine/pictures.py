@@ -60,23 +60,22 @@ class Pictures:
 
     def moment(self, is_stored: bool) -> bytes:
         """Return the columns of a moment, with the marks since the last call with the same ``is_stored``."""
-        self._pack(showing.STORED if is_stored else showing.PICTURED)
-        return self._world.backend.read(self._packed)
+        return self._pack(showing.STORED if is_stored else showing.PICTURED)
 
     def look(self) -> bytes:
         """Return the columns of a moment, without taking marks that are meant for a picture or a stored moment."""
-        self._pack(showing.ASKED)
-        return self._world.backend.read(self._packed)
+        return self._pack(showing.ASKED)
 
     def index_of(self, car: int) -> int:
         """Return the index, among the image's words, of what a car executes or holds; NO_INDEX for none."""
         self._pack(showing.ASKED)
         return int.from_bytes(self._world.backend.read(self._page.index[car : car + 1]), "little")
 
-    def _pack(self, purpose: int) -> None:
+    def _pack(self, purpose: int) -> bytes:
         world = self._world
         world.read_moment(into=self._columns)
         world.backend.call("pack_picture", purpose, world.tick, world.arrays(), self._columns, self._tally, self._page)
+        return world.backend.read(self._packed)
 
     def counted(self, car: int) -> CarTally:
         """Return what has happened to a car."""

@@ -19,14 +19,14 @@ from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
-from motorcade.engine.state import DRIVEN, Arrays
+from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
-_COUNTED = {
+COUNTED = {
     "frames": events.FRAMES,
     "heard": events.FRAMES_HEARD,
     "lost_collision": events.COLLISION,
@@ -91,10 +91,9 @@ class Simulation:
         self.backend = backend
         self._keeps_events = events
         self._parts = parts or self.worlds
-        memory = backend
-        self.state = layout.cars_of(self.worlds, self.cars, memory)
-        self._cells = layout.cells_of(self.worlds, self.cars, memory)
-        self._around = layout.around_of(shares, self.cars, memory)
+        self.state = layout.cars_of(self.worlds, self.cars, backend)
+        self._cells = layout.cells_of(self.worlds, self.cars, backend)
+        self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
@@ -110,7 +109,7 @@ class Simulation:
     def _begin(self, seeds: Sequence[int]) -> None:
         memory = self.backend
         self.seeds = tuple(int(seed) for seed in seeds)
-        self._seeds = memory.allocate("seeds", layout.buffer_of("int64", self.seeds))
+        self._seeds = memory.allocate("seeds", Buffer.of("int64", self.seeds))
         layout.put_in_place(self.state, self._standing, self.worlds, memory)
         self._keep_driven([])
         room = 64 * self.cars + 1024 if self._keeps_events else 0
@@ -162,19 +161,18 @@ class Simulation:
         self._wake()
 
     def _set_environment(self, mat: Mat, profile: Profile) -> None:
-        memory = self.backend
-        rules = layout.rules_of(mat, profile, self.images)
-        people = layout.people_of(mat, self._parts)
+        backend, rules = self.backend, layout.rules_of(mat, profile, self.images)
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
-        self._place = layout.place_of(mat, rules, memory, self._look_mm)
-        self._rules = allocate_all(memory, rules)
-        self._floor = memory.allocate("floor", floor.floor_of(mat, rules.floor_aside))
-        self._people, self._voices = allocate_all(memory, people), allocate_all(memory, layout.voices_of(mat))
+        self._place = layout.place_of(mat, rules, backend, self._look_mm)
+        self._rules = allocate_all(backend, rules)
+        self._floor = backend.allocate("floor", floor.floor_of(mat, rules.floor_aside))
+        self._people = allocate_all(backend, layout.people_of(mat, self._parts))
+        self._voices = allocate_all(backend, layout.voices_of(mat))
 
-    def _with_room(self, counts: BackendArray, room: int) -> events.Counters:
+    def _with_room(self, counts: BackendArray, room: int) -> Counters:
         """Counters with room for events, ``room`` for each part of the world."""
         shape = self._parts, room, events.COLUMNS
-        return events.Counters(counts, self.backend.zeros("events", shape, "uint32"))
+        return Counters(counts, self.backend.zeros("events", shape, "uint32"))
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
@@ -235,10 +233,9 @@ class Simulation:
 
     def look_ahead(self, car: int, look_mm: int) -> int:
         """What a car's ultrasonic sensor measures up to ``look_mm``, in world 0 and after the first tick."""
-        memory = self.backend
-        answer = memory.zeros("answer", (1,), "int64")
+        answer = self.backend.zeros("answer", (1,), "int64")
         self.backend.call("read_obstacle", self._index(car, 0), look_mm, self.arrays(), answer)
-        return int.from_bytes(memory.read(answer), "little")
+        return int.from_bytes(self.backend.read(answer), "little")
 
     def begin_words(self, words: bytes) -> None:
         """Let followers begin words in the next tick, after the first one, as if each had just heard its own.
@@ -247,20 +244,17 @@ class Simulation:
             words: four bytes a car, little-endian, in the order of worlds and car numbers: a control word without
                 parity, or `motorcade.engine.agents.KEEP`.
         """
-        memory = self.backend
-        given = memory.zeros("words", (self.worlds * self.cars,), "uint32")
-        memory.write(given, words)
-        memory.call("begin_words", self._tick, self.worlds, given, self.arrays())
+        given = self.backend.allocate("words", Buffer.of("uint32", array("I", words)))
+        self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
 
     def read_senses(self) -> BackendArray:
         """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
 
         The columns are those of `motorcade.engine.agents`. Sensors are on whatever a car's word asks for.
         """
-        memory = self.backend
-        sensed = memory.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
+        sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
-        memory.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
+        self.backend.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
         return sensed
 
     def step(self) -> None:
@@ -304,7 +298,7 @@ class Simulation:
             raise MotorcadeError("world-keeps-no-events")
         taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
         memory, count = self.backend, len(taken) // events.COLUMNS
-        rows = memory.allocate("taken", layout.buffer_of("uint32", taken, events.COLUMNS))
+        rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
         self.backend.call("sort_events", rows, order, in_order)
@@ -326,7 +320,7 @@ class Simulation:
         """
         counts = self._read_counts()
         parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
-        return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in _COUNTED.items()}
+        return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in COUNTED.items()}
 
     def judge(self, questions: Questions, answers: Answers) -> None:
         """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""
@@ -368,11 +362,12 @@ class Simulation:
         memory, cars = self.backend, self.state
         counts, cells = self._counters.counts, self._cells
         changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
-        saved = memory.save(changing)
+        saved = [(column, memory.read(column)) for column in changing]
         self._call(ticks)
         counted = self._read_counts()
         while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
-            memory.restore(changing, saved)
+            for column, contents in saved:
+                memory.write(column, contents)
             self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
             self._call(ticks)
             counted = self._read_counts()

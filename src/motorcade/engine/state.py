@@ -6,11 +6,11 @@ the cells that they are in, so that neighbours are near in memory; ``number`` sa
 This module needs no NumPy, because a world is also prepared where there is none.
 """
 
+import struct
 from array import array
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-from motorcade.engine.events import Counters
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 else:
     # The annotations of a named tuple are evaluated, also where there is no NumPy.
     Ints = Floats = Singles = Words = Lengths = Bytes = Flags = Metres = Any
+# The codes of types, by NumPy's names, in `array` and `struct`.
+CODES: Any = {"int64": "q", "float64": "d", "uint32": "I", "int32": "i", "float32": "f", "uint16": "H", "uint8": "B"}
 # An array that is passed to functions of the brain, whose annotations are a list or a tuple of integers.
 ForBrain = Any
 
@@ -44,6 +46,11 @@ MOST_PARTS = 32
 SPARE = 4
 
 
+def width_of(dtype: str) -> int:
+    """The bytes of a number of a type."""
+    return struct.calcsize(CODES[dtype])
+
+
 @dataclass(frozen=True, slots=True)
 class Buffer:
     """The contents of an array before a backend allocates it: what prepares a world needs no NumPy.
@@ -57,6 +64,14 @@ class Buffer:
     dtype: str
     shape: tuple[int, ...]
     items: "array[Any]"
+
+    @classmethod
+    def of(cls, dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> Any:
+        """A buffer, with rows of ``columns`` items where they are given; typed as the array that it becomes."""
+        held = array(CODES[dtype], items)
+        if columns is None:
+            return cls(dtype, (len(held),), held)
+        return cls(dtype, (len(held) // columns if rows is None else rows, columns), held)
 
 
 class Cars(NamedTuple):
@@ -162,6 +177,13 @@ class Rules(NamedTuple):
     sort_every: int  # ticks
     cell: float  # side of a cell
     strip: float  # µm that a strip of a large world is high at least
+
+
+class Counters(NamedTuple):
+    """What has happened so far. Each part of a world that a thread steps by itself has a row of its own."""
+
+    counts: Ints  # (parts, COUNTS of `motorcade.engine.events`)
+    events: Words  # (parts, room, its COLUMNS)
 
 
 class Around(NamedTuple):

@@ -45,6 +45,7 @@ Value = bool | int | float | None
 NEVER = "never"
 MOST_FOLLOWERS = 1_000_000
 _MOST_IN_PROFILE = (1 << 20) - 1
+_TYPES: dict[str, type[bool] | type[int]] = {"boolean": bool, "integer": int}
 _PHYSICS = "physics."
 _PROFILE = "profile."
 
@@ -63,13 +64,7 @@ def parameter_schemas() -> dict[str, Schema]:
 
 def kind_of(name: str) -> type[bool] | type[int] | type[float]:
     """The Python type of a parameter's values."""
-    match parameter_schemas()[name]["type"]:
-        case "boolean":
-            return bool
-        case "integer":
-            return int
-        case _:
-            return float
+    return _TYPES.get(str(parameter_schemas()[name]["type"]), float)
 
 
 def to_value(name: str, value: Any) -> Value:

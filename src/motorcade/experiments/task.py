@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motorcade.car import brain, frames, next_wakeup
 from motorcade.config.profile import Profile, levels_of
+from motorcade.engine.simulation import COUNTED
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import Batch, Task, code_hash, describe
 from motorcade.experiments.spec import kind_of
@@ -25,20 +26,9 @@ _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
 
 
 # The measures of a run: counts of the whole run, and figures of which most are of its last moment.
-COUNTS = (
-    "frames",
-    "heard",
-    "lost_collision",
-    "lost_sending",
-    "lost_parity",
-    "lost_reserved",
-    "lost_check",
-    "deaf",
-    "undetected",
-    "touching_ms",
-)
+COUNTS = tuple(COUNTED)
 FIGURES = ("lost_share", "informed_share", "leader_distance_m", "spread_m", "alignment", "moved_m")
-_LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "lost_check", "deaf")
+_LOST = (*(name for name in COUNTS if name.startswith("lost_")), "deaf")
 
 
 # The column of the digests of all cars at a run's checkpoints, where they are wanted.

@@ -251,19 +251,11 @@ class SteppedWorlds:
     def _read(self) -> Readings:
         world = self.world
         rows = world.read_senses().reshape(world.worlds, world.cars, agents.SENSED)
-        column = {number: rows[..., number] for number in range(agents.SENSED)}
-        words = column[agents.WORD].astype(np.uint32)
-        heard = (words != self._given) | (column[agents.STARTED_MS] != self._begun_ms)
-        self._given, self._begun_ms = words, column[agents.STARTED_MS]
-        return Readings(
-            world.now_ms,
-            np.minimum(column[agents.OBSTACLE_MM] / 1000, self._range_m),
-            column[agents.PERSON] > 0,
-            column[agents.DARK_FLOOR] & 1 > 0,
-            column[agents.DARK_FLOOR] & 2 > 0,
-            heard & ~np.asarray(world.mat.starts.leads),
-            words,
-            column[agents.X_UM] / 1e6,
-            column[agents.Y_UM] / 1e6,
-            column[agents.HEADING] * (math.tau / FULL_TURN),
-        )
+        # In the order of the columns of `motorcade.engine.agents`.
+        obstacle_mm, person, dark, word, started_ms, x_um, y_um, heading = np.moveaxis(rows, 2, 0)
+        words = word.astype(np.uint32)
+        heard = ((words != self._given) | (started_ms != self._begun_ms)) & ~np.asarray(world.mat.starts.leads)
+        self._given, self._begun_ms = words, started_ms
+        obstacle_m, radians = np.minimum(obstacle_mm / 1000, self._range_m), heading * (math.tau / FULL_TURN)
+        sensed = obstacle_m, person > 0, dark & 1 > 0, dark & 2 > 0, heard
+        return Readings(world.now_ms, *sensed, words, x_um / 1e6, y_um / 1e6, radians)

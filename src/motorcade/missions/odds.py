@@ -9,8 +9,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from motorcade.car.brain import NO_LED
-from motorcade.engine import judging, layout
+from motorcade.engine import judging
 from motorcade.engine.simulation import Simulation
+from motorcade.engine.state import Buffer
 from motorcade.missions.event_goals import Slots, SlotWatch
 from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
 from motorcade.missions.model import Goal, Mission
@@ -130,12 +131,12 @@ class Odds:
             figures += zone.disc if zone else (0.0, 0.0, 0.0)
             corners += [length for corner in sides for length in corner]
             who += goal.cars
-        memory, buffer_of = self._world.backend, layout.buffer_of
+        memory = self._world.backend
         return judging.Questions(
-            rows=memory.allocate("Questions.rows", buffer_of("int64", rows, judging.COLUMNS)),
-            figures=memory.allocate("Questions.figures", buffer_of("float64", figures, judging.FIGURES)),
-            corners=memory.allocate("Questions.corners", buffer_of("float64", corners)),
-            who=memory.allocate("Questions.who", buffer_of("int64", who)),
+            rows=memory.allocate("Questions.rows", Buffer.of("int64", rows, judging.COLUMNS)),
+            figures=memory.allocate("Questions.figures", Buffer.of("float64", figures, judging.FIGURES)),
+            corners=memory.allocate("Questions.corners", Buffer.of("float64", corners)),
+            who=memory.allocate("Questions.who", Buffer.of("int64", who)),
         )
 
     def _begin(self, seeds: list[int]) -> None:
@@ -144,12 +145,12 @@ class Odds:
         self._watches = [self._new_watches() for _ in range(self._runs)]
         goals = [self._mission.goals[number] for number in self._asked]
         firsts = [0.0 if goal.kind == "travelled" else first_off(goal.at) for goal in goals for _ in goal.cars]
-        memory, runs, buffer_of = self._world.backend, self._runs, layout.buffer_of
+        memory, runs = self._world.backend, self._runs
         since = [0 if goal.at == "always" else -1 for goal in goals] * runs
         self._answers = judging.Answers(
-            off=memory.allocate("Answers.off", buffer_of("float64", firsts * runs, len(firsts), runs)),
+            off=memory.allocate("Answers.off", Buffer.of("float64", firsts * runs, len(firsts), runs)),
             before=memory.zeros("Answers.before", (runs, 2 * len(firsts)), "float32"),
-            since=memory.allocate("Answers.since", buffer_of("int64", since, len(self._asked), runs)),
+            since=memory.allocate("Answers.since", Buffer.of("int64", since, len(self._asked), runs)),
             where=memory.zeros("Answers.where", (self._world.cars,), "int64"),
             single=memory.zeros("Answers.single", (2,), "float32"),
         )
