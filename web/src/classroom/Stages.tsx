@@ -7,7 +7,7 @@ import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
 import { readInks } from "../mat/colours";
 import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, INKS, Tiles } from "./drawing";
-import { watchSize } from "../ui/areas";
+import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
@@ -37,12 +37,11 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
   );
   useEffect(() => {
     const element = canvas.current!;
-    const resize = () => {
+    return watchSize(element, () => {
       element.width = Math.round(element.clientWidth * devicePixelRatio);
       element.height = Math.round(element.clientHeight * devicePixelRatio);
       draw();
-    };
-    return watchSize(element, resize);
+    });
   }, [draw]);
   useEffect(() => {
     tiles.ready(world.pupil, draw);
@@ -103,12 +102,7 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
       if (element) setColumns(columnsFor(tiles, element.clientWidth, innerHeight - element.getBoundingClientRect().top - scrollY));
     };
     measure();
-    const end = list.current && watchSize(list.current, measure);
-    window.addEventListener("resize", measure);
-    return () => {
-      end?.();
-      window.removeEventListener("resize", measure);
-    };
+    return endAll(listen(window, ["resize"], measure), list.current ? watchSize(list.current, measure) : () => undefined);
   }, [tiles, isThere]);
   return { list, columns };
 }

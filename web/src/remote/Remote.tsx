@@ -1,6 +1,7 @@
 import { useEffect, useState, useSyncExternalStore } from "react";
 import type { CarTelemetry } from "../generated/remote";
 import { useSettings } from "../state/settings";
+import { listen } from "../ui/areas";
 import buttons from "../ui/buttons.module.css";
 import { SettingsSheet } from "../ui/SettingsSheet";
 import { CarList, Notices, useCarName } from "./Cars";
@@ -107,11 +108,7 @@ const AGAIN_MS = 2000;
 
 /** Whether the page is visible. */
 const useVisible = (): boolean => useSyncExternalStore(watchVisibility, () => !document.hidden);
-
-function watchVisibility(changed: () => void): () => void {
-  document.addEventListener("visibilitychange", changed);
-  return () => document.removeEventListener("visibilitychange", changed);
-}
+const watchVisibility = (changed: () => void) => listen(document, ["visibilitychange"], changed);
 
 /** The picture of a car's camera, loaded only while the page is visible. */
 function View({ car, name }: { car: string; name: string }) {

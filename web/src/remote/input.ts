@@ -114,9 +114,7 @@ function releaseAll(): void {
 export function startDriving(): void {
   inputs.limit = FIRST_LIMIT;
   link.open(new URLSearchParams(location.search).get("car"));
-  useRemote.subscribe(({ open }) => {
-    if (!open) inputs.lose();
-  });
+  useRemote.subscribe(({ open }) => open || inputs.deadman.lose());
   window.addEventListener("keydown", keyDown);
   window.addEventListener("keyup", keyUp);
   window.addEventListener("blur", releaseAll);

@@ -184,7 +184,7 @@ describe("what is held", () => {
     const { inputs, pass, sent } = held();
     inputs.hold("stick", AHEAD);
     pass(4);
-    inputs[what]();
+    inputs.deadman[what]();
     inputs.hold("stick", AHEAD);
     expect(pass(5)).toEqual([]);
     inputs.release("stick");
@@ -211,7 +211,7 @@ describe("what is held", () => {
     inputs.releaseAll();
     expect(switched.at(-1)).toEqual({ horn: 0, moves: 0 });
     inputs.press("horn");
-    inputs.order();
+    inputs.deadman.order();
     const before = switched.length;
     inputs.releaseAll();
     expect(switched.slice(before).filter(({ horn }) => horn === 1)).toEqual([]);

@@ -17,6 +17,14 @@ export function fileName(name: string, ending: string): string {
   return `${plain || "motorcade"}${ending}`;
 }
 
+const PART_BYTES = 1 << 15;
+
+export function base64Of(bytes: Uint8Array): string {
+  let text = "";
+  for (let at = 0; at < bytes.length; at += PART_BYTES) text += String.fromCharCode(...bytes.subarray(at, at + PART_BYTES));
+  return btoa(text);
+}
+
 /** The files that the user chooses, of any kind where `accept` is empty; with `folder`, all files of a folder. */
 export function chooseFiles(accept: string, folder = false): Promise<File[]> {
   return choose(accept, { multiple: true, webkitdirectory: folder });
