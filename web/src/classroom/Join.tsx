@@ -42,12 +42,7 @@ function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (co
   );
 }
 
-interface NewcomerProps {
-  avatars: readonly string[];
-  join: (name: string, avatar: string) => Promise<void>;
-}
-
-function Newcomer({ avatars, join }: NewcomerProps) {
+function Newcomer({ avatars, join }: { avatars: readonly string[]; join: (name: string, avatar: string) => Promise<void> }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState("");
