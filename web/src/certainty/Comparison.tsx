@@ -38,7 +38,6 @@ export function Comparison({ names, onClose }: ComparisonProps) {
   const [playing, setPlaying] = useState(false);
   const car = difference && difference.kind !== "none" ? difference.car : null;
   const endMs = Math.max(comparedMs, difference?.t_ms ?? 0);
-  const show = (to: number) => trials.show(to);
   useEffect(() => {
     if (!playing) return;
     const timer = setInterval(() => {
@@ -69,13 +68,13 @@ export function Comparison({ names, onClose }: ComparisonProps) {
               </figure>
             ))}
           </div>
-          <Lanes difference={difference} names={names} tMs={tMs} onSeek={show} />
+          <Lanes difference={difference} names={names} tMs={tMs} onSeek={(to) => trials.show(to)} />
           <div className={css.transport}>
             <TextButton small onPress={() => setPlaying(!playing)}>{playing ? t("mat.pause") : t("mat.play")}</TextButton>
-            <TextButton small isDisabled={difference.kind === "none"} onPress={() => show(difference.t_ms)}>
+            <TextButton small isDisabled={difference.kind === "none"} onPress={() => trials.show(difference.t_ms)}>
               {t("compare.parting")}
             </TextButton>
-            <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={show}>
+            <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={(to) => trials.show(to)}>
               <SliderTrack className={fields.track}>
                 {difference.kind !== "none" && <span className={css.mark} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
                 <SliderThumb className={fields.thumb} />
