@@ -10,6 +10,7 @@ from support.barriers import serious_barriers
 from support.command_line import data
 from support.studio_page import StudioPage
 from support.studio_programs import EMPTY, EXAMPLE, LIT, SHELTERED, TOO_LONG
+from support.waiting import wait_until
 
 NO_INFRARED = {"en": "A leader can't be set to accept infrared.", "zh": "无法设置主机接受红外信息"}
 COLOUR = "element => getComputedStyle(element).backgroundColor"
@@ -47,6 +48,22 @@ def test_the_documents_example_is_built_by_keyboard_alone(open_page, example_wor
         for key in ("Enter", arrow, "Enter"):
             studio.page.keyboard.press(key)
     studio.expect_words(example_words)
+
+
+@pytest.mark.soak
+def test_the_program_stays_in_view_beside_an_open_drawer(show) -> None:
+    studio = show(EXAMPLE)
+    first, drawer = studio.block("leader", "left"), studio.editor("leader").get_by_role("treeitem", name="Drive")
+    before = studio.box(first)
+    drawer.click()
+    option = studio.editor("leader").get_by_role("option").first
+    expect(option).to_be_visible()
+    # The workspace scrolls in the pictures that follow.
+    wait_until(lambda: studio.box(first)["x"] > studio.box(option)["x"] + studio.box(option)["width"])
+    studio.page.keyboard.press("Escape")
+    expect(studio.editor("leader").get_by_role("option")).to_have_count(0)
+    # The outline of what has the focus belongs to the box.
+    wait_until(lambda: abs(studio.box(first)["x"] - before["x"]) <= 10)
 
 
 @pytest.mark.soak

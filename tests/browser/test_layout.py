@@ -10,7 +10,6 @@ from support.layout import SIZES, Windows
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
 from support.studio_programs import FOLLOWED, FURNISHED
-from support.waiting import wait_until
 
 LEVELS = {"words": ("words", "timeline"), "python": ("python",)}
 DIALOGS = ("upload", "library", "examples", "share", "help")
@@ -94,15 +93,10 @@ def test_a_notice_covers_no_control_and_goes_with_its_cause(open_page) -> None:
     expect(studio.notices).not_to_contain_text(studio.say("editors.dropped"))
 
 
-def test_the_program_makes_room_for_a_drawer_and_is_back_once_a_block_was_dropped(open_page) -> None:
+def test_the_program_is_back_in_its_place_after_a_block_was_dropped(open_page) -> None:
     studio = open_page(size=(1024, 768), plain=True, level="start")
     hat = studio.block("leader", "Again and again")
     before = studio.box(hat)["x"]
-    # Beside an open drawer the program stays in view.
-    studio.editor("leader").get_by_role("treeitem", name="Drive").click()
-    option = studio.editor("leader").get_by_role("option").first
-    wait_until(lambda: studio.box(hat)["x"] > studio.box(option)["x"] + studio.box(option)["width"])
-    studio.page.keyboard.press("Escape")
     studio.drag_out("leader", "drive", "drive", below=hat)
     expect(hat).to_contain_text("forward")
     expect(studio.editor("leader").get_by_role("option")).to_have_count(0)

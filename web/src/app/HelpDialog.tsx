@@ -6,7 +6,7 @@ import { Sheet, TextButton } from "../ui/controls";
 import dialogs from "./dialogs.module.css";
 
 /** Of keys that are called otherwise than Blockly calls them. */
-const NAMES: Record<string, string> = { LEFT: "←", UP: "↑", RIGHT: "→", DOWN: "↓", CONTEXT_MENU: "Menu", SLASH: "/" };
+const NAMES: Record<string, string> = { LEFT: "←", UP: "↑", RIGHT: "→", DOWN: "↓", MAC_WK_CMD_RIGHT: "Menu", SLASH: "/" };
 
 function keyName(code: string): string {
   const name = Blockly.utils.KeyCodes[Number(code)] ?? code;

@@ -14,7 +14,7 @@ import { colourOfWord, colourWords, readInks } from "../mat/colours";
 import fields from "../mat/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
-import { useStudio } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
 import { clock } from "../timeline/events";
 import { watchSize } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
@@ -133,7 +133,7 @@ const AROUND_MS = 5000;
 /** The words that the car begins in both runs, around the time at which they part. */
 function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; names: readonly [string, string]; tMs: number; onSeek: (tMs: number) => void }) {
   const { t } = useTranslation();
-  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  const words = useWords();
   const colours = useMemo(() => colourWords(words), [words]);
   if (difference.kind !== "word") return null;
   const beginMs = Math.max(0, difference.t_ms - AROUND_MS);
@@ -159,8 +159,6 @@ function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; nam
     </div>
   );
 }
-
-const NO_WORDS: readonly never[] = [];
 
 /** Where the two runs part, as a sentence. */
 export function differenceText(difference: Difference, names: readonly [string, string]): string {

@@ -51,12 +51,6 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
   return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
 }
 
-function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "works" {
-  if (!pupil?.online) return "away";
-  if (pupil.hand_s !== null) return "hand";
-  return pupil.stuck_s !== null ? "stuck" : "works";
-}
-
 interface TileProps extends CanvasProps {
   /** Its own page. */
   href: string;
@@ -78,7 +72,7 @@ function Tile({ href, state, children, ...canvas }: TileProps) {
 
 function PupilTile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
   const t = useTexts();
-  const state = stateOf(pupil);
+  const state = !pupil.online ? "away" : pupil.hand_s !== null ? "hand" : pupil.stuck_s !== null ? "stuck" : "works";
   return (
     <Tile world={world} tiles={tiles} label={t("stageOf", { name: pupil.name })} href={`/wall?pupil=${encodeURIComponent(pupil.id)}`} state={state}>
       <Avatar name={pupil.avatar} />

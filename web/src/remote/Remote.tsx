@@ -1,5 +1,4 @@
 import { useEffect, useState, useSyncExternalStore } from "react";
-import type { CarTelemetry } from "../generated/remote";
 import { useSettings } from "../state/settings";
 import { listen } from "../ui/areas";
 import buttons from "../ui/buttons.module.css";
@@ -26,24 +25,16 @@ function useSilenceMs(): number {
   return silenceMs;
 }
 
-/** For how long the server has received nothing of its most silent car; a car that is away is shown as such. */
-function carsSilenceMs(telemetry: Record<string, CarTelemetry>): number {
-  return Math.max(0, ...Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms)));
-}
-
 function LinkState() {
   const t = useTexts();
   const { open, roundTripMs, telemetry } = useRemote();
-  const silenceMs = Math.max(useSilenceMs(), carsSilenceMs(telemetry));
+  // A car that is away is shown as such.
+  const silences = Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms));
+  const silenceMs = Math.max(useSilenceMs(), ...silences);
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
-  const text = !open
-    ? t("linkLost")
-    : kind === "weak"
-      ? t("linkWeak", { ms: worst })
-      : roundTripMs === null
-        ? t("linkIdle")
-        : t("linkGood", { ms: Math.round(roundTripMs) });
+  const texts = { lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
+  const text = texts[kind];
   return (
     <p className={css.linkState} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
       <span className={css.dot} />
