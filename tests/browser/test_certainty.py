@@ -43,13 +43,15 @@ def test_a_lucky_program_is_found_out_and_its_failure_is_played(open_page: OpenP
     """By keyboard, in Chinese, while the cars drive."""
     studio = open_page(language="zh", size=(1024, 768))
     page = studio.page
+    page.get_by_role("tab", name=studio.say("drawer.sure")).press("Enter")
+    part = page.get_by_role("region", name=studio.say("luck.title"))
+    expect(part).to_contain_text(studio.say("luck.noGoal"))
     open_mission(studio, noisy_mission(tmp_path / "noisy.mission.json"))
     page.locator("#mat-play").press("Enter")
     meter = page.get_by_role("button", name=TRIED)
     # Below a list of goals that is longer than its place.
     expect(meter).to_be_in_viewport(ratio=0.8)
     meter.press("Enter")
-    part = page.get_by_role("region", name=studio.say("luck.title"))
     expect(part.get_by_role("meter", name=TRIED)).to_be_visible()
     failed = part.get_by_role("list", name=studio.say("luck.failed")).get_by_role("listitem")
     expect(failed.first).to_contain_text("小车")
@@ -70,26 +72,8 @@ def test_a_lucky_program_is_found_out_and_its_failure_is_played(open_page: OpenP
     expect(sheet.get_by_role("slider")).not_to_have_attribute("aria-valuetext", str(before))
     page.keyboard.press("Escape")
     expect(sheet).to_have_count(0)
-
-
-def test_another_program_ends_the_meter_and_without_a_goal_there_is_none(open_page: OpenPage, tmp_path: Path) -> None:
-    studio = open_page()
-    page = studio.page
-    page.get_by_role("tab", name=studio.say("drawer.sure")).press("Enter")
-    part = page.get_by_role("region", name=studio.say("luck.title"))
-    expect(part).to_contain_text(studio.say("luck.noGoal"))
-    expect(part.get_by_role("meter")).to_have_count(0)
-    part.get_by_role("button", name=studio.say("luck.missions")).press("Enter")
-    expect(studio.dialog("missions.title")).to_be_visible()
-    page.keyboard.press("Escape")
-    open_mission(studio, noisy_mission(tmp_path / "noisy.mission.json"))
-    # It opens where it was left.
-    page.get_by_role("button", name=studio.say("drawer.open")).press("Enter")
-    part.get_by_role("button", name=studio.say("luck.begin")).press("Enter")
-    expect(part.get_by_role("meter")).to_be_visible()
     page.get_by_role("button", name=studio.say("missions.leave")).press("Enter")
     expect(part.get_by_role("meter")).to_have_count(0)
-    expect(part).to_contain_text(studio.say("luck.noGoal"))
 
 
 def test_a_run_stops_where_a_tapped_wall_is_touched(open_page: OpenPage) -> None:

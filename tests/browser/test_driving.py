@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import expect
 
 from support.studio_programs import EXAMPLE, FOLLOWED, LISTENING
 
@@ -25,15 +25,6 @@ def test_followers_receive_words_and_turn(open_page) -> None:
     expect(studio.page.get_by_text("At x 2.00 m, y 1.00 m")).to_be_visible()
 
 
-def test_ticking_the_box_opens_the_followers_editor_and_sends_them_words(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    studio.program_followers()
-    studio.drag_out("followers", "drive", "drive", below=studio.hat("followers"))
-    studio.expect_words(["02010100", "65800000", "6a800000", "e4800000"])
-    studio.play()
-    expect(studio.block("followers", "forward")).to_contain_class(RUNNING)
-
-
 @pytest.mark.soak
 def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     studio = open_page(project=LISTENING)
@@ -45,7 +36,7 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
 
 
-def test_a_run_is_stepped_shown_again_and_reset(open_page) -> None:
+def test_a_run_is_stepped_shown_again_downloaded_and_reset(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.look_up("timeline")
     studio.page.get_by_role("button", name="One step").click()
@@ -57,41 +48,21 @@ def test_a_run_is_stepped_shown_again_and_reset(open_page) -> None:
     expect(studio.clock).to_have_text("0:00.0")
     studio.page.get_by_role("button", name="Now").click()
     expect(studio.clock).to_have_text(re.compile(r"0:0[2-9]\.\d"))
+    with studio.page.expect_download() as download:
+        studio.choose("Download", item="Timeline as a table (CSV)")
+    rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
+    assert "0x65800000" in [row["word"] for row in rows]
     studio.page.get_by_role("button", name="Back to the start").click()
     expect(studio.clock).to_have_text("0:00.0")
 
 
-def test_a_run_is_downloaded_as_a_table(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    studio.play()
-    expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
-    studio.mat_button("pause").click()
-    studio.look_up("timeline")
-    with studio.page.expect_download() as download:
-        studio.choose("Download", item="Timeline as a table (CSV)")
-    rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
-    assert "0x65800000" in [row["word"] for row in rows]
-
-
 @pytest.mark.soak
-def test_the_page_makes_a_film_and_the_table_where_the_service_does_not(open_page) -> None:
+def test_the_page_makes_a_film(open_page) -> None:
     studio = open_page(project=EXAMPLE)
-
-    def without_files(route: Route) -> None:
-        can = route.fetch().json()
-        route.fulfill(json=can | {"downloads": False})
-
-    studio.page.route("**/api/capabilities", without_files)
-    studio.page.reload()
-    studio.wait_until_ready()
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
     studio.mat_button("pause").click()
     studio.look_up("timeline")
-    with studio.page.expect_download() as download:
-        studio.choose("Download", item="Timeline as a table (CSV)")
-    rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
-    assert "0x65800000" in [row["word"] for row in rows]
     with studio.page.expect_download() as download:
         studio.choose("Download", item="as a film", exact=False)
     assert Path(download.value.suggested_filename).suffix in (".mp4", ".webm")

@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 from support.barriers import serious_barriers
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
-from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, TOO_LONG
+from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED
 
 DIALOGS = ("upload", "library", "examples", "share", "help")
 
@@ -38,31 +38,18 @@ def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
         assert_no_barriers(studio)
         studio.page.keyboard.press("Escape")
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
-
-
-def test_escape_closes_a_dialog_and_the_hint_in_it_at_once(open_page) -> None:
-    studio = open_page()
+    # Escape closes a hint and the dialog around it at once.
     studio.open_dialog("library")
-    hint = studio.page.get_by_role("tooltip")
     studio.page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close")).hover()
+    hint = studio.page.get_by_role("tooltip")
     expect(hint).to_be_visible()
     studio.page.keyboard.press("Escape")
     expect(hint.or_(studio.page.get_by_role("dialog"))).to_have_count(0)
 
 
-def test_an_empty_page_and_its_tour_have_no_barriers(open_page) -> None:
-    assert_no_barriers(open_page(tour=True))
-
-
-@pytest.mark.soak
-def test_diagnostics_have_no_barriers(open_page) -> None:
-    studio = open_page(project=TOO_LONG)
-    expect(studio.diagnostics).not_to_have_count(0)
-    assert_no_barriers(studio)
-
-
 def test_four_clicks_of_a_first_visit_lead_to_a_swarm_in_step(open_page) -> None:
     studio = open_page(tour=True, plain=True)
+    assert_no_barriers(studio)
     expect(studio.clock).not_to_have_text("0:00.0")
     for step in ("Make your own", "Put two there for me", "Give them the same two"):
         studio.page.get_by_role("button", name=step, exact=True).click()
@@ -95,9 +82,14 @@ def test_the_stage_is_the_largest_part_of_the_page(open_page, size, least) -> No
     assert_fits_screen(studio)
 
 
-def test_on_a_phone_the_stage_stays_and_touch_builds(open_page) -> None:
+def test_on_a_phone_the_stage_stays_touch_builds_and_two_fingers_zoom(open_page) -> None:
     studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
     assert_fits_screen(studio)
+    # A tab stays under the finger that has scrolled to it: its tap comes before the page hears of the scrolling.
+    words = studio.page.get_by_role("tab", name=studio.say("drawer.words"), exact=True)
+    expect(words).not_to_be_in_viewport()
+    words.evaluate("(tab) => { tab.scrollIntoView(); tab.focus({ preventScroll: true }) }")
+    expect(words).to_be_in_viewport(ratio=1)
     stage, blocks = (
         studio.page.get_by_role("region", name=studio.say(key), exact=True) for key in ("mat.title", "editors.leader")
     )
@@ -111,19 +103,11 @@ def test_on_a_phone_the_stage_stays_and_touch_builds(open_page) -> None:
     expect(studio.editor("leader")).to_be_hidden()
     expect(studio.mat_button("play")).to_be_visible()
     assert_fits_screen(studio)
+    studio.page.get_by_role("button", name=studio.say("drawer.close"), exact=True).tap()
+    zoom_by_two_fingers(studio)
 
 
-def test_a_tab_stays_under_the_finger_that_has_scrolled_to_it(open_page) -> None:
-    """The tap, which focuses it, comes before the page hears of the scrolling, as where there is little to do."""
-    studio = open_page(size=PHONE)
-    words = studio.page.get_by_role("tab", name=studio.say("drawer.words"), exact=True)
-    expect(words).not_to_be_in_viewport()
-    words.evaluate("(tab) => { tab.scrollIntoView(); tab.focus({ preventScroll: true }) }")
-    expect(words).to_be_in_viewport(ratio=1)
-
-
-def test_two_fingers_zoom_the_mat(open_page) -> None:
-    studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
+def zoom_by_two_fingers(studio: StudioPage) -> None:
     mat = studio.page.get_by_role("application", name=studio.say("mat.canvas"))
     # A phone has no room to show it.
     scale = mat.locator("[data-part=scale]")
@@ -205,41 +189,3 @@ def test_a_theme_reaches_page_and_blocks_and_is_remembered(open_page, theme, opt
     assert all(old != new for old, new in zip(before, [body.screenshot(), block.screenshot()], strict=True))
     studio.page.reload()
     expect(studio.page.locator(f"[data-theme={theme}]")).to_have_count(1)
-
-
-@pytest.mark.soak
-def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
-    none = {"serial_ports": False, "downloads": False, "driving": False}
-    ports = [{"port": "/dev/ttyUSB0", "description": "", "kind": "serial"}]
-    ports.append({"port": "virtual", "description": "", "kind": "virtual"})
-    studio = open_page(project=FOLLOWED)
-    studio.page.route("**/api/ports", lambda route: route.fulfill(json=ports))
-    offered = (
-        studio.page.get_by_role("link", name=studio.say("mat.drive")),
-        studio.page.get_by_text("/dev/ttyUSB0"),
-        studio.page.get_by_role("button", name=studio.say("upload.look")),
-    )
-
-    def look_for_all(count: int, most_followers: int) -> None:
-        """Open the parts of the page that have what is ``offered``: each of it is there ``count`` times."""
-        drive, port, look = offered
-        studio.look_up("swarm")
-        followers = studio.page.get_by_role("textbox", name=studio.say("mat.followers"), exact=True)
-        followers.fill("9999")
-        followers.press("Enter")
-        expect(followers).to_have_value(f"{most_followers:,}")
-        followers.fill("2")
-        followers.press("Enter")
-        studio.choose_car(1)
-        expect(drive).to_have_count(count)
-        studio.open_dialog("upload")
-        expect(studio.page.get_by_text(studio.say("upload.virtual"), exact=True)).to_be_visible()
-        expect(port).to_have_count(count)
-        expect(look).to_have_count(count)
-        studio.page.keyboard.press("Escape")
-
-    look_for_all(1, 1000)
-    studio.page.route("**/api/capabilities", lambda route: route.fulfill(json=none | {"most_cars": 6}))
-    studio.page.reload()
-    studio.wait_until_ready()
-    look_for_all(0, 5)

@@ -1,14 +1,11 @@
 """Missions in the page: the map, goals, hints, stars, and a mission of one's own."""
 
-import json
 import re
 
 import pytest
 from playwright.sync_api import expect
 
 from motorcade.missions.document import built_in_mission, missions
-from motorcade.server.studio.library import FolderStorage
-from motorcade.service.library import mission_library
 from support.barriers import serious_barriers
 from support.studio_page import PHONE, SHARED
 from support.studio_programs import EXAMPLE
@@ -123,7 +120,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     expect(page.locator("[data-mission=flip-the-lamp] [data-earned]")).to_have_count(3)
 
 
-def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
+def test_a_mission_of_ones_own_is_written_played_changed_and_deleted(open_own_page):
     studio = open_own_page()
     page = studio.page
     open_map(studio)
@@ -161,23 +158,16 @@ def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
     expect(editor.get_by_label("Name of the zone")).to_have_value("here")
     editor.get_by_role("button", name="Save", exact=True).click()
     expect(studio.notices).to_contain_text("'Stay' is saved as version 1.")
-
-
-@pytest.mark.soak
-def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_studio):
-    document = built_in_mission("forward-and-stop").document
-    FolderStorage(own_studio.library).write_version(mission_library(""), "Mine", json.dumps(document).encode())
-    studio = open_own_page()
-    page = studio.page
-    open_map(studio)
-    page.get_by_role("button", name="Change Mine").click()
-    expect(page.get_by_role("region", name="A mission of your own")).to_be_visible()
     page.get_by_role("button", name="Close without saving").click()
     open_map(studio)
     assert serious_barriers(page) == []
-    page.get_by_role("button", name="Delete Mine").click()
+    page.get_by_role("button", name="Change Stay").click()
+    expect(editor).to_be_visible()
+    page.get_by_role("button", name="Close without saving").click()
+    open_map(studio)
+    page.get_by_role("button", name="Delete Stay").click()
     page.get_by_role("alertdialog").get_by_role("button", name="Delete").click()
-    expect(page.get_by_role("button", name="Play Mine")).to_have_count(0)
+    expect(page.get_by_role("button", name="Play Stay")).to_have_count(0)
     # Who leaves a mission has the level of before, also after a reload.
     page.locator("[data-mission=forward-and-stop]").click()
     expect(page.get_by_role("button", name="Level: Start")).to_be_visible()
@@ -209,10 +199,3 @@ def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(op
     expect(page.get_by_text(studio.say("project.unsaved"), exact=True)).to_be_visible()
     expect(studio.block("leader", "left")).to_be_visible()
     expect(studio.editor("leader").get_by_role("treeitem").first).to_be_visible()
-
-
-@pytest.mark.soak
-def test_the_map_fits_a_phone(open_page):
-    studio = open_page(size=PHONE)
-    open_map(studio)
-    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")

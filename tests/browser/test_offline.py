@@ -8,7 +8,8 @@ from playwright.sync_api import Page, expect
 
 from motorcade.browser.site import PAGE, python_zip, site_files, write_site
 from motorcade.locales import catalogue
-from support.site_server import PATH, SiteServer, serving
+from support.browser_profiles import storing
+from support.site_server import SiteServer, serving
 
 PAGE_TEXTS = catalogue("en")["page"]
 TEXTS = PAGE_TEXTS["site"]
@@ -56,11 +57,7 @@ def server(folder):
 
 @pytest.fixture
 def context(browser, server):
-    origin = {
-        "origin": server.url.removesuffix(PATH),
-        "localStorage": [{"name": k, "value": STORED[k]} for k in STORED],
-    }
-    context = browser.new_context(storage_state={"cookies": [], "origins": [origin]})
+    context = browser.new_context(storage_state=storing(server.url, STORED))
     faults: list[str] = []
     context.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
     context.on("weberror", lambda fault: faults.append(str(fault.error)))

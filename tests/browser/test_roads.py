@@ -41,26 +41,12 @@ def draw_with_mouse(studio: StudioPage, points: list[tuple[float, float]]) -> No
     mouse.up()
 
 
-def stored_mat(studio: StudioPage) -> dict[str, Any]:
-    """The mat as the browser has stored it with the newest work."""
-    studio.wait_until_stored('"line"')
-    texts = studio.page.evaluate(
-        "() => Object.entries(localStorage).filter(([key]) => /autosave/.test(key)).map(each => each[1])"
-    )
-    text = next(each for each in texts if '"line"' in each)
-    found = _find(json.loads(text), "line")
-    assert found is not None
-    return found
-
-
-def _find(value: Any, key: str) -> dict[str, Any] | None:
-    if isinstance(value, str) and f'"{key}"' in value:
-        value = json.loads(value)
-    if isinstance(value, dict):
-        if key in value:
-            return value
-        value = list(value.values())
-    return next((found for each in value if (found := _find(each, key))), None) if isinstance(value, list) else None
+def saved_line(studio: StudioPage) -> list[dict[str, Any]]:
+    """The lines of the mat in the project's file."""
+    with studio.page.expect_download() as download:
+        studio.project_menu("menu.saveFile")
+    lines: list[dict[str, Any]] = json.loads(download.value.path().read_text(encoding="utf-8"))["mat"]["line"]
+    return lines
 
 
 def off_road_m(line: Line, x: float, y: float) -> float:
@@ -94,7 +80,7 @@ def test_a_convoy_follows_a_road_that_was_drawn_with_the_mouse(open_page) -> Non
     wait_until(lambda: seconds(studio) >= DRIVEN_S)
     studio.mat_button("pause").click()
 
-    line = stored_mat(studio)["line"]
+    line = saved_line(studio)
     assert len(line) == 1
     assert line[0]["closed"]
     road = Line(tuple((x, y) for x, y in line[0]["points_m"]), bend_m=line[0]["bend_m"], closed=True)

@@ -67,6 +67,10 @@ def test_python_that_ends_begins_again_and_nothing_is_lost(show) -> None:
     # What the site can't do isn't offered.
     studio.choose_car(0)
     expect(studio.page.get_by_role("link", name=studio.say("mat.drive"))).to_have_count(0)
+    studio.open_dialog("upload")
+    expect(studio.page.get_by_text(studio.say("upload.virtual"), exact=True)).to_be_visible()
+    expect(studio.page.get_by_role("button", name=studio.say("upload.look"))).to_have_count(0)
+    studio.page.keyboard.press("Escape")
 
     # A stored memory of Python that is damaged is forgotten. The world begins again, as it began the last time.
     studio.look_up("swarm")

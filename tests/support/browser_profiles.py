@@ -4,8 +4,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, Playwright, StorageState, ViewportSize
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Playwright,
+    Request,
+    StorageState,
+    ViewportSize,
+    WebError,
+)
 
 # No host name but the studio's own resolves, as on a computer without a network.
 OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
@@ -49,3 +59,53 @@ class Profiles:
             page.close()
         context.unroute_all()
         self._free[self._kinds[context]].append(context)
+
+
+def storing(address: str, kept: dict[str, str]) -> StorageState:
+    """A profile that has stored these values for the pages at an address."""
+    values: Any = [{"name": name, "value": value} for name, value in kept.items()]
+    return {
+        "cookies": [],
+        "origins": [{"origin": "{0.scheme}://{0.netloc}".format(urlsplit(address)), "localStorage": values}],
+    }
+
+
+class Watched:
+    """A profile. ``faults`` lists errors of its pages and requests to other hosts, which no test may cause."""
+
+    def __init__(self, context: BrowserContext, base: str) -> None:
+        self.context = context
+        self.faults: list[str] = []
+        self._forgiven: list[str] = []
+        self._host = urlsplit(base).netloc
+        context.on("console", self._hear)
+        context.on("weberror", self._hear_problem)
+        context.on("request", self._check_host)
+
+    def look_away(self) -> None:
+        """Watch no longer."""
+        self.context.remove_listener("console", self._hear)
+        self.context.remove_listener("weberror", self._hear_problem)
+        self.context.remove_listener("request", self._check_host)
+
+    def forgive(self, *parts: str) -> None:
+        """Expect errors on the console that contain one of these texts."""
+        self._forgiven += parts
+
+    def _hear(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self._blame(message.text)
+
+    def _hear_problem(self, problem: WebError) -> None:
+        self._blame(problem.error.stack or problem.error.message)
+
+    def _blame(self, text: str) -> None:
+        if not any(part in text for part in self._forgiven):
+            self.faults.append(text)
+
+    def _check_host(self, request: Request) -> None:
+        self._check_url(request.url)
+
+    def _check_url(self, url: str) -> None:
+        if urlsplit(url).scheme not in ("data", "blob") and urlsplit(url).netloc != self._host:
+            self.faults.append(f"asks another host: {url}")

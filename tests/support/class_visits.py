@@ -6,10 +6,11 @@ from contextlib import ExitStack, contextmanager, suppress
 from itertools import pairwise
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, StorageState, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from motorcade.locales import catalogue
 from support.barriers import serious_barriers
+from support.browser_profiles import Watched, storing
 from support.class_page import PASSWORD
 from support.layout import Windows
 from support.running_studio import started_class
@@ -21,45 +22,18 @@ CAR_PX = 40
 SIZES = ((1440, 900), (1366, 768), (1024, 768), (390, 844))
 
 
-class Visit:
-    """One browser profile in the class; ``faults`` lists errors of its pages and requests to other hosts."""
+class Visit(Watched):
+    """One browser profile in the class."""
 
     def __init__(self, browser: Browser, base: str, *, language="en", theme="light", size=(1024, 768), **options):
         kept = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
-        state: StorageState = {
-            "cookies": [],
-            "origins": [
-                {"origin": base.rstrip("/"), "localStorage": [{"name": k, "value": v} for k, v in kept.items()]}
-            ],
-        }
+        state, viewport = storing(base, kept), {"width": size[0], "height": size[1]}
+        context = browser.new_context(viewport=viewport, storage_state=state, service_workers="block", **options)
+        super().__init__(context, base)
+        context.set_default_timeout(60_000)
         self.base = base
-        self.faults: list[str] = []
         self.texts = catalogue(language)["page"]
-        self.context = browser.new_context(
-            viewport={"width": size[0], "height": size[1]}, storage_state=state, service_workers="block", **options
-        )
-        self.context.set_default_timeout(60_000)
-        self._forgiven: list[str] = []
-        self.context.on("console", self._hear)
-        self.context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
-        self.context.on("request", lambda request: self._check(request.url))
-        self.page = self.context.new_page()
-
-    def _check(self, url: str) -> None:
-        if urlsplit(url).scheme not in ("data", "blob") and urlsplit(url).netloc != urlsplit(self.base).netloc:
-            self.faults.append(f"asks another host: {url}")
-
-    def forgive(self, *parts: str) -> None:
-        """Expect errors on the console that contain one of these texts."""
-        self._forgiven += parts
-
-    def _hear(self, message: ConsoleMessage) -> None:
-        if message.type == "error":
-            self._blame(message.text)
-
-    def _blame(self, text: str) -> None:
-        if not any(part in text for part in self._forgiven):
-            self.faults.append(text)
+        self.page = context.new_page()
 
     def say(self, key: str, **values) -> str:
         """A text of the pages, in this visit's language: ``class.code``, ``pupil.frozen``."""

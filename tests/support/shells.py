@@ -7,12 +7,7 @@ against the server; `test_site.py`, `test_offline.py` and `test_same_bits.py` kn
 # What only a server has, and the tests that need it.
 SERVER_ALONE = {
     "a server that ends and comes back": ("test_work_continues_after_the_server_crashed_and_came_back",),
-    "a library on disk, into which the test writes": ("test_ones_own_missions_are_played_changed_and_deleted",),
-    "a download of the server's": ("test_a_run_is_downloaded_as_a_table",),
-    "requests over HTTP, which the test answers itself": (
-        "test_what_the_service_cannot_do_is_not_offered",
-        "test_a_third_language_is_one_file",
-    ),
+    "a build of its own": ("test_a_third_language_is_one_file",),
     "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
 }
 

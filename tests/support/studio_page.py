@@ -6,58 +6,33 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from playwright.sync_api import (
-    Browser,
-    BrowserContext,
-    ConsoleMessage,
-    FloatRect,
-    Locator,
-    Page,
-    Request,
-    Route,
-    StorageState,
-    WebError,
-    expect,
-)
+from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Route, expect
 from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
-from support.browser_profiles import Profiles
+from support.browser_profiles import Profiles, Watched, storing
 from support.waiting import wait_until
 
 DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
-# Software draws WebGL here, which the page would not take; nothing waits for the end of a drawing, so all are fast.
-_WEBGL = """{
-    const get = HTMLCanvasElement.prototype.getContext
-    HTMLCanvasElement.prototype.getContext = function (kind, wishes) {
-        return get.call(this, kind, { ...wishes, failIfMajorPerformanceCaveat: false })
-    }
-    WebGLRenderingContext.prototype.readPixels = () => {}
-}"""
 # Long enough for a machine that is busy with other tests.
 PATIENCE_MS = 30_000
 expect.set_options(timeout=PATIENCE_MS)
 
 
-class StudioPage:
-    """A page in a browser profile. ``faults`` lists errors and requests to other hosts, which no test may cause."""
+class StudioPage(Watched):
+    """A page in a browser profile."""
 
     def __init__(
         self, context: BrowserContext, url: str, language: str, size: tuple[int, int] = DESKTOP, script: str = ""
     ) -> None:
-        self.context = context
+        super().__init__(context, url)
         self.url = url
         self._size, self._script = size, script
         self._crashed = False
-        self.faults: list[str] = []
-        self._forgiven: list[str] = []
         self._taken = 0
         self._texts = catalogue(language)["page"]
         context.set_default_timeout(PATIENCE_MS)
-        context.on("console", self._hear)
-        context.on("weberror", self._hear_problem)
-        context.on("request", self._check_host)
         self.page = self._new_page()
 
     @classmethod
@@ -72,7 +47,6 @@ class StudioPage:
         size: tuple[int, int] = DESKTOP,
         tour: bool = False,
         plain: bool = False,
-        webgl: bool = False,
         level: str = "words",
         build: Path | None = None,
         script: str = "",
@@ -90,7 +64,6 @@ class StudioPage:
             tour: show the tour of a first visit.
             plain: leave the page's areas as a first visit finds them; else both editors and the words show at once
                 where there is room.
-            webgl: draw the stage as if there were a graphics processor.
             level: of the page, as if it had been chosen before.
             build: a folder with another build of the page, shown in place of the studio's own.
             script: runs in each page before its own.
@@ -103,19 +76,9 @@ class StudioPage:
         if language:
             kept["motorcade.language"] = language
         base, _, token = url.partition("?token=")
-        state: StorageState = {
-            "cookies": [],
-            "origins": [
-                {
-                    "origin": "{0.scheme}://{0.netloc}".format(urlsplit(base)),
-                    "localStorage": [{"name": k, "value": kept[k]} for k in kept],
-                }
-            ],
-        }
-        width, height = size
         context = browser.new_context(
-            viewport={"width": width, "height": height},
-            storage_state=state,
+            viewport={"width": size[0], "height": size[1]},
+            storage_state=storing(base, kept),
             # It would store the whole site in each profile.
             service_workers="block",
             **options,
@@ -123,8 +86,6 @@ class StudioPage:
         if token:
             cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
             context.add_cookies([{"name": cookie, "value": token, "url": base}])
-        if webgl:
-            script += _WEBGL
         if build:
             context.route(f"{base}**", lambda route: _answer_from(build, route))
         studio = cls(context, base, language or "en", size, script)
@@ -139,9 +100,7 @@ class StudioPage:
         if self._crashed:
             self.context.close()
             return
-        self.context.remove_listener("console", self._hear)
-        self.context.remove_listener("weberror", self._hear_problem)
-        self.context.remove_listener("request", self._check_host)
+        self.look_away()
         profiles.take_back(self.context)
 
     def reopen(self) -> None:
@@ -191,28 +150,6 @@ class StudioPage:
         forms = (last, *([f"{last}_one"] if values.get("count") == 1 else []), f"{last}_other")
         text = next(texts[form] for form in forms if form in texts)
         return re.sub(r"\{\{(\w+)\}\}", lambda found: str(values[found[1]]), text)
-
-    def forgive(self, *parts: str) -> None:
-        """Expect errors on the console that contain one of these texts."""
-        self._forgiven += parts
-
-    def _hear(self, message: ConsoleMessage) -> None:
-        if message.type == "error":
-            self._blame(message.text)
-
-    def _hear_problem(self, problem: WebError) -> None:
-        self._blame(problem.error.stack or problem.error.message)
-
-    def _blame(self, text: str) -> None:
-        if not any(part in text for part in self._forgiven):
-            self.faults.append(text)
-
-    def _check_host(self, request: Request) -> None:
-        self._check_url(request.url)
-
-    def _check_url(self, url: str) -> None:
-        if urlsplit(url).scheme not in ("data", "blob") and urlsplit(url).netloc != urlsplit(self.url).netloc:
-            self.faults.append(f"asks another host: {url}")
 
     # The editors.
 

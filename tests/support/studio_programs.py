@@ -39,8 +39,3 @@ LIT = {**EXAMPLE, "leader": [{"together": [FORWARD, {"led": {"which": 1, "second
 LISTENING = {**EXAMPLE, "leader": [{"together": [FORWARD, {"voice": {}}]}]}
 SHELTERED = {**EXAMPLE, "followers": {"accept_ir": True, "forward": False, "steps": [{**RIGHT, "accept_ir": False}]}}
 TOO_LONG = {**EXAMPLE, "leader": [{"repeat": {"times": 128, "steps": [FORWARD, LEFT]}}]}
-ACCEPTING = {**EXAMPLE, "leader": [{**FORWARD, "accept_ir": True}]}
-PASSED_ON = {
-    **EXAMPLE,
-    "followers": {"forward": True, "steps": [{"led": {"which": which, "seconds": 3}} for which in (0, 1)]},
-}

@@ -47,9 +47,10 @@ function findCircle(imports: ReadonlyMap<string, string[]>): string[] | null {
 describe("the imports", () => {
   const imports = new Map([...files].map(([path, text]) => [path, importsOf(path, text)]));
 
-  it("are found", () => expect(imports.get("main.tsx")).toEqual(expect.arrayContaining(["app/App.tsx", "app/start.ts"])));
-
-  it("have no circle", () => expect(findCircle(imports)).toBeNull());
+  it("have no circle", () => {
+    expect(imports.get("main.tsx")).toContain("app/App.tsx");
+    expect(findCircle(imports)).toBeNull();
+  });
 
   it("point from the page's areas to what they share", () => {
     const shared = ["api", "generated", "state", "ui"];

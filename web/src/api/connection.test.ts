@@ -1,5 +1,5 @@
 import { afterEach, expect, it, vi } from "vitest";
-import { LastingStream, post, waitBeforeTry } from "./connection";
+import { LastingStream, post } from "./connection";
 import { RefusedError, type StreamListeners, UnreachableError } from "./service";
 
 afterEach(() => {
@@ -18,10 +18,6 @@ it("a request reaches nobody where the network or the server behind a proxy is g
   await expect(post("/api/open", {})).rejects.toBeInstanceOf(UnreachableError);
   vi.stubGlobal("fetch", () => Promise.resolve(new Response("", { status: 502 })));
   await expect(post("/api/open", {})).rejects.toBeInstanceOf(UnreachableError);
-});
-
-it("the wait grows up to a bound", () => {
-  expect([0, 1, 2, 10].map((k) => waitBeforeTry(k, 0.5))).toEqual([500, 1000, 2000, 3000]);
 });
 
 it("a stream whose server answered again is soon back the next time too", () => {

@@ -46,13 +46,6 @@ export function waitBeforeTry(k: number, chance: number): number {
   return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
 }
 
-interface Receiver<Answer> {
-  onAnswer: (answer: Answer) => void;
-  onBytes?: (bytes: ArrayBuffer) => void;
-  onOpen?: () => void;
-  onClose?: () => void;
-}
-
 /** A stream of messages that is opened again, later each time, whenever it is lost; `close` ends it, and `reopen` begins it anew. */
 export class LastingStream<Answer> {
   private stream: Stream | null = null;
@@ -61,7 +54,7 @@ export class LastingStream<Answer> {
 
   constructor(
     private readonly open: (listeners: StreamListeners) => Stream,
-    private readonly receiver: Receiver<Answer>,
+    private readonly receiver: { onAnswer: (answer: Answer) => void; onBytes?: (bytes: ArrayBuffer) => void; onOpen?: () => void; onClose?: () => void },
   ) {}
 
   /** Open it at once, in place of the one before. */

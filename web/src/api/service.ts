@@ -45,17 +45,12 @@ export interface Service {
   openStream(name: StreamName, session: string, listeners: StreamListeners): Stream;
 }
 
-let current: Service | null = null;
+/** What answers this page. */
+export let service: Service;
 
 /** Say what answers this page; call it once, before anything else. */
-export function connectTo(service: Service): void {
-  current = service;
-}
-
-/** What answers this page. */
-export function service(): Service {
-  if (current === null) throw new Error("connectTo was not called");
-  return current;
+export function connectTo(answers: Service): void {
+  service = answers;
 }
 
 /** Ask what answers this page. Throws RefusedError or UnreachableError. */
@@ -63,5 +58,5 @@ export function request<Name extends keyof Requests>(
   name: Name,
   message: Requests[Name]["message"] | null = null,
 ): Promise<Requests[Name]["answer"]> {
-  return service().ask(name, message);
+  return service.ask(name, message);
 }

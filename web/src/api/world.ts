@@ -95,7 +95,7 @@ export class WorldConnection {
   constructor(
     readonly session: string,
     private readonly listeners: Listeners,
-    openStream = (stream: StreamListeners): Stream => service().openStream("world", session, stream),
+    openStream = (stream: StreamListeners): Stream => service.openStream("world", session, stream),
   ) {
     const open = (stream: StreamListeners) => {
       listeners.onLink("connecting");

@@ -164,16 +164,8 @@ function Saved() {
   const stored = useStudio((studio) => studio.stored);
   return (
     <span className={css.saved} role="status" data-unsaved={unsaved || undefined}>
-      {unsaved ? (
-        <span>{t("project.unsaved")}</span>
-      ) : (
-        stored && (
-          <>
-            <Icon name="done" />
-            <span>{t("project.saved")}</span>
-          </>
-        )
-      )}
+      {stored && !unsaved && <Icon name="done" />}
+      {(stored || unsaved) && <span>{t(unsaved ? "project.unsaved" : "project.saved")}</span>}
     </span>
   );
 }

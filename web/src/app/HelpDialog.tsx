@@ -5,41 +5,18 @@ import { useSettings } from "../state/settings";
 import { Sheet, TextButton } from "../ui/controls";
 import dialogs from "./dialogs.module.css";
 
-interface Shortcut {
-  name: string;
-  text: string;
-  keys: string[];
+/** Of keys that are called otherwise than Blockly calls them. */
+const NAMES: Record<string, string> = { LEFT: "←", UP: "↑", RIGHT: "→", DOWN: "↓", MAC_WK_CMD_RIGHT: "Menu", SLASH: "/" };
+
+function keyName(code: string): string {
+  const name = Blockly.utils.KeyCodes[Number(code)] ?? code;
+  return NAMES[name] ?? name.toLowerCase().replaceAll("_", " ").replace(/\b[a-z]/g, (letter) => letter.toUpperCase());
 }
 
-const spelled = (key: string) =>
-  key
-    .split("+")
-    .map((part) => (/^\d+$/.test(part) ? (NAMES[part] ?? String.fromCharCode(Number(part))) : part))
-    .join(" + ");
-
-/** Of keys whose code is no letter of theirs. */
-const NAMES: Record<string, string> = {
-  8: "Backspace",
-  9: "Tab",
-  13: "Enter",
-  27: "Esc",
-  32: "Space",
-  33: "Page Up",
-  34: "Page Down",
-  35: "End",
-  36: "Home",
-  37: "←",
-  38: "↑",
-  39: "→",
-  40: "↓",
-  46: "Delete",
-  93: "Menu",
-  121: "F10",
-  191: "/",
-};
+const spelled = (keys: string) => keys.split("+").map(keyName).join(" + ");
 
 /** Blockly's keyboard shortcuts that have a text, each with its keys. */
-function editorShortcuts(): Shortcut[] {
+function editorShortcuts() {
   const registry = Blockly.ShortcutRegistry.registry;
   return Object.values(registry.getRegistry()).flatMap(({ name, displayText }) => {
     const text = typeof displayText === "function" ? displayText() : displayText;
@@ -53,6 +30,10 @@ const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → �
 
 export function HelpDialog() {
   const { t } = useTranslation();
+  const again = () => {
+    closeDialog();
+    useSettings.setState({ toured: false });
+  };
   const rows = [
     ...Object.entries(PAGE_KEYS).map(([name, keys]) => ({
       name,
@@ -70,14 +51,7 @@ export function HelpDialog() {
           </li>
         ))}
       </ul>
-      <TextButton
-        onPress={() => {
-          closeDialog();
-          useSettings.setState({ toured: false });
-        }}
-      >
-        {t("tour.again")}
-      </TextButton>
+      <TextButton onPress={again}>{t("tour.again")}</TextButton>
       <h3>{t("help.shortcuts")}</h3>
       <dl className={dialogs.shortcuts}>
         {rows.map(({ name, text, keys }) => (

@@ -24,6 +24,9 @@ function swarm(): void {
   if (useStudio.getState().followers !== null) useStudio.setState({ editor: "followers" });
 }
 
+/** What each step does; after the welcome the tour goes on with a page of its own. */
+const ACTS = { welcome: () => void replaceBy(BLANK), blocks: first, followers: swarm, drive: playWhenReady };
+
 /** The tour of a first visit: what drives there, then build with blocks, tell the followers, let the swarm drive. */
 export function Tour() {
   const { t } = useTranslation();
@@ -49,19 +52,9 @@ export function Tour() {
 
   if (toured) return null;
   const next = () => {
-    if (step === "welcome") {
-      // The tour goes on with a page of its own.
-      void replaceBy(BLANK);
-      return;
-    }
-    if (step === "blocks") first();
-    if (step === "followers") swarm();
-    if (step !== "drive") {
-      setAt(at + 1);
-      return;
-    }
-    playWhenReady();
-    end();
+    ACTS[step]();
+    if (step === "drive") end();
+    else if (step !== "welcome") setAt(at + 1);
   };
   return (
     <aside className={dialogs.tour} data-step={step} aria-labelledby="tour-title">

@@ -9,7 +9,7 @@ import { isForeign, usePair } from "../pair/store";
 import { endEdit, record, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { Divider, endAll, watchSize } from "../ui/areas";
+import { Divider, endAll, listen, watchSize } from "../ui/areas";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { noteEdit } from "../words/compiling";
@@ -74,12 +74,11 @@ function Editor({ editor }: { editor: EditorName }) {
       const typed = target instanceof Element && target.classList.contains("blocklyHtmlInput");
       if (typed && Blockly.getMainWorkspace() === workspace) noteEdit(editor);
     };
-    document.addEventListener("input", onInput);
     return endAll(
+      listen(document, ["input"], onInput),
       drawInView(editor, workspace),
       watchSize(host.current!, () => Blockly.svgResize(workspace)),
       useStudio.subscribe((now, before) => now.running !== before.running && markRunning(now.running)),
-      () => document.removeEventListener("input", onInput),
       () => disposeWorkspace(editor),
       () => markLoose(editor),
     );

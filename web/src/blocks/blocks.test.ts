@@ -23,6 +23,10 @@ beforeAll(() => {
   defineBlocks(profile);
 });
 
+/** The types of blocks in the followers' toolbox. */
+const offered = (steps?: string[]) =>
+  toolboxOf("followers", steps).contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
+
 /** The fields that a new block of the type is saved with. */
 function saved(type: string): unknown {
   const block = new Blockly.Workspace().newBlock(type);
@@ -81,20 +85,19 @@ describe("the blocks", () => {
   });
 
   it("are all to be had from a toolbox, but for the hats", () => {
-    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
-    expect([...offered].sort()).toEqual(BLOCK_TYPES.filter((type) => !/leader|followers/.test(type)).sort());
+    expect(offered().sort()).toEqual(BLOCK_TYPES.filter((type) => !/leader|followers/.test(type)).sort());
     expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
   });
 
   it("are few on the first level, tell speeds in words, and are saved alike", () => {
     const before = BLOCK_TYPES.map(saved);
     useSettings.setState({ level: "start" });
-    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
+    const few = offered();
     const drive = new Blockly.Workspace().newBlock("motorcade_drive");
     const [speed, figure] = [drive.getField("SPEED")!.getText(), drive.getField("SPEED")!.getTooltip()];
     const now = BLOCK_TYPES.map(saved);
     useSettings.setState({ level: "words" });
-    expect(offered).toHaveLength(6);
+    expect(few).toHaveLength(6);
     expect([speed, figure]).toEqual(["medium", "200 mm/s"]);
     expect(now).toEqual(before);
   });
@@ -116,7 +119,7 @@ describe("the blocks", () => {
   });
 
   it("of a mission are those that it names, on the first level too", () => {
-    const types = () => toolboxOf("followers", ["drive", "pir"]).contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
+    const types = () => offered(["drive", "pir"]);
     useSettings.setState({ level: "start" });
     const first = types();
     useSettings.setState({ level: "words" });

@@ -31,14 +31,12 @@ const SPARE_VIEWS = 1;
 
 const widthOf = ({ bits, bitPx }: Shape) => bits * bitPx;
 
-function element(name: string, attributes: Record<string, string | number>, parent: Element): SVGElement {
-  return utils.dom.createSvgElement(name, attributes, parent);
-}
+const element = utils.dom.createSvgElement;
 
 /** The bits of a word in the colours of their fields, and how often the word comes where that is more than once. */
 function drawn(word: CompiledWord, times: number, shape: Shape): SVGElement {
   const { bits: most, bitPx, linePx, fontPx } = shape;
-  const group = utils.dom.createSvgElement("g", { "font-size": fontPx });
+  const group = element("g", { "font-size": fontPx });
   let at = 0;
   for (const { field, bits, isSet } of runsOf(word)) {
     for (let left = bits; left; ) {
@@ -83,7 +81,7 @@ function setUnseen(block: BlockSvg, unseen: boolean): void {
 
 /** Draw an editor's blocks, and the bits of their words, where they are in view; returns a function that ends this. */
 export function drawInView(editor: EditorName, workspace: WorkspaceSvg): () => void {
-  const layer = utils.dom.createSvgElement("g", { class: css.bits!, "aria-hidden": "true" }, workspace.getCanvas());
+  const layer = element("g", { class: css.bits!, "aria-hidden": "true" }, workspace.getCanvas());
   /** What is drawn, by block. */
   const shown = new Map<string, { key: string; place: string; group: SVGElement }>();
   let unseen = new Set<BlockSvg>();

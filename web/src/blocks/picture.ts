@@ -31,20 +31,13 @@ export function pictureOf(workspace: WorkspaceSvg): Picture {
   canvas.querySelector(`.${css.bits!}`)?.remove();
   for (const each of canvas.querySelectorAll(`.${UNSEEN}`)) each.classList.remove(UNSEEN);
   canvas.setAttribute("transform", `translate(${MARGIN - box.left} ${MARGIN - box.top})`);
-  const svg = document.createElementNS(utils.dom.SVG_NS, "svg");
-  svg.setAttribute("xmlns", utils.dom.SVG_NS);
-  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-  svg.setAttribute("width", String(width));
-  svg.setAttribute("height", String(height));
+  const { createSvgElement, SVG_NS } = utils.dom;
   // The theme's rules begin with the classes of the editor's own elements.
-  svg.setAttribute("class", workspace.getInjectionDiv().getAttribute("class") ?? "");
-  const style = document.createElementNS(utils.dom.SVG_NS, "style");
-  style.textContent = blocklyStyles();
-  const ground = document.createElementNS(utils.dom.SVG_NS, "rect");
-  ground.setAttribute("width", "100%");
-  ground.setAttribute("height", "100%");
-  ground.setAttribute("fill", "#fff");
-  svg.append(style, ground, canvas);
+  const own = workspace.getInjectionDiv().getAttribute("class") ?? "";
+  const svg = createSvgElement("svg", { xmlns: SVG_NS, viewBox: `0 0 ${width} ${height}`, width, height, class: own });
+  createSvgElement("style", {}, svg).textContent = blocklyStyles();
+  createSvgElement("rect", { width: "100%", height: "100%", fill: "#fff" }, svg);
+  svg.append(canvas);
   return { svg: new XMLSerializer().serializeToString(svg), width, height };
 }
 

@@ -14,7 +14,7 @@ import { colourOfWord, colourWords, readInks } from "../mat/colours";
 import fields from "../mat/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
-import { useStudio } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
 import { clock } from "../timeline/events";
 import { watchSize } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
@@ -38,7 +38,6 @@ export function Comparison({ names, onClose }: ComparisonProps) {
   const [playing, setPlaying] = useState(false);
   const car = difference && difference.kind !== "none" ? difference.car : null;
   const endMs = Math.max(comparedMs, difference?.t_ms ?? 0);
-  const show = (to: number) => trials.show(to);
   useEffect(() => {
     if (!playing) return;
     const timer = setInterval(() => {
@@ -69,13 +68,13 @@ export function Comparison({ names, onClose }: ComparisonProps) {
               </figure>
             ))}
           </div>
-          <Lanes difference={difference} names={names} tMs={tMs} onSeek={show} />
+          <Lanes difference={difference} names={names} tMs={tMs} onSeek={(to) => trials.show(to)} />
           <div className={css.transport}>
             <TextButton small onPress={() => setPlaying(!playing)}>{playing ? t("mat.pause") : t("mat.play")}</TextButton>
-            <TextButton small isDisabled={difference.kind === "none"} onPress={() => show(difference.t_ms)}>
+            <TextButton small isDisabled={difference.kind === "none"} onPress={() => trials.show(difference.t_ms)}>
               {t("compare.parting")}
             </TextButton>
-            <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={show}>
+            <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={(to) => trials.show(to)}>
               <SliderTrack className={fields.track}>
                 {difference.kind !== "none" && <span className={css.mark} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
                 <SliderThumb className={fields.thumb} />
@@ -134,7 +133,7 @@ const AROUND_MS = 5000;
 /** The words that the car begins in both runs, around the time at which they part. */
 function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; names: readonly [string, string]; tMs: number; onSeek: (tMs: number) => void }) {
   const { t } = useTranslation();
-  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  const words = useWords();
   const colours = useMemo(() => colourWords(words), [words]);
   if (difference.kind !== "word") return null;
   const beginMs = Math.max(0, difference.t_ms - AROUND_MS);
@@ -160,8 +159,6 @@ function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; nam
     </div>
   );
 }
-
-const NO_WORDS: readonly never[] = [];
 
 /** Where the two runs part, as a sentence. */
 export function differenceText(difference: Difference, names: readonly [string, string]): string {

@@ -9,7 +9,7 @@ import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { documentOf, useDraft } from "../missions/draft";
 import { useStudio } from "../state/studio";
-import { endAll } from "../ui/areas";
+import { endAll, listen } from "../ui/areas";
 
 /** A run, as it can be simulated again. */
 export type Run = Omit<SetWorld, "do">;
@@ -59,10 +59,8 @@ export class TrialStream {
   watch(): () => void {
     // Whoever touches the blocks is about to change them.
     const touch = ({ target }: Event) => target instanceof Element && target.closest(".injectionDiv") && this.rest();
-    const kinds = ["pointerdown", "keydown"];
-    for (const kind of kinds) addEventListener(kind, touch, true);
     return endAll(
-      () => kinds.forEach((kind) => removeEventListener(kind, touch, true)),
+      listen(window, ["pointerdown", "keydown"], touch, true),
       useStudio.subscribe((now, before) => {
         if (now.compiled?.image !== before.compiled?.image || now.mission !== before.mission || now.profile !== before.profile) this.change();
         else if (now.leader !== before.leader || now.followers !== before.followers) this.rest();
@@ -157,7 +155,7 @@ export class TrialStream {
     if (this.stream?.send(message)) return;
     this.waiting.push(message);
     if (this.stream) return;
-    this.stream = new LastingStream((listeners) => service().openStream("trials", session.name, listeners), {
+    this.stream = new LastingStream((listeners) => service.openStream("trials", session.name, listeners), {
       onOpen: () => this.waiting.splice(0).forEach((each) => this.stream?.send(each)),
       onAnswer: (answer) => this.receive(answer),
       onBytes: (bytes) => {

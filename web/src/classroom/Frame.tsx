@@ -118,12 +118,7 @@ export function Form({ onSubmit, className = css.form, children }: { onSubmit: (
   );
 }
 
-interface ActionProps extends ComponentProps<"button"> {
-  primary?: boolean;
-  danger?: boolean;
-}
-
 /** A button; one that submits a form says so by its type. */
-export function Action({ primary = false, danger = false, ...props }: ActionProps) {
+export function Action({ primary = false, danger = false, ...props }: ComponentProps<"button"> & { primary?: boolean; danger?: boolean }) {
   return <button type="button" {...props} className={classes(buttons.button, primary && buttons.primary, danger && css.danger)} />;
 }

@@ -1,6 +1,6 @@
 /** How a pupil comes into the class: the code, a nickname with a car, and the number for coming back. */
 
-import { useEffect, useState } from "react";
+import { type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
 import { RefusedError } from "../api/service";
 import { askClass, askToJoin } from "./ask";
@@ -13,18 +13,16 @@ import { useTexts } from "./texts";
 /** Into the studio, with the shared link that led here, if one did. */
 const enterStudio = () => location.assign(`/${location.hash}`);
 
-function WelcomeBack({ me, onLeave }: { me: Self; onLeave: () => void }) {
+/** Who one is, and the way into the studio. */
+function Card({ me, title, children }: { me: Self; title: "welcomeBack" | "hello"; children: ReactNode }) {
   const t = useTexts();
   return (
-    <section className={css.card}>
+    <section className={css.card} aria-live="polite">
       <div className={css.who}>
         <Avatar name={me.avatar} />
-        <h2>{t("welcomeBack", { name: me.name })}</h2>
+        <h2>{t(title, { name: me.name })}</h2>
       </div>
-      <Action primary onClick={enterStudio}>
-        {t("goOn")}
-      </Action>
-      <Action onClick={onLeave}>{t("notMe")}</Action>
+      {children}
     </section>
   );
 }
@@ -42,12 +40,7 @@ function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (co
   );
 }
 
-interface NewcomerProps {
-  avatars: readonly string[];
-  join: (name: string, avatar: string) => Promise<void>;
-}
-
-function Newcomer({ avatars, join }: NewcomerProps) {
+function Newcomer({ avatars, join }: { avatars: readonly string[]; join: (name: string, avatar: string) => Promise<void> }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState("");
@@ -95,24 +88,6 @@ function ComeBack({ comeBack }: { comeBack: (name: string, number: string) => Pr
   );
 }
 
-/** The personal number, once, before the studio. */
-function YourNumber({ me }: { me: Self }) {
-  const t = useTexts();
-  return (
-    <section className={css.card} aria-live="polite">
-      <div className={css.who}>
-        <Avatar name={me.avatar} />
-        <h2>{t("hello", { name: me.name })}</h2>
-      </div>
-      <p>{t("yourNumber")}</p>
-      <p className={css.number}>{me.number}</p>
-      <Action primary onClick={enterStudio}>
-        {t("goOn")}
-      </Action>
-    </section>
-  );
-}
-
 export function Join() {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
@@ -153,8 +128,25 @@ export function Join() {
   };
 
   const body = () => {
-    if (me) return <YourNumber me={me} />;
-    if (about?.me) return <WelcomeBack me={about.me} onLeave={() => void leave()} />;
+    const goOn = <Action primary onClick={enterStudio}>{t("goOn")}</Action>;
+    if (me) {
+      // The personal number, once, before the studio.
+      return (
+        <Card me={me} title="hello">
+          <p>{t("yourNumber")}</p>
+          <p className={css.number}>{me.number}</p>
+          {goOn}
+        </Card>
+      );
+    }
+    if (about?.me) {
+      return (
+        <Card me={about.me} title="welcomeBack">
+          {goOn}
+          <Action onClick={() => void leave()}>{t("notMe")}</Action>
+        </Card>
+      );
+    }
     if (!about) return null;
     if (!checked) return <TheCode code={code} onCode={setCode} problem={problem} onCheck={() => void attempt(check)} />;
     return (

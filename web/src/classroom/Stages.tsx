@@ -7,7 +7,7 @@ import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
 import { readInks } from "../mat/colours";
 import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, INKS, Tiles } from "./drawing";
-import { watchSize } from "../ui/areas";
+import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
@@ -37,12 +37,11 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
   );
   useEffect(() => {
     const element = canvas.current!;
-    const resize = () => {
+    return watchSize(element, () => {
       element.width = Math.round(element.clientWidth * devicePixelRatio);
       element.height = Math.round(element.clientHeight * devicePixelRatio);
       draw();
-    };
-    return watchSize(element, resize);
+    });
   }, [draw]);
   useEffect(() => {
     tiles.ready(world.pupil, draw);
@@ -50,12 +49,6 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
     return () => tiles.ready(world.pupil, null);
   }, [draw, tiles, world.pupil]);
   return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
-}
-
-function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "works" {
-  if (!pupil?.online) return "away";
-  if (pupil.hand_s !== null) return "hand";
-  return pupil.stuck_s !== null ? "stuck" : "works";
 }
 
 interface TileProps extends CanvasProps {
@@ -79,7 +72,7 @@ function Tile({ href, state, children, ...canvas }: TileProps) {
 
 function PupilTile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
   const t = useTexts();
-  const state = stateOf(pupil);
+  const state = !pupil.online ? "away" : pupil.hand_s !== null ? "hand" : pupil.stuck_s !== null ? "stuck" : "works";
   return (
     <Tile world={world} tiles={tiles} label={t("stageOf", { name: pupil.name })} href={`/wall?pupil=${encodeURIComponent(pupil.id)}`} state={state}>
       <Avatar name={pupil.avatar} />
@@ -103,12 +96,7 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
       if (element) setColumns(columnsFor(tiles, element.clientWidth, innerHeight - element.getBoundingClientRect().top - scrollY));
     };
     measure();
-    const end = list.current && watchSize(list.current, measure);
-    window.addEventListener("resize", measure);
-    return () => {
-      end?.();
-      window.removeEventListener("resize", measure);
-    };
+    return endAll(listen(window, ["resize"], measure), list.current ? watchSize(list.current, measure) : () => undefined);
   }, [tiles, isThere]);
   return { list, columns };
 }

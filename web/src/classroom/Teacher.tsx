@@ -1,7 +1,7 @@
 /** The teacher's view: who is here and who needs help, and what the whole class is given or told. */
 
-import { type ReactNode, useEffect, useState } from "react";
-import type { ClassView, TeacherAbout } from "../generated/classroom";
+import { useEffect, useState } from "react";
+import type { TeacherAbout } from "../generated/classroom";
 import { askTeacher } from "./ask";
 import { ClassPart } from "./TeacherClass";
 import { CarsPart, MatPart } from "./TeacherDriving";
@@ -49,16 +49,8 @@ function Password({ about, onSignedIn }: { about: TeacherAbout; onSignedIn: () =
   );
 }
 
-const PARTS = ["pupils", "progress", "handOut", "cars", "mat", "class"] as const;
-type Part = (typeof PARTS)[number];
-const SHOWN: Record<Part, (props: { view: ClassView }) => ReactNode> = {
-  pupils: PupilsPart,
-  progress: ProgressPart,
-  handOut: HandOutPart,
-  cars: CarsPart,
-  mat: MatPart,
-  class: ClassPart,
-};
+const PARTS = { pupils: PupilsPart, progress: ProgressPart, handOut: HandOutPart, cars: CarsPart, mat: MatPart, class: ClassPart };
+type Part = keyof typeof PARTS;
 
 function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
   const t = useTexts();
@@ -66,7 +58,7 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
   const { view, open } = useClass();
   const { problem, attempt } = useAttempt();
   const [part, setPart] = useState<Part>("pupils");
-  const Shown = SHOWN[part];
+  const Shown = PARTS[part];
   const hands = view?.pupils.filter((pupil) => pupil.hand_s !== null).length ?? 0;
   const tools = (
     <>
@@ -86,7 +78,7 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
       <Problem text={problem} />
       {view?.disk && <Problem text={inLanguage(view.disk)} />}
       <nav className={css.parts} aria-label={t("teacherTitle")}>
-        {PARTS.map((each) => (
+        {(Object.keys(PARTS) as Part[]).map((each) => (
           <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>
             {t(each)}
             {each === "pupils" && hands > 0 && <span className={css.badge}><Icon name="hand" /> {hands}</span>}

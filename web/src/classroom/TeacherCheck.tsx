@@ -84,7 +84,7 @@ export function Report({ missions }: { missions: ClassProgress["missions"] }) {
     else setRefused(t("checkUnread", { names: unread.join(", ") }));
   };
   const choose = async (folder: boolean) => {
-    const chosen = await chooseFiles("", folder);
+    const chosen = await chooseFiles("", { multiple: true, webkitdirectory: folder });
     if (chosen.length > 0) await checkFiles(chosenFiles(chosen));
   };
   const over = useDrop((data) => {

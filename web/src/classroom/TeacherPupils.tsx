@@ -16,11 +16,6 @@ export function byNeed(pupils: readonly PupilRow[]): PupilRow[] {
   return [...pupils].sort((a, b) => rank(a) - rank(b) || (rank(a) < 2 ? waits(b) - waits(a) : 0));
 }
 
-function useDuration(): (seconds: number) => string {
-  const t = useTexts();
-  return (seconds) => (seconds < 60 ? t("seconds", { count: seconds }) : t("minutes", { count: Math.floor(seconds / 60) }));
-}
-
 /** What the pupil has saved and works on; each opens as a copy in a tab of the studio. */
 function Library({ pupil }: { pupil: PupilRow }) {
   const t = useTexts();
@@ -59,7 +54,7 @@ function Library({ pupil }: { pupil: PupilRow }) {
 
 function Pupil({ pupil }: { pupil: PupilRow }) {
   const t = useTexts();
-  const lasting = useDuration();
+  const lasting = (seconds: number) => (seconds < 60 ? t("seconds", { count: seconds }) : t("minutes", { count: Math.floor(seconds / 60) }));
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState(pupil.name);
   const id = pupil.id;

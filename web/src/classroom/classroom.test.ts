@@ -170,15 +170,6 @@ describe("a stream", () => {
     expect(Socket.opened).toHaveLength(2);
   });
 
-  it("that is lost is opened anew, later and later", () => {
-    for (let k = 0; k < 4; k++) {
-      Socket.opened[k]!.close();
-      vi.advanceTimersByTime(600 * 2 ** k);
-      vi.advanceTimersByTime(100 * 2 ** k);
-      expect(Socket.opened).toHaveLength(k + 2);
-    }
-  });
-
   it("that another page has taken over stays closed, as after a goodbye", () => {
     Socket.opened[0]!.receive('{"is":"error","code":"taken-over"}');
     vi.advanceTimersByTime(60_000);

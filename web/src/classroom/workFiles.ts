@@ -1,6 +1,7 @@
 /** Files with pupils' work that the teacher chooses or drops: which of them are checked, and what of them is sent. */
 
 import { MOST_BYTES, MOST_FILES } from "../generated/classroom";
+import { base64Of } from "../ui/files";
 
 /** A file and its path below what was chosen. */
 export interface Found {
@@ -12,12 +13,6 @@ export interface Found {
 export interface WorkFile {
   name: string;
   data: string;
-}
-
-/** What is sent; `unread` could not be read. */
-export interface Work {
-  files: WorkFile[];
-  unread: string[];
 }
 
 /** No program is as long: of a longer file, maybe a film, its name is enough. */
@@ -81,22 +76,13 @@ export function workOf(found: readonly Found[]): Found[] {
   return found.map(({ path, file }) => ({ path: path.slice(start), file })).filter(({ path }) => isWork(path));
 }
 
-/** Read what is checked. */
-export async function readWork(found: readonly Found[]): Promise<Work> {
+/** Read what is checked; `unread` could not be read. */
+export async function readWork(found: readonly Found[]): Promise<{ files: WorkFile[]; unread: string[] }> {
   const read = await Promise.all(
-    workOf(found).map(async ({ path, file }) => ({ name: path, data: sentBytes(file) === file.size ? await base64Of(file).catch(() => null) : "" })),
+    workOf(found).map(async ({ path, file }) => ({ name: path, data: sentBytes(file) === file.size ? await file.arrayBuffer().then((bytes) => base64Of(new Uint8Array(bytes)), () => null) : "" })),
   );
   return {
     files: read.filter((each): each is WorkFile => each.data !== null),
     unread: read.filter(({ data }) => data === null).map(({ name }) => name),
   };
-}
-
-const PART_BYTES = 1 << 15;
-
-async function base64Of(file: File): Promise<string> {
-  const bytes = new Uint8Array(await file.arrayBuffer());
-  let text = "";
-  for (let k = 0; k < bytes.length; k += PART_BYTES) text += String.fromCharCode(...bytes.subarray(k, k + PART_BYTES));
-  return btoa(text);
 }

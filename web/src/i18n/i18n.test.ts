@@ -44,6 +44,7 @@ const templates = studioSources
   .map((template) => new RegExp(`^${template.replaceAll(".", "\\.").replace(/\$\{.*?\}/g, "[\\w-]+")}$`));
 
 // Keys by their own names.
+const STATES = ["ready", "standing", "moving", "failsafe", "stopped", "program", "disarmed", "discharged", "away"];
 const ofSettings = ["settings", "language", "theme", "light", "dark", "contrast"];
 
 beforeAll(startLanguages);
@@ -69,18 +70,13 @@ describe("the languages", () => {
     expect(unused).toEqual([]);
   });
 
-  it("have no text that the remote does not use", () => {
-    // States are keys by their own names too, and so are switches.
-    const named = [...SWITCHES.map(({ name }) => `switch_${name}`), "ready", "standing", "moving", "failsafe", "stopped", "program", "disarmed", "discharged", "away", ...ofSettings];
-    const sources = sourcesWhere(isRemote).join("\n");
-    const unused = Object.keys(remote.en!.texts).filter((key) => !named.includes(key) && !sources.includes(`"${key}"`));
-    expect(unused).toEqual([]);
-  });
-
-  it("have no text that the pages of a class do not use", () => {
-    const sources = sourcesWhere(isClassroom).join("\n");
-    const unused = Object.keys(classroom.en!.texts).filter((key) => !ofSettings.includes(key) && !sources.includes(`"${key}"`));
-    expect(unused).toEqual([]);
+  it.each([
+    ["the remote", remote, isRemote, [...SWITCHES.map(({ name }) => `switch_${name}`), ...STATES]],
+    ["a class", classroom, isClassroom, []],
+  ] as const)("have no text that the pages of %s do not use", (_, { en }, holds, named) => {
+    const sources = sourcesWhere(holds).join("\n");
+    const isUsed = (key: string) => ofSettings.includes(key) || (named as readonly string[]).includes(key) || sources.includes(`"${key}"`);
+    expect(Object.keys(en!.texts).filter((key) => !isUsed(key))).toEqual([]);
   });
 
   it.each(others)("%s has the same placeholders as English", (_, entries) => {

@@ -4,7 +4,7 @@ import i18next from "i18next";
 import { initReactI18next } from "react-i18next";
 import languages, { type Texts } from "virtual:texts/studio";
 import type { Language, Sentence } from "../api/types";
-import { keepLanguage, preferredLanguage } from "./choice";
+import { keepLanguage, preferredLanguage } from "./plain";
 
 export const LANGUAGES: readonly Language[] = Object.keys(languages);
 

@@ -1,7 +1,22 @@
-/** The texts of a small page in its language. The studio's library for texts would be too large for such a page. */
+/** The texts of a small page in its language, as the studio's library would be too large there; and the choice for all pages. */
 
 import { create } from "zustand";
-import { keepLanguage, preferredLanguage } from "./choice";
+
+const KEY = "motorcade.language";
+
+/** The language that was chosen before, else the first of the browser's that exists, else English. */
+export function preferredLanguage(languages: readonly string[]): string {
+  const wanted = [localStorage.getItem(KEY), ...navigator.languages].map((tag) => tag?.split("-")[0] ?? "");
+  const first = wanted.find((tag) => languages.includes(tag)) ?? "en";
+  // Screen readers choose their voice by this attribute.
+  document.documentElement.lang = first;
+  return first;
+}
+
+export function keepLanguage(language: string): void {
+  localStorage.setItem(KEY, language);
+  document.documentElement.lang = language;
+}
 
 type Values = Record<string, string | number>;
 

@@ -158,14 +158,7 @@ function GoalEditor({ draft, place, goal }: { draft: Draft; place: number; goal:
   );
 }
 
-interface GoalFieldProps {
-  draft: Draft;
-  goal: DraftGoal;
-  field: (typeof GOAL_KINDS)[GoalKind][number];
-  set: (changes: Partial<DraftGoal>) => void;
-}
-
-function GoalField({ draft, goal, field, set }: GoalFieldProps) {
+function GoalField({ draft, goal, field, set }: { draft: Draft; goal: DraftGoal; field: (typeof GOAL_KINDS)[GoalKind][number]; set: (changes: Partial<DraftGoal>) => void }) {
   const { t } = useTranslation();
   const label = t(`missions.fields.${field.name}`);
   const value = goal[field.name];

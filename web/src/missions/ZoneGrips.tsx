@@ -27,15 +27,8 @@ export function ZoneGrips() {
   );
 }
 
-interface GripProps {
-  scene: Scene;
-  draft: Draft;
-  place: number;
-  action: "move" | "stretch";
-}
-
 /** At the zone's upper left corner the grip that moves it, at the lower right corner the one that stretches it. */
-function Grip({ scene, draft, place, action }: GripProps) {
+function Grip({ scene, draft, place, action }: { scene: Scene; draft: Draft; place: number; action: "move" | "stretch" }) {
   const { t } = useTranslation();
   const button = useRef<HTMLButtonElement>(null);
   /** From the pointer to the grip's place while it is dragged, in metres. */

@@ -58,13 +58,9 @@ function editMission(mission: Mission): void {
   useDraft.setState({ draft: { name: name.en, story: story.en, seconds, zones, goals, others } });
 }
 
-function closeDraft(): void {
-  useDraft.setState({ draft: null });
-}
-
 /** Stop writing; whoever came from a mission comes back to the own project. */
 export function leaveDraft(): void {
-  closeDraft();
+  useDraft.setState({ draft: null });
   comeBack();
 }
 
@@ -162,7 +158,7 @@ export function documentOf({ name, story, seconds, zones, goals, others }: Draft
 /** Play the draft with the blocks that stand here. */
 export async function tryDraft(draft: Draft): Promise<void> {
   const { leader, followers } = openProject();
-  if (await playMission({ document: documentOf(draft, useStudio.getState().mat) }, { leader, followers })) closeDraft();
+  if (await playMission({ document: documentOf(draft, useStudio.getState().mat) }, { leader, followers })) useDraft.setState({ draft: null });
 }
 
 export function saveDraft(draft: Draft): Promise<void> {

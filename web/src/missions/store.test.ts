@@ -33,6 +33,7 @@ afterAll(() => {
   useDialogs.getState().question?.answer("no");
   useDialogs.setState({ notices: [] });
   useStudio.setState({ mission: null, kept: null, attempts: {}, name: "" });
+  useMat.setState(useMat.getInitialState());
   vi.useRealTimers();
 });
 

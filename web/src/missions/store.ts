@@ -4,14 +4,14 @@ import i18next from "i18next";
 import { create } from "zustand";
 import { request } from "../api/service";
 import { inLanguage } from "../i18n";
-import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
+import type { Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
 import { session } from "../mat/session";
 import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
 import { confirm, notify } from "../state/dialogs";
 import { type Level, useSettings } from "../state/settings";
-import { type Studio, useStudio } from "../state/studio";
+import { useStudio } from "../state/studio";
 
 type Blocks = Pick<Project, "leader" | "followers">;
 
@@ -52,7 +52,8 @@ const keyOf = ({ id, name }: Mission): string => (id === "own" ? `own ${name.en}
 export async function playMission(choice: MissionChoice, blocks: Blocks | null = null, anew = false): Promise<boolean> {
   const opened = await attempt(async () => {
     const mission = await request("mission", choice);
-    if (anew && useStudio.getState().unsaved && !(await confirm(beginAnewQuestion()))) return false;
+    const question = { title: i18next.t("missions.beginAnew"), text: i18next.t("missions.beginAnewText"), yes: i18next.t("missions.beginAnew") };
+    if (anew && useStudio.getState().unsaved && !(await confirm(question))) return false;
     const before = blocks || anew ? undefined : useStudio.getState().attempts[keyOf(mission)];
     const { leader, followers } = blocks ?? before ?? mission;
     putAside({ name: inLanguage(mission.name), leader, followers, profile: mission.profile, mat: mission.mat, range_mm: null });
@@ -73,17 +74,6 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
     return true;
   });
   return opened ?? false;
-}
-
-const beginAnewQuestion = () => ({
-  title: i18next.t("missions.beginAnew"),
-  text: i18next.t("missions.beginAnewText"),
-  yes: i18next.t("missions.beginAnew"),
-});
-
-/** Keep the changed blocks of a mission that is left. */
-function keepBlocks(mission: Mission, { leader, followers, unsaved, stored, attempts }: Studio): void {
-  if (unsaved || stored) useStudio.setState({ attempts: { ...attempts, [keyOf(mission)]: { leader, followers } } });
 }
 
 /** Go on with the mission that was played when the page was left; without it where there is none any more. */
@@ -129,19 +119,18 @@ export function watchMissions(): void {
     if (!mission) return;
     if (!now.mission) {
       useMission.setState(NOTHING);
-      keepBlocks(mission, before);
+      const { leader, followers, unsaved, stored, attempts } = before;
+      // The changed blocks of a mission that is left are kept.
+      if (unsaved || stored) useStudio.setState({ attempts: { ...attempts, [keyOf(mission)]: { leader, followers } } });
       restoreLevel();
     } else if (now.compiled?.image !== before.compiled?.image) useMission.setState({ result: null });
   });
-  useMat.subscribe(({ goals }, { goals: before }) => {
+  useMat.subscribe(({ goals, past }, { goals: before }) => {
     const { mission } = useMission.getState();
-    if (mission && goals?.is_over && !before?.is_over && isPresent(goals)) void checkRun(mission);
+    // Not those of a past that is shown again.
+    const isEnd = goals?.is_over && !before?.is_over && goals.goals.length > 0 && !past;
+    if (mission && isEnd) void checkRun(mission);
   });
-}
-
-/** Whether these are the goals of a run that has just ended, and not those of a past that is shown again. */
-function isPresent(goals: Goals): boolean {
-  return goals.goals.length > 0 && !useMat.getState().past;
 }
 
 /** Show a moment of the run; rings show which cars did not do what was asked. */

@@ -170,10 +170,6 @@ function notice(now: Studio, before: Studio): void {
   }
 }
 
-function hold(window: EditorName, stored: PairProject): void {
-  if (held) held[window] = stored;
-}
-
 /** Store what has changed in own windows; what can't be stored as the window is kept in the library. */
 export function write(): Promise<void> {
   clearTimeout(timer);
@@ -191,7 +187,9 @@ async function writeAll(): Promise<void> {
     changed.delete(window);
     if (!held || JSON.stringify(project) === JSON.stringify(held[window].project)) continue;
     try {
-      hold(window, { project, version: await shared().write(window, project, held[window].version) });
+      const version = await shared().write(window, project, held[window].version);
+      // Unless the pair is over meanwhile.
+      if (stop) held[window] = { project, version };
     } catch (problem) {
       if (problem instanceof UnreachableError) changed.add(window);
       else if (problem instanceof RefusedError) await keepOwn(window);

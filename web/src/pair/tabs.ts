@@ -30,12 +30,6 @@ type Told =
   | { is: "stored"; from: string; window: EditorName; version: number }
   | { is: "conduct"; from: string; conducted: Conducted };
 
-interface Other {
-  owns: EditorName[];
-  asks: boolean;
-  heardAt: number;
-}
-
 export const canShare = () => typeof BroadcastChannel !== "undefined" && "locks" in navigator;
 
 class Tabs implements Shared {
@@ -43,7 +37,7 @@ class Tabs implements Shared {
   private readonly channel: BroadcastChannel;
   /** What gives each own window back. */
   private readonly owned = new Map<EditorName, () => void>();
-  private readonly others = new Map<string, Other>();
+  private readonly others = new Map<string, { owns: EditorName[]; asks: boolean; heardAt: number }>();
   private readonly versions: Record<EditorName, number> = { leader: 0, followers: 0 };
   private readonly timer: ReturnType<typeof setInterval>;
   private asks = false;

@@ -114,13 +114,7 @@ export function LibraryDialog() {
   );
 }
 
-interface ExampleCardProps {
-  example: Example;
-  clip: Clip | undefined;
-  onOpen: () => void;
-}
-
-function ExampleCard({ example, clip, onOpen }: ExampleCardProps) {
+function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip | undefined; onOpen: () => void }) {
   const { t } = useTranslation();
   const difficulty = t(`examples.difficulties.${example.difficulty}`);
   return (

@@ -105,7 +105,7 @@ export function exportCsv(): void {
 }
 
 export async function exportPicture(kind: "svg" | "png"): Promise<void> {
-    for (const [editor, workspace] of liveWorkspaces()) {
+  for (const [editor, workspace] of liveWorkspaces()) {
     const picture = pictureOf(workspace);
     const name = fileName(`${useStudio.getState().name || "motorcade"} ${editor}`, `.${kind}`);
     if (kind === "svg") download(name, picture.svg, "image/svg+xml");

@@ -20,12 +20,6 @@ const OWN = "motorcade.place";
 /** A reloaded page releases its lock only a moment after the new page has started. */
 const PATIENCE_MS = 700;
 
-interface Place {
-  key: string;
-  /** The place of the work to show first: this tab's own, that of the tab it is a copy of, or null. */
-  from: string | null;
-}
-
 /** Hold a lock until what it resolves to is called; null where another tab has it. `onEnd`: it was given back, or taken. */
 export function holdLock(name: string, options: LockOptions, onEnd: () => void = () => undefined): Promise<(() => void) | null> {
   return new Promise((resolve) => {
@@ -47,24 +41,23 @@ export const patience = (ms: number): LockOptions => (ms ? { signal: AbortSignal
 /** Take a place until the tab is closed; false where another tab has it. Browsers without locks always succeed. */
 const hold = async (key: string, patienceMs = 0) => !("locks" in navigator) || (await holdLock(key, patience(patienceMs))) !== null;
 
-/** All places with work, the newest first; `ageOf` reads from a text when it was stored. */
-function placesByAge(prefix: string, ageOf: (text: string) => number): string[] {
+/** The place of the newest work that no tab holds. */
+async function freePlace(prefix: string): Promise<string | null> {
   const keys = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
-  const stored = keys.map((key) => ({ key, at: ageOf(localStorage.getItem(key) ?? "") }));
-  return stored.sort((a, b) => b.at - a.at).map(({ key }) => key);
-}
-
-async function freePlace(prefix: string, ageOf: (text: string) => number): Promise<string | null> {
-  for (const key of placesByAge(prefix, ageOf)) if (await hold(key)) return key;
+  const stored = keys.map((key) => ({ key, at: parseWork(localStorage.getItem(key))?.at ?? 0 }));
+  for (const { key } of stored.sort((a, b) => b.at - a.at)) if (await hold(key)) return key;
   return null;
 }
 
-/** This tab's place: its earlier one, else one whose tab is closed (`takesOver`), else a new one. */
-async function takePlace(prefix: string, takesOver: boolean, ageOf: (text: string) => number): Promise<Place> {
+/**
+ * This tab's place: its earlier one, else one whose tab is closed (`takesOver`), else a new one. `from` is the place of the
+ * work to show first: this tab's own, that of the tab it is a copy of, or null.
+ */
+async function takePlace(prefix: string, takesOver: boolean): Promise<{ key: string; from: string | null }> {
   const before = sessionStorage.getItem(OWN);
   const own = before?.startsWith(prefix) ? before : null;
   if (own !== null && (await hold(own, PATIENCE_MS))) return { key: own, from: own };
-  const free = own === null && takesOver ? await freePlace(prefix, ageOf) : null;
+  const free = own === null && takesOver ? await freePlace(prefix) : null;
   const key = free ?? prefix + uniqueName();
   if (free === null) await hold(key);
   sessionStorage.setItem(OWN, key);
@@ -117,7 +110,7 @@ export function parseWork(text: string | null): StoredWork | null {
  * without work of its own, the tab shows what a closed one left behind.
  */
 export async function findWork(owner = "", takesOver = true): Promise<{ key: string; stored: StoredWork | null }> {
-  const { key, from } = await takePlace(prefixOf(owner), takesOver, (text) => parseWork(text)?.at ?? 0);
+  const { key, from } = await takePlace(prefixOf(owner), takesOver);
   return { key, stored: from === null ? null : parseWork(localStorage.getItem(from)) };
 }
 

@@ -5,7 +5,7 @@ import { FixButtons } from "../blocks/fixes";
 import { inLanguage } from "../i18n";
 import { ErrorBoundary } from "../ui/areas";
 import { classes } from "../ui/classes";
-import { followBlocks, isMistaken, updateText, usePython } from "./text";
+import { followBlocks, updateText, usePython } from "./text";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./python.module.css";
@@ -17,7 +17,8 @@ const FunctionList = lazy(() => import("./FunctionList"));
 function Mistakes() {
   const { t } = useTranslation();
   const diagnostics = usePython((python) => python.diagnostics);
-  const mistaken = isMistaken({ diagnostics });
+  // The text can't be read: the blocks keep what they were.
+  const mistaken = diagnostics.some(({ severity }) => severity === "error");
   return (
     <div className={css.mistakes} role="status">
       {diagnostics.slice(0, 3).map((diagnostic, index) => (

@@ -19,9 +19,6 @@ interface PythonText {
 
 export const usePython = create<PythonText>(() => ({ text: "", places: [], diagnostics: [] }));
 
-/** Whether the text can't be read: the blocks keep what they were. */
-export const isMistaken = ({ diagnostics }: Pick<PythonText, "diagnostics">) => diagnostics.some(({ severity }) => severity === "error");
-
 /** For how long what is typed in quick succession is collected. */
 const COLLECT_MS = 60;
 let typing: ReturnType<typeof setTimeout> | undefined;
@@ -35,9 +32,6 @@ function blocksNow() {
   const { leader, followers, profile } = useStudio.getState();
   return { leader, followers, profile };
 }
-
-/** A failed request is told by the compiler's, which runs at the same time. */
-const quietly = <T>(answer: Promise<T>): Promise<T | null> => answer.catch(() => null);
 
 /** The user changed the text. */
 export function editText(text: string): void {
@@ -56,15 +50,13 @@ export function replaceText(place: TextPlace, written: string): void {
   editText(text.slice(0, offset(place.line, place.column)) + written + text.slice(offset(place.end_line, place.end_column)));
 }
 
-/** A text that the service doesn't take, such as one that is too long, is the user's to change. */
-function showRefusal(error: unknown): null {
-  if (error instanceof RefusedError) notify(inLanguage(error.sentence), "error");
-  return null;
-}
-
 async function readText(edit: number): Promise<void> {
   const { text } = usePython.getState();
-  const answer = await request("python-to-blocks", { ...blocksNow(), text }).catch(showRefusal);
+  const answer = await request("python-to-blocks", { ...blocksNow(), text }).catch((error: unknown) => {
+    // A text that the service doesn't take, such as one that is too long, is the user's to change.
+    if (error instanceof RefusedError) notify(inLanguage(error.sentence), "error");
+    return null;
+  });
   if (edit !== edits) return;
   typing = undefined;
   if (!answer) return;
@@ -85,7 +77,8 @@ export async function updateText(anew = false): Promise<void> {
   while (askAgain) {
     askAgain = false;
     const edit = edits;
-    const answer = await quietly(request("blocks-to-python", { ...blocksNow(), text: anew ? "" : usePython.getState().text }));
+    // A failed request is told by the compiler's, which runs at the same time.
+    const answer = await request("blocks-to-python", { ...blocksNow(), text: anew ? "" : usePython.getState().text }).catch(() => null);
     if (!answer || edit !== edits || typing !== undefined) continue;
     usePython.setState({ text: answer.text, places: answer.places, diagnostics: answer.diagnostics });
     const { python } = useStudio.getState();

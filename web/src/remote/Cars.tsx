@@ -26,14 +26,8 @@ function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): Key {
   return driver !== null && !you.drives && state !== "stopped" ? "otherDrives" : state;
 }
 
-interface CarListProps {
-  /** The car whose camera is shown. */
-  shown: string | null;
-  onChoose: (car: string) => void;
-}
-
-/** The cars that are driven, all by one stick; the camera of one of them is shown. */
-export function CarList({ shown, onChoose }: CarListProps) {
+/** The cars that are driven, all by one stick; the camera of one of them, `shown`, is shown. */
+export function CarList({ shown, onChoose }: { shown: string | null; onChoose: (car: string) => void }) {
   const t = useTexts();
   const nameOf = useCarName();
   const { cars, joined, telemetry } = useRemote();
@@ -114,7 +108,7 @@ export function Notices({ car }: { car: string | null }) {
         {telemetry?.paused && (
           <p className={css.notice}>
             {t("paused")}
-            <button type="button" className={buttons.button} onClick={() => link.start()}>
+            <button type="button" className={buttons.button} onClick={() => link.send({ do: "start" })}>
               {t("start")}
             </button>
           </p>

@@ -146,7 +146,7 @@ export function Controls({ car }: { car: string | null }) {
       {car !== null && (
         <div className={css.asks}>
           {ASKS.filter((what) => asks[what]).map((what) => (
-            <button key={what} type="button" className={classes(buttons.button, what === "clear" && buttons.primary)} onClick={() => link.request(what, car)}>
+            <button key={what} type="button" className={classes(buttons.button, what === "clear" && buttons.primary)} onClick={() => link.send({ do: what, car })}>
               {what === "resume" && <Icon name="blocks" />}
               {t(what)}
             </button>

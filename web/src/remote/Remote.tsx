@@ -1,6 +1,6 @@
 import { useEffect, useState, useSyncExternalStore } from "react";
-import type { CarTelemetry } from "../generated/remote";
 import { useSettings } from "../state/settings";
+import { listen } from "../ui/areas";
 import buttons from "../ui/buttons.module.css";
 import { SettingsSheet } from "../ui/SettingsSheet";
 import { CarList, Notices, useCarName } from "./Cars";
@@ -25,24 +25,16 @@ function useSilenceMs(): number {
   return silenceMs;
 }
 
-/** For how long the server has received nothing of its most silent car; a car that is away is shown as such. */
-function carsSilenceMs(telemetry: Record<string, CarTelemetry>): number {
-  return Math.max(0, ...Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms)));
-}
-
 function LinkState() {
   const t = useTexts();
   const { open, roundTripMs, telemetry } = useRemote();
-  const silenceMs = Math.max(useSilenceMs(), carsSilenceMs(telemetry));
+  // A car that is away is shown as such.
+  const silences = Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms));
+  const silenceMs = Math.max(useSilenceMs(), ...silences);
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
-  const text = !open
-    ? t("linkLost")
-    : kind === "weak"
-      ? t("linkWeak", { ms: worst })
-      : roundTripMs === null
-        ? t("linkIdle")
-        : t("linkGood", { ms: Math.round(roundTripMs) });
+  const texts = { lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
+  const text = texts[kind];
   return (
     <p className={css.linkState} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
       <span className={css.dot} />
@@ -107,11 +99,7 @@ const AGAIN_MS = 2000;
 
 /** Whether the page is visible. */
 const useVisible = (): boolean => useSyncExternalStore(watchVisibility, () => !document.hidden);
-
-function watchVisibility(changed: () => void): () => void {
-  document.addEventListener("visibilitychange", changed);
-  return () => document.removeEventListener("visibilitychange", changed);
-}
+const watchVisibility = (changed: () => void) => listen(document, ["visibilitychange"], changed);
 
 /** The picture of a car's camera, loaded only while the page is visible. */
 function View({ car, name }: { car: string; name: string }) {

@@ -67,20 +67,17 @@ function keyDown(event: KeyboardEvent): void {
     event.preventDefault();
     keys.add(event.code);
     holdKeys();
-  } else if (!event.repeat) pressSwitch(switchOf(event));
+  } else if (!event.repeat && switchOf(event)) pressSwitch(switchOf(event)!);
 }
 
 const switchOf = ({ code }: KeyboardEvent) => SWITCHES.find(({ key }) => code === `Key${key.toUpperCase()}`);
 
-function pressSwitch(pressed: Switch | undefined): void {
-  if (pressed?.held) inputs.press(pressed.name);
-  else if (pressed) inputs.set(pressed.name, isSwitchedOn(pressed.name) ? 0 : 1);
-}
-
-/** Whether a switch of the first car that has it is on. */
-function isSwitchedOn(name: string): boolean {
+/** Press a switch that is held; turn another one over, as it is in the first car that has it. */
+function pressSwitch({ name, held }: Switch): void {
   const { joined, telemetry } = useRemote.getState();
-  return joined.map((car) => telemetry[car]?.switches[name]).find((value) => value !== undefined) === 1;
+  const isOn = joined.map((car) => telemetry[car]?.switches[name]).find((value) => value !== undefined) === 1;
+  if (held) inputs.press(name);
+  else inputs.set(name, isOn ? 0 : 1);
 }
 
 function keyUp(event: KeyboardEvent): void {
@@ -114,9 +111,7 @@ function releaseAll(): void {
 export function startDriving(): void {
   inputs.limit = FIRST_LIMIT;
   link.open(new URLSearchParams(location.search).get("car"));
-  useRemote.subscribe(({ open }) => {
-    if (!open) inputs.lose();
-  });
+  useRemote.subscribe(({ open }) => open || inputs.deadman.lose());
   window.addEventListener("keydown", keyDown);
   window.addEventListener("keyup", keyUp);
   window.addEventListener("blur", releaseAll);

@@ -126,7 +126,7 @@ type InputName = "stick" | "keys" | "gamepad";
 export class HeldInputs {
   /** The share of the car's highest speed that a full stick means. */
   limit = 1;
-  private readonly deadman = new DeadmanSwitch();
+  readonly deadman = new DeadmanSwitch();
   private held = new Map<InputName, Axes>();
   /** The switches that are held. */
   private pressed = new Set<string>();
@@ -145,8 +145,7 @@ export class HeldInputs {
   }
 
   release(input: InputName): void {
-    if (!this.held.delete(input) || this.held.size > 0) return;
-    this.rest();
+    if (this.held.delete(input) && this.held.size === 0) this.rest();
   }
 
   /** Hold a switch, such as a horn. A car without a driver is driven then, standing still. */
@@ -167,18 +166,8 @@ export class HeldInputs {
 
   releaseAll(): void {
     this.held.clear();
-    if (this.pressed.size > 0) this.pressed.clear();
+    this.pressed.clear();
     this.rest();
-  }
-
-  /** Send nothing more of what is held now: it was meant for a connection that is lost. */
-  lose(): void {
-    this.deadman.lose();
-  }
-
-  /** Send nothing more of what is held now, because of an order. */
-  order(): void {
-    this.deadman.order();
   }
 
   /** Send what is due. To be called every PERIOD_MS. */
@@ -246,15 +235,6 @@ export class Link {
     this.send({ do: "leave", car });
   }
 
-  /** Request something about one car. */
-  request(what: "request" | "release" | "clear" | "resume", car: string): void {
-    this.send({ do: what, car });
-  }
-
-  start(): void {
-    this.send({ do: "start" });
-  }
-
   stopAll(): void {
     this.send({ do: "stop", cars: useRemote.getState().joined });
   }
@@ -269,7 +249,8 @@ export class Link {
     this.sentMs.delete(number - MOST_UNANSWERED);
   }
 
-  private send(message: RemoteMessage): boolean {
+  /** Send a message; false while the connection is lost. */
+  send(message: RemoteMessage): boolean {
     return this.stream.send(message);
   }
 
@@ -333,6 +314,6 @@ export const inputs = new HeldInputs((axes, switches) => link.drive(axes, switch
 
 /** The emergency stop of all cars; what is held has to be released before it drives again. */
 export function stopAll(): void {
-  inputs.order();
+  inputs.deadman.order();
   link.stopAll();
 }

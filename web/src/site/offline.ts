@@ -9,7 +9,7 @@ import i18next from "i18next";
 import { useMat } from "../mat/store";
 import { notify, useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import type { ToPage, ToServiceWorker } from "./messages";
+import type { FromServiceWorker, ToServiceWorker } from "./protocol";
 
 const LOOK_EVERY_MS = 30_000;
 const UPDATE_EVERY_MS = 3_600_000;
@@ -44,7 +44,7 @@ export async function startOffline(): Promise<void> {
   for (const kind of ["pointerdown", "keydown", "wheel"]) addEventListener(kind, () => (lastInput = Date.now()), { passive: true });
   const isIdle = () => !isBusy() && (document.hidden || Date.now() - lastInput > AWAY_MS);
 
-  workers.addEventListener("message", (event: MessageEvent<ToPage>) => {
+  workers.addEventListener("message", (event: MessageEvent<FromServiceWorker>) => {
     if (event.data === "is-idle") event.ports[0]?.postMessage(isIdle());
     else if (asked) notify(i18next.t("site.otherTabs"), "warning");
     asked &&= event.data === "is-idle";

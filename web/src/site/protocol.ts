@@ -1,4 +1,4 @@
-/** The messages between the page and its worker. */
+/** The messages between the page and its workers. */
 
 import type { StreamName } from "../api/service";
 
@@ -27,3 +27,8 @@ export type FromWorker =
   | { is: "opened"; stream: number }
   | { is: "data"; stream: number; data: string | ArrayBuffer }
   | { is: "failed" | "dead"; reason: string };
+
+/** To the service worker: the new build shall take over, unless another page has work. */
+export type ToServiceWorker = "take-over";
+/** Of the service worker: a question, answered with true or false by the port that comes with it; why the new build doesn't take over. */
+export type FromServiceWorker = "is-idle" | "others-have-work";

@@ -25,10 +25,6 @@ interface Options {
   _loadSnapshot: Uint8Array;
 }
 
-interface PyodideModule {
-  loadPyodide: (options: Partial<Options>) => Promise<Pyodide>;
-}
-
 /** A list of Python's; `destroy` releases it. */
 export interface Sent {
   toJs: () => (string | Uint8Array<ArrayBuffer>)[];
@@ -77,7 +73,7 @@ async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<S
   unpacking.catch(() => undefined);
   const opening = openEngine(places.engine);
   opening.catch(() => undefined);
-  const { loadPyodide } = (await import(/* @vite-ignore */ `${places.pyodide}pyodide.mjs`)) as PyodideModule;
+  const { loadPyodide } = (await import(/* @vite-ignore */ `${places.pyodide}pyodide.mjs`)) as { loadPyodide: (options: Partial<Options>) => Promise<Pyodide> };
   const python = await loadPyodide({
     indexURL: places.pyodide,
     fsInit: async (files, { sitePackages }) => write(await unpacking, files, sitePackages),

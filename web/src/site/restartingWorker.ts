@@ -17,11 +17,6 @@ interface Pending {
   reject: (error: Error) => void;
 }
 
-interface OpenStream {
-  listeners: StreamListeners;
-  isOpen: boolean;
-}
-
 export class RestartingWorker {
   private worker: Worker;
   private isReady = false;
@@ -29,7 +24,7 @@ export class RestartingWorker {
   private failures = 0;
   private last = 0;
   private readonly pending = new Map<number, Pending>();
-  private readonly streams = new Map<number, OpenStream>();
+  private readonly streams = new Map<number, { listeners: StreamListeners; isOpen: boolean }>();
 
   /**
    * @param makeWorker makes a worker that runs `worker.ts`.

@@ -8,6 +8,7 @@ import { openStore, StoredRequests } from "./store";
 const keyOf = (name: string, version: number) => ["", name, version, 5, 1, "digest"];
 const put = (revision: number, name: string, version: number, text = "x") =>
   JSON.stringify({ revision, put: [[keyOf(name, version), text]] });
+const CAR = JSON.stringify({ revision: null, values: { "virtual-car": "AAAA" } });
 const indexOf = async (store: { index: () => Promise<string> }) => JSON.parse(await store.index()) as Record<string, unknown>;
 
 beforeEach(() => void (globalThis.indexedDB = new IDBFactory()));
@@ -19,7 +20,7 @@ describe("the browser's store", () => {
     expect(await indexOf(store)).toMatchObject({ revision: 0, keys: [], values: {} });
     expect(await store.commit(put(0, "a", 1, "one"))).toBe(1);
     expect(await store.commit(JSON.stringify({ revision: 1, values: { "stars/": { square: [1] } } }))).toBe(2);
-    await store.keepCar("AAAA");
+    await store.commit(CAR);
     const next = await openStore();
     const index = await indexOf(next);
     expect(index).toMatchObject({ revision: 3, keys: [keyOf("a", 1)] });
@@ -75,10 +76,10 @@ describe("the browser's store", () => {
     });
     const store = await openStore();
     expect(await store.commit(put(0, "a", 1, "one"))).toBe(1);
-    await store.keepCar("AAAA");
+    await store.commit(CAR);
     expect(await indexOf(store)).toMatchObject({ problem, keys: [keyOf("a", 1)], values: { "virtual-car": "AAAA" } });
     expect(JSON.parse(await store.texts(JSON.stringify([keyOf("a", 1)])))).toEqual([[keyOf("a", 1), "one"]]);
-    await store.commit(JSON.stringify({ revision: 1, remove: [keyOf("a", 1)] }));
+    await store.commit(JSON.stringify({ revision: 2, remove: [keyOf("a", 1)] }));
     expect((await indexOf(store)).keys).toEqual([]);
   });
 

@@ -18,8 +18,9 @@ type Key = (string | number)[];
 /** Why the store can't be opened, or refuses a change. */
 export type Problem = "missing" | "newer" | "damaged" | "full";
 
+/** What one transaction changes: nothing where the revision is another one; null: whatever it is. */
 interface Changes {
-  revision: number;
+  revision: number | null;
   put?: [Key, string][];
   remove?: Key[];
   values?: Record<string, unknown>;
@@ -35,8 +36,6 @@ export interface Store {
   texts(keys: string): Promise<string>;
   /** Make all changes or none; return the new revision, or why none was made: `stale`, another tab was faster. */
   commit(changes: string): Promise<number | "stale" | Problem>;
-  /** Store the image of the virtual car. */
-  keepCar(image: string): Promise<void>;
 }
 
 /** Open the browser's store; where that fails, one in memory that says so. */
@@ -99,40 +98,23 @@ class BrowserStore implements Store {
   }
 
   async commit(changes: string): Promise<number | "stale" | Problem> {
-    const { revision, put = [], remove = [], values = {} } = JSON.parse(changes) as Changes;
-    return this.change((versions, store) => [
-      ...put.map(([key, text]) => () => versions.put(text, key)),
-      ...remove.map((key) => () => versions.delete(key)),
-      ...Object.entries(values).map(([name, value]) => () => store.put(value, name)),
-    ], revision);
-  }
-
-  async keepCar(image: string): Promise<void> {
-    await this.change((_, store) => [() => store.put(image, CAR)], null);
-  }
-
-  private async change(
-    make: (versions: Put, values: Put) => (() => Promise<unknown>)[],
-    expected: number | null,
-  ): Promise<number | "stale" | Problem> {
+    const { revision: expected, put = [], remove = [], values = {} } = JSON.parse(changes) as Changes;
     try {
       const transaction = this.db.transaction([VERSIONS, VALUES], "readwrite", { durability: "strict" });
-      const values = transaction.objectStore(VALUES);
-      const revision = countOf(await values.get(REVISION));
+      const [versions, store] = [transaction.objectStore(VERSIONS), transaction.objectStore(VALUES)];
+      const revision = countOf(await store.get(REVISION));
       if (expected !== null && revision !== expected) return "stale";
-      const steps = [...make(transaction.objectStore(VERSIONS), values), () => values.put(revision + 1, REVISION)];
       // The first failure tells why; all others are only told that it ended the transaction.
       let failure: unknown = null;
       const fail = (error: unknown) => void (failure ??= error);
       const done = transaction.done.catch(fail);
-      for (const step of steps) {
-        try {
-          step().catch(fail);
-        } catch (error) {
-          fail(error);
-          transaction.abort();
-          break;
-        }
+      try {
+        for (const [key, text] of put) versions.put(text, key).catch(fail);
+        for (const key of remove) versions.delete(key).catch(fail);
+        for (const [name, value] of Object.entries({ ...values, [REVISION]: revision + 1 })) store.put(value, name).catch(fail);
+      } catch (error) {
+        fail(error);
+        transaction.abort();
       }
       await done;
       return failure ? problemOf(failure, "damaged") : revision + 1;
@@ -142,17 +124,11 @@ class BrowserStore implements Store {
   }
 }
 
-/** What is used of an object store. */
-interface Put {
-  put(value: unknown, key: IDBValidKey): Promise<unknown>;
-  delete(key: IDBValidKey): Promise<void>;
-}
-
 /** A store that lasts as long as this worker. */
 class MemoryStore implements Store {
   private count = 0;
   private readonly found = new Map<string, string>();
-  private values: Record<string, unknown> = {};
+  private readonly values: Record<string, unknown> = {};
 
   constructor(private readonly problem: Problem) {}
 
@@ -176,11 +152,6 @@ class MemoryStore implements Store {
     Object.assign(this.values, values);
     this.count += 1;
     return Promise.resolve(this.count);
-  }
-
-  keepCar(image: string): Promise<void> {
-    this.values = { ...this.values, [CAR]: image };
-    return Promise.resolve();
   }
 }
 
@@ -217,7 +188,7 @@ export class StoredRequests {
   /** Store what was uploaded to the virtual car, if anything was. */
   async keepCar(): Promise<void> {
     const image = this.storage.take_car_image();
-    if (image) await this.store.keepCar(image);
+    if (image) await this.store.commit(JSON.stringify({ revision: null, values: { [CAR]: image } } satisfies Changes));
   }
 
   private async run<Answer>(run: () => Answer, refuse: (why: Problem) => Answer): Promise<Answer> {

@@ -9,7 +9,7 @@
 import { addPlugins, precacheAndRoute, type PrecacheEntry } from "workbox-precaching";
 
 // Types alone: this file must become one script, without imports.
-import type { ToPage, ToServiceWorker } from "./messages";
+import type { FromServiceWorker, ToServiceWorker } from "./protocol";
 
 declare const self: ServiceWorkerGlobalScope & { __WB_MANIFEST: PrecacheEntry[] };
 
@@ -48,7 +48,7 @@ async function takeOver(asking: WindowClient | null): Promise<void> {
   const others = clients.filter(({ id, url }) => id !== asking?.id && isPage(url));
   const idle = await Promise.all(others.map(isIdle));
   if (idle.every(Boolean)) await self.skipWaiting();
-  else asking?.postMessage("others-have-work" satisfies ToPage);
+  else asking?.postMessage("others-have-work" satisfies FromServiceWorker);
 }
 
 /** Whether a page says that it has no work; a page that doesn't answer may have some. */
@@ -56,7 +56,7 @@ function isIdle(page: Client): Promise<boolean> {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();
     port1.onmessage = ({ data }) => resolve(data === true);
-    page.postMessage("is-idle" satisfies ToPage, [port2]);
+    page.postMessage("is-idle" satisfies FromServiceWorker, [port2]);
     setTimeout(() => resolve(false), ANSWER_MS);
   });
 }

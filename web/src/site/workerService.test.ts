@@ -63,11 +63,6 @@ describe("a request", () => {
       expect(await saved).toEqual({ version, stays: true });
     }
     expect(persist).toHaveBeenCalledTimes(1);
-    Object.defineProperty(navigator, "storage", { value: undefined, configurable: true });
-    const saved = makeService().ask("projects/write", { name: "a", project, base: null });
-    newest().say({ is: "ready" });
-    newest().answer({ answer: { version: 3, stays: true } });
-    expect(await saved).toMatchObject({ version: 3 });
   });
 
   it("is answered, or refused with its sentence", async () => {

@@ -7,7 +7,7 @@ import fields from "../mat/fields.module.css";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
-import { download, fileName } from "../ui/files";
+import { base64Of, download, fileName } from "../ui/files";
 import { notify, openDialog } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
@@ -49,11 +49,7 @@ export function Downloads() {
 
 function saveTable(): Promise<void> {
   return attempt(async () => {
-    const bytes = session.events.bytes();
-    let binary = "";
-    const piece = 1 << 15;
-    for (let at = 0; at < bytes.length; at += piece) binary += String.fromCharCode(...bytes.subarray(at, at + piece));
-    const { text } = await request("event-table", { rows: btoa(binary) });
+    const { text } = await request("event-table", { rows: base64Of(session.events.bytes()) });
     download("timeline.csv", text, "text/csv;charset=utf-8");
   });
 }

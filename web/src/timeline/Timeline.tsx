@@ -33,17 +33,11 @@ export function Timeline() {
   );
 }
 
-interface LanesProps {
-  words: readonly CompiledWord[];
-  spanMs: number;
-  cars: number;
-}
-
 /** The cars whose lanes are in view. */
 const visibleIn = (top: number, height: number, cars: number) =>
   Array.from({ length: Math.ceil(height / LANE_PX) + 1 }, (_, row) => Math.floor(top / LANE_PX) + row).filter((car) => car < cars);
 
-function Lanes({ words, spanMs, cars }: LanesProps) {
+function Lanes({ words, spanMs, cars }: { words: readonly CompiledWord[]; spanMs: number; cars: number }) {
   const { t } = useTranslation();
   const scroller = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -135,12 +129,7 @@ const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
 /** A single step that can be seen: a tick is a millisecond. */
 const STEP_MS = 100;
 
-interface ToolsProps {
-  spanMs: number;
-  onSpan: (spanMs: number) => void;
-}
-
-function TimelineTools({ spanMs, onSpan }: ToolsProps) {
+function TimelineTools({ spanMs, onSpan }: { spanMs: number; onSpan: (spanMs: number) => void }) {
   const { t } = useTranslation();
   const [kind, setKind] = useState<Jump>("word");
   const [found, setFound] = useState<{ event: CarEvent; run: number } | null>(null);

@@ -1,6 +1,5 @@
 /** A film of a run that the browser makes from the stage, by MediaRecorder. */
 
-import type { Picture } from "../api/world";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 
@@ -49,15 +48,15 @@ export async function film(stage: HTMLCanvasElement, type: string, seconds: numb
 }
 
 /** Show a stored moment; wait until its picture has come. */
-async function showMoment(tMs: number): Promise<Picture | null> {
+function showMoment(tMs: number): Promise<void> {
   return new Promise((resolve) => {
-    const end = (picture: Picture | null) => {
+    const end = () => {
       clearTimeout(patience);
       forget();
-      resolve(picture);
+      resolve();
     };
-    const forget = session.listen((picture) => picture.past && end(picture));
-    const patience = setTimeout(() => end(null), LONGEST_WAIT_MS);
+    const forget = session.listen(({ past }) => past && end());
+    const patience = setTimeout(end, LONGEST_WAIT_MS);
     session.send({ do: "seek", t_ms: tMs });
   });
 }

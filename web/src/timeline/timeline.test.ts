@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { KINDS, type EventKind } from "../api/world";
 import { pictureOf } from "../mat/testPictures";
 import { type CarEvent, EventStore } from "./events";
-import { clock, jumpTo, Mark, packLane, ticksOf, windowAt } from "./events";
+import { jumpTo, Mark, packLane, ticksOf, windowAt } from "./events";
 
 type Row = [tMs: number, car: number, kind: EventKind, word?: number];
 
@@ -107,8 +107,4 @@ it("the axis has round times that don't meet", () => {
     stepMs: 1000,
     atMs: [1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 9000, 10_000],
   });
-});
-
-it("a clock reads like a stop-watch", () => {
-  expect([clock(0), clock(65_340), clock(605_000, false)]).toEqual(["0:00.0", "1:05.3", "10:05"]);
 });

@@ -13,15 +13,8 @@ interface SettingsTexts {
   useTexts: () => (key: "settings" | "language" | "theme" | ThemeName) => string;
 }
 
-interface SettingsSheetProps {
-  texts: SettingsTexts;
-  className?: string;
-  /** What stands below language and colours. */
-  children?: ReactNode;
-}
-
-/** The settings of a small page, behind a button: its language and its colours. */
-export function SettingsSheet({ texts, className, children }: SettingsSheetProps) {
+/** The settings of a small page, behind a button: its language and its colours, and below them the children. */
+export function SettingsSheet({ texts, className, children }: { texts: SettingsTexts; className?: string; children?: ReactNode }) {
   const t = texts.useTexts();
   const language = texts.useLanguage((state) => state.language);
   const theme = useSettings((settings) => settings.theme);

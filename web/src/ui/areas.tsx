@@ -94,28 +94,22 @@ export function useScroll(scroller: RefObject<HTMLElement | null>): { top: numbe
   useEffect(() => {
     const element = scroller.current!;
     const look = () => setSeen({ top: element.scrollTop, height: element.clientHeight });
-    const end = watchSize(element, look);
-    element.addEventListener("scroll", look, { passive: true });
-    return () => {
-      end();
-      element.removeEventListener("scroll", look);
-    };
+    return endAll(watchSize(element, look), listen(element, ["scroll"], look));
   }, [scroller]);
   return seen;
+}
+
+/** Call back at events of these kinds; returns a function that ends this. */
+export function listen(target: EventTarget, kinds: readonly string[], act: (event: Event) => void, capture = false): () => void {
+  const listening = new AbortController();
+  for (const kind of kinds) target.addEventListener(kind, act, { capture, signal: listening.signal });
+  return () => listening.abort();
 }
 
 /** Whether the page is being printed: all words are then shown in any case. */
 export function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
-  useEffect(() => {
-    const [before, after] = [true, false].map((on) => () => flushSync(() => setPrinting(on)));
-    window.addEventListener("beforeprint", before!);
-    window.addEventListener("afterprint", after!);
-    return () => {
-      window.removeEventListener("beforeprint", before!);
-      window.removeEventListener("afterprint", after!);
-    };
-  }, []);
+  useEffect(() => listen(window, ["beforeprint", "afterprint"], ({ type }) => flushSync(() => setPrinting(type === "beforeprint"))), []);
   return printing;
 }
 

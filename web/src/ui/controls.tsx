@@ -16,6 +16,7 @@ import {
 import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
 import { closeDialog } from "../state/dialogs";
+import { listen } from "./areas";
 import { classes } from "./classes";
 import { Icon, type IconName } from "./icons";
 import buttons from "./buttons.module.css";
@@ -33,9 +34,7 @@ export function Hinted({ hint, children }: { hint: string; children: ReactNode }
   useEffect(() => {
     if (!isOpen) return;
     // While a hint is open React Aria keeps Escape for it; so it goes first, and the key still closes the dialog around it.
-    const close = ({ key }: KeyboardEvent) => key === "Escape" && flushSync(() => setOpen(false));
-    window.addEventListener("keydown", close, true);
-    return () => window.removeEventListener("keydown", close, true);
+    return listen(window, ["keydown"], (event) => (event as KeyboardEvent).key === "Escape" && flushSync(() => setOpen(false)), true);
   }, [isOpen]);
   return (
     <TooltipTrigger delay={500} isOpen={isOpen} onOpenChange={setOpen}>
@@ -68,13 +67,7 @@ export function IconButton({ icon, label, ...props }: IconButtonProps) {
   );
 }
 
-interface CheckProps {
-  checked: boolean;
-  onChange: (checked: boolean) => void;
-  children: ReactNode;
-}
-
-export function Check({ checked, onChange, children }: CheckProps) {
+export function Check({ checked, onChange, children }: { checked: boolean; onChange: (checked: boolean) => void; children: ReactNode }) {
   return (
     <CheckboxField isSelected={checked} onChange={onChange}>
       <CheckboxButton className={controls.checkbox}>

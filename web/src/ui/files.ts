@@ -17,15 +17,16 @@ export function fileName(name: string, ending: string): string {
   return `${plain || "motorcade"}${ending}`;
 }
 
-/** The files that the user chooses, of any kind where `accept` is empty; with `folder`, all files of a folder. */
-export function chooseFiles(accept: string, folder = false): Promise<File[]> {
-  return choose(accept, { multiple: true, webkitdirectory: folder });
+const PART_BYTES = 1 << 15;
+
+export function base64Of(bytes: Uint8Array): string {
+  let text = "";
+  for (let at = 0; at < bytes.length; at += PART_BYTES) text += String.fromCharCode(...bytes.subarray(at, at + PART_BYTES));
+  return btoa(text);
 }
 
-/** Whether the browser lets its user choose a folder. */
-export const choosesFolders = (): boolean => "webkitdirectory" in HTMLInputElement.prototype;
-
-function choose(accept: string, wishes: { multiple?: boolean; webkitdirectory?: boolean } = {}): Promise<File[]> {
+/** The files that the user chooses, of any kind where `accept` is empty: several, or one, or all files of a folder. */
+export function chooseFiles(accept: string, wishes: { multiple?: boolean; webkitdirectory?: boolean }): Promise<File[]> {
   return new Promise((resolve) => {
     const input = Object.assign(document.createElement("input"), { type: "file", accept, ...wishes });
     input.addEventListener("change", () => resolve([...(input.files ?? [])]));
@@ -34,5 +35,8 @@ function choose(accept: string, wishes: { multiple?: boolean; webkitdirectory?: 
   });
 }
 
+/** Whether the browser lets its user choose a folder. */
+export const choosesFolders = (): boolean => "webkitdirectory" in HTMLInputElement.prototype;
+
 /** The file that the user chooses; null for none. */
-export const chooseFile = async (accept: string) => (await choose(accept))[0] ?? null;
+export const chooseFile = async (accept: string) => (await chooseFiles(accept, {}))[0] ?? null;

@@ -45,13 +45,7 @@ async function send(port: string, order: Order, onProgress: (progress: Progress)
   return chosen && transferBySerial(chosen, BAUD, order, onProgress);
 }
 
-interface PortChoiceProps {
-  ports: Port[];
-  chosen: string;
-  onChoose: (port: string) => void;
-}
-
-function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
+function PortChoice({ ports, chosen, onChoose }: { ports: Port[]; chosen: string; onChoose: (port: string) => void }) {
   const { t } = useTranslation();
   const choices = ports.map(({ port, description, kind }) => ({
     port,
@@ -193,13 +187,8 @@ function OneCar() {
 /** What kept the service from an outcome: the key of its text. */
 type Fault = "cutOff" | "portBusy";
 
-interface ResultProps {
-  outcome: Outcome | Fault;
-  onOpen: (image: string) => void;
-}
-
 /** The outcome of a transfer. */
-function Result({ outcome, onOpen }: ResultProps) {
+function Result({ outcome, onOpen }: { outcome: Outcome | Fault; onOpen: (image: string) => void }) {
   const { t } = useTranslation();
   if (typeof outcome === "string") return <ResultBox tone="error" title={t("upload.failed")}>{t(`upload.${outcome}`)}</ResultBox>;
   switch (outcome.outcome) {

@@ -91,7 +91,7 @@ async function follow(
   let stream: Stream | undefined;
   try {
     return await new Promise<Outcome>((resolve, reject) => {
-      stream = service().openStream(name, "", {
+      stream = service.openStream(name, "", {
         onOpen: () => {
           stream!.send(JSON.stringify(order));
           opened?.(stream!);

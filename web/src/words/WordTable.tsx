@@ -106,11 +106,6 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
   );
 });
 
-interface WordTableProps {
-  words: readonly CompiledWord[];
-  profile: Profile;
-}
-
 const clamp = (value: number, most: number) => Math.max(0, Math.min(most, value));
 const NOTHING: ReadonlySet<string> = new Set();
 
@@ -141,7 +136,7 @@ function useLines(): ReadonlyMap<string, number> {
 }
 
 /** The image's words. Arrow keys walk through its fields; Enter or a click leads to a field's block. */
-export function WordTable({ words, profile }: WordTableProps) {
+export function WordTable({ words, profile }: { words: readonly CompiledWord[]; profile: Profile }) {
   const { t } = useTranslation();
   const [place, setPlace] = useState<Place>({ row: 0, field: 0 });
   const scroller = useRef<HTMLDivElement>(null);

@@ -9,17 +9,10 @@ import areas from "../ui/areas.module.css";
 import buttons from "../ui/buttons.module.css";
 import css from "./words.module.css";
 
-interface GaugeProps {
-  editor: EditorName;
-  used: number;
-  most: number;
-  costliest: Costliest | null;
-}
-
 /** From this share of the limit on, the block that needs most words is named. */
 const NEAR = 0.75;
 
-function Gauge({ editor, used, most, costliest }: GaugeProps) {
+function Gauge({ editor, used, most, costliest }: { editor: EditorName; used: number; most: number; costliest: Costliest | null }) {
   const { t } = useTranslation();
   const near = used >= most * NEAR;
   const block = costliest?.block;

@@ -145,18 +145,11 @@ export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile)
   });
 }
 
-/** A field of a word as it is shown in a row of bits. */
-interface BitRun {
-  field: Field;
-  bits: string;
-  isSet: boolean;
-}
-
 /** The fields of a word of this kind. */
 export const fieldsOf = (word: CompiledWord): readonly Field[] => FORMATS[kindOf(word)];
 
 /** The 32 bits of a word, field by field, most significant first. */
-export function runsOf(word: CompiledWord): BitRun[] {
+export function runsOf(word: CompiledWord): { field: Field; bits: string; isSet: boolean }[] {
   return fieldsOf(word).map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
 }
 
