@@ -8,9 +8,8 @@ import { around, type Box, boxAround, boxOfMat, boxOfZone, grown } from "../mat/
 import { beacon, dot, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
 import { hexColour, LEDS, pageFont } from "../mat/colours";
 import { floorOf, listOf, type Mat } from "../mat/document";
-import { marksOf } from "../mat/floorMarks";
-import { groundOf } from "../mat/floors";
-import { roadMarks } from "../mat/roadMarks";
+import { floorMarks, groundOf } from "../mat/floors";
+import { type Mark, roadMarks } from "../mat/marks";
 
 /** What a small world shows of its cars: some columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
@@ -121,7 +120,7 @@ export function drawWorld(
   context.fillStyle = inks.floor;
   context.fillRect(box.left, box.bottom, box.right - box.left, box.top - box.bottom);
   drawFloor(context, world.mat, scale, inks.floor);
-  drawRoads(context, world.mat);
+  drawMarks(context, roadMarks(world.mat));
   drawZones(view, world, inks);
   drawThings(context, world.mat, Math.max(2 / scale, 0.02), inks.thing);
   context.restore();
@@ -157,9 +156,14 @@ export function drawFloor(context: CanvasRenderingContext2D, mat: Mat, scale: nu
   context.fillStyle = groundOf(floor) ?? plain;
   context.fillRect(0, 0, width, height);
   if (floor === "plain" || width * scale < PATTERN_FROM_PX) return;
-  for (const { corners, colour, alpha, widthM } of marksOf(floor, mat.size_m, plain, listOf(mat, "line").length > 0)) {
+  drawMarks(context, floorMarks(floor, mat.size_m, plain, listOf(mat, "line").length > 0));
+}
+
+function drawMarks(context: CanvasRenderingContext2D, marks: readonly Mark[]): void {
+  context.lineCap = context.lineJoin = "round";
+  for (const { way, widthM, colour, alpha = 1 } of marks) {
     context.beginPath();
-    for (let at = 0; at < corners.length; at += 3) context.lineTo(corners[at]!, corners[at + 1]!);
+    for (const point of way) context.lineTo(...point);
     context.globalAlpha = alpha;
     context.lineWidth = widthM;
     context.fillStyle = context.strokeStyle = colour;
@@ -167,18 +171,6 @@ export function drawFloor(context: CanvasRenderingContext2D, mat: Mat, scale: nu
     else context.fill();
   }
   context.globalAlpha = 1;
-}
-
-function drawRoads(context: CanvasRenderingContext2D, mat: Mat): void {
-  context.lineCap = context.lineJoin = "round";
-  for (const { way, widthM, colour } of roadMarks(mat)) {
-    context.beginPath();
-    for (const point of way) context.lineTo(...point);
-    context.lineWidth = widthM;
-    context.fillStyle = context.strokeStyle = hexColour(colour);
-    if (widthM) context.stroke();
-    else context.fill();
-  }
   context.lineCap = "butt";
   context.lineJoin = "miter";
 }

@@ -3,7 +3,7 @@ import type { MissionZone } from "../generated/messages";
 import { hexColour, LEDS } from "./colours";
 import { floorOf, type Mat, personAt, type Point } from "./document";
 import { groundOf } from "./floors";
-import { roadMarks } from "./roadMarks";
+import { roadMarks } from "./marks";
 import css from "./picture.module.css";
 
 const CAR_M = 0.15;
@@ -51,9 +51,9 @@ export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx
       {mat.size_m && <rect className={css.floor} style={{ fill: groundOf(floorOf(mat)) }} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
       {roadMarks(mat).map(({ way: middle, widthM, colour }, k) =>
         widthM ? (
-          <polyline key={k} className={css.road} stroke={hexColour(colour)} strokeWidth={widthM} points={points(middle)} />
+          <polyline key={k} className={css.road} stroke={colour} strokeWidth={widthM} points={points(middle)} />
         ) : (
-          <polygon key={k} fill={hexColour(colour)} points={points(middle)} />
+          <polygon key={k} fill={colour} points={points(middle)} />
         ),
       )}
       {zones.map(({ name, corners_m, centre_m, radius_m }) =>

@@ -1,16 +1,15 @@
 /** Draw the view from behind a car: sky and floor, then what stands there, from the farthest to the nearest. */
 
 import { NO_LED } from "../api/world";
-import { carColour, hexColour, LEDS, type MatTheme, pageFont, plateColour } from "./colours";
+import { carColour, hexColour, LEDS, pageFont, plateColour } from "./colours";
 import { paintOrder, type SeenCar } from "./chaseOrder";
 import { ChasePen } from "./chasePen";
 import { thingsSeen } from "./chaseThings";
 import type { Size } from "./camera";
-import { type FloorName, listOf, type Point } from "./document";
-import { type Mark, marksOf } from "./floorMarks";
-import { skyOver } from "./floors";
+import { listOf, type Mat, type Point } from "./document";
+import { floorMarks, skyOver } from "./floors";
+import { cornersOf, roadMarks } from "./marks";
 import { aheadOf, circleAt, type Eye } from "./perspective";
-import { roadAreas } from "./roadMarks";
 import type { Sight } from "./sight";
 import { DARK, LAMPS } from "./carPaint";
 
@@ -21,11 +20,10 @@ const MOST_CARS = 250;
 const FOLLOWER: readonly Point[] = [[-0.92, -0.5], [-0.78, -0.64], [0.6, -0.64], [0.92, -0.3], [0.92, 0.3], [0.6, 0.64], [-0.78, 0.64], [-0.92, 0.5]];
 const LEADER: readonly Point[] = [[-0.94, -0.5], [-0.78, -0.68], [0.4, -0.68], [0.86, -0.4], [1, 0], [0.86, 0.4], [0.4, 0.68], [-0.78, 0.68], [-0.94, 0.5]];
 
-/** Paints the view; what a floor looks like is recorded once. */
+/** Paints the view; what is on a floor is computed once. */
 export class ChasePainter {
   private readonly pen: ChasePen;
-  private marks: Mark[] = [];
-  private marksOf = "";
+  private floor: { mat: Mat | null; look: string; areas: { corners: number[]; colour: string; alpha?: number }[] } = { mat: null, look: "", areas: [] };
 
   constructor(g: CanvasRenderingContext2D) {
     this.pen = new ChasePen(g);
@@ -64,22 +62,16 @@ export class ChasePainter {
   }
 
   private paintFloor({ mat, floor, theme }: Sight): void {
-    if (mat?.size_m) this.paintGround(mat.size_m, floor, theme, listOf(mat, "line").length > 0);
-    for (const { corners, colour } of mat ? roadAreas(mat) : []) this.pen.polygon(corners, hexColour(colour));
-  }
-
-  private paintGround(size: Point, floor: FloorName, theme: MatTheme, hasRoads: boolean): void {
-    const [width, height] = size;
-    this.pen.polygon([0, 0, 0, width, 0, 0, width, height, 0, 0, height, 0], theme.floor);
-    const key = `${floor} ${width} ${height} ${theme.grid} ${hasRoads}`;
-    if (key !== this.marksOf) {
-      this.marks = marksOf(floor, size, theme.grid, hasRoads);
-      this.marksOf = key;
+    if (!mat) return;
+    const look = `${floor} ${theme.floor} ${theme.grid}`;
+    if (mat !== this.floor.mat || look !== this.floor.look) {
+      const [width, height] = mat.size_m ?? [0, 0];
+      const ground = { way: [[0, 0], [width, 0], [width, height], [0, height]] as Point[], widthM: 0, colour: theme.floor };
+      const pattern = mat.size_m ? floorMarks(floor, mat.size_m, theme.grid, listOf(mat, "line").length > 0) : [];
+      const areas = [ground, ...pattern, ...roadMarks(mat)].map((mark) => ({ ...mark, corners: cornersOf(mark) }));
+      this.floor = { mat, look, areas };
     }
-    for (const { corners, colour, alpha, widthM } of this.marks) {
-      if (!widthM) this.pen.polygon(corners, colour, alpha);
-      else this.pen.line(corners, colour, Math.max(1, widthM * this.pen.lens.focus * 0.7), alpha * 0.8);
-    }
+    for (const { corners, colour, alpha } of this.floor.areas) this.pen.polygon(corners, colour, alpha);
   }
 
   private *cars(sight: Sight): Generator<SeenCar> {

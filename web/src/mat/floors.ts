@@ -1,24 +1,28 @@
 /** What the floor looks like. A floor changes no physics: it is chosen for the eye alone. */
 
-import type { FloorName } from "./document";
 import type { MatTheme } from "./colours";
-
-/** What a floor is drawn with: the stage's own drawing from above, and a record of shapes for the view behind a car. */
-export interface FloorPen {
-  rect(x: number, y: number, width: number, height: number): FloorPen;
-  roundRect(x: number, y: number, width: number, height: number, radius: number): FloorPen;
-  circle(x: number, y: number, radius: number): FloorPen;
-  moveTo(x: number, y: number): FloorPen;
-  lineTo(x: number, y: number): FloorPen;
-  fill(style: { color: number; alpha?: number }): FloorPen;
-  stroke(style: { width: number; color: number; alpha?: number }): FloorPen;
-}
+import type { FloorName, Point } from "./document";
+import type { Mark } from "./marks";
+import { ringOf } from "./ways";
 
 interface Floor {
   colours: Partial<MatTheme>;
   /** The colours of the sky above, at the top and at the horizon. */
   sky: readonly [string, string];
-  paint: (g: FloorPen, width: number, height: number, hasRoads: boolean) => void;
+  /** The pattern of a floor of a size in metres. */
+  marks: (width: number, height: number, hasRoads: boolean) => Mark[];
+}
+
+const rect = (x: number, y: number, width: number, height: number): Point[] => [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
+const area = (colour: string, way: Point[], alpha = 1): Mark => ({ way, widthM: 0, colour, alpha });
+const line = (colour: string, widthM: number, way: Point[], alpha = 1): Mark => ({ way, widthM, colour, alpha });
+
+/** Lines all over a floor, a step from each other. */
+function gridOf(width: number, height: number, step: number, colour: string, widthM: number): Mark[] {
+  const marks: Mark[] = [];
+  for (let x = step; x < width; x += step) marks.push(line(colour, widthM, [[x, 0], [x, height]]));
+  for (let y = step; y < height; y += step) marks.push(line(colour, widthM, [[0, y], [width, y]]));
+  return marks;
 }
 
 /** The same numbers from 0 to 1 for the same place, so that a floor never flickers. */
@@ -27,71 +31,76 @@ function chance(x: number, y: number): number {
   return wild - Math.floor(wild);
 }
 
+const GRID_STEPS_M = [0.5, 1, 5, 10, 100];
+const MOST_GRID_LINES = 200;
+/** Of a crater. */
+const CORNERS = 40;
 /** At most so many planks, tiles or streets are drawn: a hall has larger ones. */
 const MOST = 40;
 const stepFor = (length: number, wished: number) => wished * Math.max(1, Math.ceil(length / wished / MOST));
 
-function planks(g: FloorPen, width: number, height: number): void {
-  const step = stepFor(height, 160);
+function planks(width: number, height: number): Mark[] {
+  const marks: Mark[] = [];
+  const step = stepFor(height, 0.16);
   for (let row = 0; row * step < height; row++) {
     const y = row * step;
     const high = Math.min(step, height - y);
-    if (row % 2) g.rect(0, y, width, high).fill({ color: 0xd8b37e });
-    g.moveTo(0, y).lineTo(width, y).stroke({ width: 4, color: 0xb98f58, alpha: 0.7 });
-    for (let x = chance(row, 1) * 1200; x < width; x += 700 + 900 * chance(row, x)) g.rect(x, y, 4, high).fill({ color: 0xb98f58, alpha: 0.7 });
+    if (row % 2) marks.push(area("#d8b37e", rect(0, y, width, high)));
+    marks.push(area("#b98f58", rect(0, y - 0.002, width, 0.004), 0.7));
+    for (let x = chance(row, 1) * 1.2; x < width; x += 0.7 + 0.9 * chance(row, x)) marks.push(area("#b98f58", rect(x, y, 0.004, high), 0.7));
   }
+  return marks;
 }
 
-function tiles(g: FloorPen, width: number, height: number): void {
-  const step = stepFor(Math.max(width, height), 250);
+function tiles(width: number, height: number): Mark[] {
+  const marks: Mark[] = [];
+  const step = stepFor(Math.max(width, height), 0.25);
   for (let row = 0; row * step < height; row++) {
     for (let column = row % 2; column * step < width; column += 2) {
       const [x, y] = [column * step, row * step];
-      g.rect(x, y, Math.min(step, width - x), Math.min(step, height - y));
+      marks.push(area("#dfe7ea", rect(x, y, Math.min(step, width - x), Math.min(step, height - y))));
     }
   }
-  g.fill({ color: 0xdfe7ea });
-  for (let x = step; x < width; x += step) g.moveTo(x, 0).lineTo(x, height);
-  for (let y = step; y < height; y += step) g.moveTo(0, y).lineTo(width, y);
-  g.stroke({ width: 5, color: 0xc6d1d6 });
+  return [...marks, ...gridOf(width, height, step, "#c6d1d6", 0.005)];
 }
 
 /** Streets with a dashed middle, in a grid: for the eye, where there are no roads that cars can follow. */
-function paintStreets(g: FloorPen, width: number, height: number, block: number, street: number, line: number): void {
+function streetsOf(width: number, height: number, block: number, street: string, dash: string): Mark[] {
+  const marks: Mark[] = [];
   const half = block * 0.17;
-  for (let x = block / 2; x < width; x += block) g.rect(x - half, 0, Math.min(2 * half, width - x + half), height);
-  for (let y = block / 2; y < height; y += block) g.rect(0, y - half, width, Math.min(2 * half, height - y + half));
-  g.fill({ color: street });
-  for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 240) g.rect(x - 8, y, 16, Math.min(120, height - y));
-  for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 240) g.rect(x, y - 8, Math.min(120, width - x), 16);
-  g.fill({ color: line, alpha: 0.8 });
+  for (let x = block / 2; x < width; x += block) marks.push(area(street, rect(x - half, 0, Math.min(2 * half, width - x + half), height)));
+  for (let y = block / 2; y < height; y += block) marks.push(area(street, rect(0, y - half, width, Math.min(2 * half, height - y + half))));
+  for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 0.24) marks.push(area(dash, rect(x - 0.008, y, 0.016, Math.min(0.12, height - y)), 0.8));
+  for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 0.24) marks.push(area(dash, rect(x, y - 0.008, Math.min(0.12, width - x), 0.016), 0.8));
+  return marks;
 }
 
-function streets(street: number, line: number, lots: number) {
-  return (g: FloorPen, width: number, height: number, hasRoads: boolean): void => {
-    const block = stepFor(Math.max(width, height), 1400);
-    if (!hasRoads) paintStreets(g, width, height, block, street, line);
-    for (let x = block; x < width - 200; x += block) {
-      for (let y = block; y < height - 200; y += block) {
+function town(street: string, dash: string, lots: string) {
+  return (width: number, height: number, hasRoads: boolean): Mark[] => {
+    const block = stepFor(Math.max(width, height), 1.4);
+    const marks = hasRoads ? [] : streetsOf(width, height, block, street, dash);
+    for (let x = block; x < width - 0.2; x += block) {
+      for (let y = block; y < height - 0.2; y += block) {
         const side = block * (0.14 + 0.12 * chance(x, y));
-        g.roundRect(x - side, y - side, 2 * side, 2 * side, 40);
+        marks.push(area(lots, rect(x - side, y - side, 2 * side, 2 * side), 0.7));
       }
     }
-    g.fill({ color: lots, alpha: 0.7 });
+    return marks;
   };
 }
 
-function craters(g: FloorPen, width: number, height: number): void {
-  const step = stepFor(Math.max(width, height), 520);
+function craters(width: number, height: number): Mark[] {
+  const marks: Mark[] = [];
+  const step = stepFor(Math.max(width, height), 0.52);
   for (let x = 0; x < width; x += step) {
     for (let y = 0; y < height; y += step) {
       const radius = step * (0.07 + 0.2 * chance(x, y));
       const [cx, cy] = [x + radius + chance(y, x) * (step - 2 * radius), y + radius + chance(x + 7, y) * (step - 2 * radius)];
       if (cx + radius > width || cy + radius > height) continue;
-      g.circle(cx, cy, radius).fill({ color: 0x9f9d98 });
-      g.circle(cx + radius * 0.12, cy - radius * 0.12, radius * 0.8).fill({ color: 0xb3b1ab });
+      marks.push(area("#9f9d98", ringOf([cx, cy], radius, CORNERS)), area("#b3b1ab", ringOf([cx + radius * 0.12, cy - radius * 0.12], radius * 0.8, CORNERS)));
     }
   }
+  return marks;
 }
 
 const FLOORS: Record<FloorName, Floor | null> = {
@@ -99,27 +108,27 @@ const FLOORS: Record<FloorName, Floor | null> = {
   table: {
     colours: { ground: "#b9926a", floor: "#e0bd8b", edge: "#8a6437", wall: "#7a5530", obstacle: "#4f7cac", track: "#fff6e5", range: "#a3231c", ring: "#c2261f" },
     sky: ["#f7ead6", "#e9d3b0"],
-    paint: planks,
+    marks: planks,
   },
   classroom: {
     colours: { ground: "#aebfc6", floor: "#edf2f3", edge: "#7f959e", wall: "#566b75", obstacle: "#d98b3a", track: "#a9bac2", range: "#c2261f", ring: "#c2261f" },
     sky: ["#f4f7f8", "#d5e1e6"],
-    paint: tiles,
+    marks: tiles,
   },
   city: {
     colours: { ground: "#8fae84", floor: "#a9c49b", edge: "#5f7d55", wall: "#7b5b4b", obstacle: "#c8654f", track: "#e8efe2", range: "#8d1812", ring: "#c2261f" },
     sky: ["#7cbcf0", "#d8eefb"],
-    paint: streets(0x6b7280, 0xf4e3a1, 0x8db27c),
+    marks: town("#6b7280", "#f4e3a1", "#8db27c"),
   },
   night: {
     colours: { ground: "#0b0f1d", floor: "#182036", edge: "#3b4a74", wall: "#8aa0d6", obstacle: "#33426d", track: "#445590", range: "#ff8a80", ring: "#ff8a80", person: "#e0a252" },
     sky: ["#05070f", "#1c2748"],
-    paint: streets(0x232c49, 0x5b6aa0, 0x141b2f),
+    marks: town("#232c49", "#5b6aa0", "#141b2f"),
   },
   moon: {
     colours: { ground: "#1b1c22", floor: "#aaa8a2", edge: "#66646a", wall: "#55545c", obstacle: "#7d7b76", track: "#d9d7d0", range: "#8d1812", ring: "#a3231c" },
     sky: ["#020308", "#14151c"],
-    paint: craters,
+    marks: craters,
   },
 };
 
@@ -133,10 +142,10 @@ export function groundOf(name: FloorName): string | undefined {
   return FLOORS[name]?.colours.floor;
 }
 
-/** Draw the floor's pattern, in millimetres; false for a plain floor. On a mat with roads a city has no others. */
-export function paintFloor(g: FloorPen, name: FloorName, width: number, height: number, hasRoads: boolean): boolean {
-  FLOORS[name]?.paint(g, width, height, hasRoads);
-  return FLOORS[name] !== null;
+/** The pattern of a floor of a size in metres; a plain one has a grid. On a mat with roads a city has no others. */
+export function floorMarks(name: FloorName, [width, height]: Point, gridColour: string, hasRoads: boolean): Mark[] {
+  const step = GRID_STEPS_M.find((each) => (width + height) / each < MOST_GRID_LINES) ?? 1000;
+  return FLOORS[name]?.marks(width, height, hasRoads) ?? gridOf(width, height, step, gridColour, 0.004);
 }
 
 /** The sky over a floor, at the top and at the horizon; a plain floor has none of its own. */

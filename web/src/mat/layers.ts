@@ -4,16 +4,14 @@ import { Container, Graphics, Sprite } from "pixi.js";
 import { type Disc, type FloorName, handlesOf, type Line, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Point, type Polygon, SHAPES } from "./document";
 import type { Textures } from "./textures";
 import type { MatTheme } from "./colours";
-import { paintFloor } from "./floors";
+import { floorMarks } from "./floors";
+import { type Mark, ROAD_COLOURS, ROAD_M, roadMarks } from "./marks";
 import { paintThings } from "./things";
-import { ROAD_COLOURS, ROAD_M, roadMarks } from "./roadMarks";
 import { LINE_M, wayOf } from "./ways";
 import type { Picture } from "../api/world";
 
 const WALL_MM = 24;
-const GRID_MM = 4;
 const PERSON_MM = 420;
-const MOST_GRID_LINES = 200;
 const HANDLE_PX = 9;
 
 export class FurnitureLayer {
@@ -65,7 +63,6 @@ export class FurnitureLayer {
     if (!this.mat) return;
     const drawnFor = scale.toPrecision(4);
     if (this.stale) this.drawGround(this.mat);
-    if (this.stale) this.drawRoads(this.mat);
     if (this.stale || drawnFor !== this.drawnFor) {
       this.drawPieces(this.mat, scale);
       this.drawHandles(this.mat, scale);
@@ -77,19 +74,11 @@ export class FurnitureLayer {
 
   private drawGround(mat: Mat): void {
     const g = this.ground.clear();
+    drawMarks(this.roads.clear(), roadMarks(mat));
     if (!mat.size_m) return;
     const [width, height] = [mat.size_m[0] * 1000, mat.size_m[1] * 1000];
     g.rect(0, 0, width, height).fill(this.theme.floor);
-    if (!paintFloor(g, this.floorName, width, height, listOf(mat, "line").length > 0)) this.drawGrid(g, width, height);
-  }
-
-  private drawRoads(mat: Mat): void {
-    const g = this.roads.clear();
-    for (const { way, widthM, colour } of roadMarks(mat)) {
-      g.poly(mm(way), !widthM);
-      if (widthM) g.stroke({ width: widthM * 1000, color: colour, cap: "round", join: "round" });
-      else g.fill(colour);
-    }
+    drawMarks(g, floorMarks(this.floorName, mat.size_m, this.theme.grid, listOf(mat, "line").length > 0));
   }
 
   private drawEdge(mat: Mat, scale: number): void {
@@ -101,13 +90,6 @@ export class FurnitureLayer {
       color: walled ? this.theme.wall : this.theme.edge,
       alignment: 0,
     });
-  }
-
-  private drawGrid(g: Graphics, width: number, height: number): void {
-    const step = [500, 1000, 5000, 10_000, 100_000].find((each) => (width + height) / each < MOST_GRID_LINES) ?? 1e6;
-    for (let x = step; x < width; x += step) g.moveTo(x, 0).lineTo(x, height);
-    for (let y = step; y < height; y += step) g.moveTo(0, y).lineTo(width, y);
-    g.stroke({ width: GRID_MM, color: this.theme.grid });
   }
 
   private drawPieces(mat: Mat, scale: number): void {
@@ -161,6 +143,17 @@ export class FurnitureLayer {
     sprite.position.set(x * 1000, y * 1000);
     sprite.scale.set(Math.max(PERSON_MM, 14 / scale) / sprite.texture.width);
   }
+}
+
+/** Draw marks, those that follow each other and look alike as one shape: each shape takes time in each picture. */
+function drawMarks(g: Graphics, marks: readonly Mark[]): void {
+  marks.forEach(({ way, widthM, colour: color, alpha }, k) => {
+    g.poly(mm(way), !widthM);
+    const next = marks[k + 1];
+    if (next?.colour === color && next.widthM === widthM && next.alpha === alpha) return;
+    if (widthM) g.stroke({ width: widthM * 1000, color, alpha, cap: "round", join: "round" });
+    else g.fill({ color, alpha });
+  });
 }
 
 const mm = (points: readonly Point[]): number[] => points.flatMap(([x, y]) => [x * 1000, y * 1000]);

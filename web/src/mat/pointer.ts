@@ -3,7 +3,7 @@
 import { panned, toWorld, zoomed } from "./camera";
 import { FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
 import type { Drawn } from "./carLayer";
-import { ROAD_M } from "./roadMarks";
+import { ROAD_M } from "./marks";
 import { distanceToPiece } from "./room";
 import { distance } from "./ways";
 import type { Scene } from "./scene";

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { added, type Car, type Line, type Mat, newPiece, type Point } from "./document";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, simplified, turnedRoad, withRoad, withTile } from "./roads";
-import { roadMarks } from "./roadMarks";
+import { roadMarks } from "./marks";
 import { distanceToPiece, hasRoomForCar, hasRoomForPiece, seesDark } from "./room";
 import { alongWay, bandAlong, lengthOf, wayOf } from "./ways";
 

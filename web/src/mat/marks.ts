@@ -1,4 +1,4 @@
-/** What is painted of lines, spots and patches: shapes on the floor that every view draws in this order. */
+/** What is painted on a floor: shapes that every view draws in this order. */
 
 import { type Mat, type Point, listOf } from "./document";
 import { bandAlong, LINE_M, once, ringOf, wayOf } from "./ways";
@@ -9,17 +9,18 @@ const WIDEST_M = 0.1;
 const EDGE_M = 0.02;
 const CORNERS = 40;
 /** They differ from each other, and so from any floor. */
-export const ROAD_COLOURS = { edge: 0xf4f2ea, bed: 0x868c96, dark: 0x17181c } as const;
+export const ROAD_COLOURS = { edge: "#f4f2ea", bed: "#868c96", dark: "#17181c" } as const;
 
-/** A line of a width along a way, or an area where that is 0. */
-interface RoadMark {
+/** A line of a width along a way, or an area where that is 0; `alpha` is 1 where it isn't given. */
+export interface Mark {
   way: readonly Point[];
   widthM: number;
-  colour: number;
+  colour: string;
+  alpha?: number;
 }
 
-/** First all edges, then all beds, then all that is dark, so that roads that cross are one. */
-export const roadMarks = once((mat: Mat): readonly RoadMark[] => {
+/** The lines, spots and patches of a mat: first all edges, then all beds, then all that is dark, so that roads that cross are one. */
+export const roadMarks = once((mat: Mat): readonly Mark[] => {
   const { edge, bed, dark } = ROAD_COLOURS;
   const lines = listOf(mat, "line").map((line) => ({ way: wayOf(line), widthM: line.width_m ?? LINE_M }));
   const areas = [...listOf(mat, "patch").map(({ corners_m }) => corners_m), ...listOf(mat, "spot").map(({ centre_m, radius_m }) => ringOf(centre_m, radius_m, CORNERS))];
@@ -34,7 +35,5 @@ export const roadMarks = once((mat: Mat): readonly RoadMark[] => {
   ];
 });
 
-/** The same as areas of the floor, each corner as x, y and 0, for views in perspective. */
-export const roadAreas = once((mat: Mat) =>
-  roadMarks(mat).map(({ way, widthM, colour }) => ({ corners: (widthM ? bandAlong(way, widthM) : way).flatMap(([x, y]) => [x, y, 0]), colour })),
-);
+/** A mark as an area of the floor, each corner as x, y and 0, for views in perspective. */
+export const cornersOf = ({ way, widthM }: Mark): number[] => (widthM ? bandAlong(way, widthM) : way).flatMap(([x, y]) => [x, y, 0]);
