@@ -83,7 +83,12 @@ def total_names():
         names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name}"]
         for field in word_format.fields:
             names.append(f"{name} not encoded: {field.name}")
-            if field.one_hot or field.only or field.maximum < field.raw_mask or (field.reserved and field.defined < field.raw_mask):
+            if (
+                field.one_hot
+                or field.only
+                or field.maximum < field.raw_mask
+                or (field.reserved and field.defined < field.raw_mask)
+            ):
                 names.append(f"{name} not decoded: {field.name}")
     return names
 
