@@ -9,7 +9,7 @@ from unittest import mock
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from motorcade.boards.linux import programmed_drive
+from motorcade.boards.linux import raspberry_pi
 from motorcade.cli import main
 from motorcade.config import profile
 
@@ -28,7 +28,7 @@ class NotedPin(MockPWMPin):
 
 
 with (
-    mock.patch.object(programmed_drive, "open_gpio", return_value=MockFactory(pin_class=NotedPin)),
+    mock.patch.object(raspberry_pi, "open_gpio", return_value=MockFactory(pin_class=NotedPin)),
     # On a busy machine a driver may be late for longer than a real car may wait.
     mock.patch.dict(profile._SMALLER, clear=True),
 ):
