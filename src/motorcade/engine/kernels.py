@@ -13,7 +13,7 @@ cars keep their wheels and their way.
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from motorcade.car import brain, next_wakeup, step
+from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing
 from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
@@ -24,8 +24,6 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 ALL = -1
 _PIR_AT = CONTROL.field("pir").low
 _FLOOR_AT = CONTROL.field("floor").low
-# Why a frame is lost, by the results of `motorcade.car.frames`, BEGUN to BAD_CHECK; 0: it isn't.
-_WHY = (0, 0, events.PARITY, events.RESERVED, events.DEAF, events.CHECK)
 _SENSES = 1 << _PIR_AT | 1 << _FLOOR_AT | 1 << CONTROL.field("avoid_enable").low
 
 
@@ -81,8 +79,14 @@ class CarTurn(NamedTuple):
         cars, counters, i, part, now = self.arrays.cars, self.arrays.counters, self.i, self.now.part, self.now.ms
         number, sender = cars.number[i], cars.heard_from[i]
         cars.heard_from[i] = NOBODY
-        if _WHY[result]:
-            events.record_loss(counters, part, now, number, _WHY[result], frame, sender)
+        if result == frames.BAD_PARITY:
+            events.record_loss(counters, part, now, number, events.PARITY, frame, sender)
+        elif result == frames.BAD_RESERVED:
+            events.record_loss(counters, part, now, number, events.RESERVED, frame, sender)
+        elif result == frames.BAD_CHECK:
+            events.record_loss(counters, part, now, number, events.CHECK, frame, sender)
+        elif result == frames.DEAF:
+            events.record_loss(counters, part, now, number, events.DEAF, frame, sender)
         else:
             counters.counts[part, events.FRAMES_HEARD] += 1
             if frame != cars.heard[i]:
