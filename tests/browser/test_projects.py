@@ -9,6 +9,7 @@ from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
 
 EXAMPLE_WORDS = ["02000000", "65800000", "6a800000"]
+FOLLOWED_WORDS = ["02010200", "65800000", "6a800000", "b5000000"]
 TURNED_WORDS = ["02000000", "65800000", "72800000"]
 
 
@@ -87,7 +88,7 @@ def test_two_windows_with_one_project_are_told_and_neither_overwrites(open_page)
     expect(versions(first, "Ours")).to_be_visible()
 
 
-def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:
+def test_a_project_is_saved_to_a_file_and_a_link_and_opened(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     studio.name.fill("Through a file")
     range_field(studio).fill("300")
@@ -107,16 +108,17 @@ def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:
     with again.page.expect_file_chooser() as chooser:
         again.project_menu("menu.open")
     chooser.value.set_files(path)
-    again.expect_words(["02010200", "65800000", "6a800000", "b5000000"])
+    again.expect_words(FOLLOWED_WORDS)
     expect(again.name).to_have_value("Through a file")
     expect(range_field(again)).to_have_value("300 mm")
     # A link holds the whole project, too.
     again.open_dialog("share")
     link = again.page.get_by_role("textbox", name="Link")
     expect(link).not_to_have_value("")
-    studio.page.goto("about:blank")
-    studio.page.goto(link.input_value())
-    studio.page.get_by_role("alertdialog").get_by_role("button", name="Cancel").click()
+    linked = open_page()
+    linked.page.goto(link.input_value())
+    linked.expect_words(FOLLOWED_WORDS)
+    assert "#" not in linked.page.url
 
 
 def test_blocks_and_words_are_exported(open_page) -> None:

@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from itertools import pairwise
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from motorcade.locales import catalogue
 from support.barriers import serious_barriers
@@ -27,7 +27,8 @@ class Visit(Watched):
 
     def __init__(self, browser: Browser, base: str, *, language="en", theme="light", size=(1024, 768), **options):
         kept = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
-        state, viewport = storing(base, kept), {"width": size[0], "height": size[1]}
+        viewport: ViewportSize = {"width": size[0], "height": size[1]}
+        state = storing(base, kept)
         context = browser.new_context(viewport=viewport, storage_state=state, service_workers="block", **options)
         super().__init__(context, base)
         context.set_default_timeout(60_000)

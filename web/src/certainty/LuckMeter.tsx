@@ -92,7 +92,7 @@ function Failures({ failed, onCompare }: LuckProps & { failed: readonly number[]
   const asked = told.join();
   useEffect(() => {
     const known = useTrials.getState().failures;
-    for (const each of asked ? asked.split(",").map(Number) : []) if (!known.has(each)) trials.explain(each);
+    for (const each of asked ? asked.split(",").map(Number) : []) if (!known.has(each)) trials.send({ do: "explain", seed: each });
   }, [asked]);
   return (
     <>

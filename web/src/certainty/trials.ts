@@ -82,10 +82,6 @@ export class TrialStream {
     this.send(this.tried);
   }
 
-  explain(seed: number): void {
-    this.send({ do: "explain", seed });
-  }
-
   compare(one: Run, other: Run, untilMs: number): void {
     useTrials.setState({ ...UNCOMPARED, runs: [one, other], problem: null });
     this.send({ do: "compare", one: { do: "set", ...one }, other: { do: "set", ...other }, until_ms: untilMs });
@@ -151,7 +147,8 @@ export class TrialStream {
     this.stream = this.tried = null;
   }
 
-  private send(message: TrialMessage): void {
+  /** Send a message, as soon as the stream is open. */
+  send(message: TrialMessage): void {
     if (this.stream?.send(message)) return;
     this.waiting.push(message);
     if (this.stream) return;

@@ -10,7 +10,7 @@ import { openDialog } from "../state/dialogs";
 import { IconButton, TextButton } from "../ui/controls";
 import { classes } from "../ui/classes";
 import { BitEditor } from "./BitEditor";
-import { editPlayed, useDraft } from "./draft";
+import { editMission, useDraft } from "./draft";
 import { MissionEditor } from "./MissionEditor";
 import { Stars } from "./Stars";
 import { showMoment, TRIES_BEFORE_HINTS, useMission } from "./store";
@@ -68,7 +68,7 @@ function Task({ mission }: { mission: Mission }) {
         <TextButton small onPress={() => openDialog("missions")}>{t("missions.map")}</TextButton>
         {mission.id === "own" && (
           <span className={css.edit}>
-            <TextButton small onPress={editPlayed}>{t("missions.edit")}</TextButton>
+            <TextButton small onPress={() => editMission(mission)}>{t("missions.edit")}</TextButton>
           </span>
         )}
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />

@@ -15,7 +15,7 @@ import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
-import { playMission, useMission } from "./store";
+import { playMission } from "./store";
 
 export type GoalKind = keyof typeof GOAL_KINDS;
 export type DraftGoal = { kind: GoalKind; star: number } & Record<string, unknown>;
@@ -43,14 +43,8 @@ export function openDraft(): void {
   useDraft.setState({ draft: { ...BLANK, zones: [boxAt("home", x + 0.5, y)], goals: [newGoal("in-zone", "home")] } });
 }
 
-/** Go on writing the mission of one's own that is played. */
-export function editPlayed(): void {
-  const { mission } = useMission.getState();
-  if (mission) editMission(mission);
-}
-
-/** Write on a mission, on its mat where another one is open. */
-function editMission(mission: Mission): void {
+/** Go on writing a mission of one's own, on its mat where another one is open. */
+export function editMission(mission: Mission): void {
   const { name, story, seconds, zones, document } = mission;
   const others = without(document, "name", "story", "seconds", "zone", "goal", "mat", "format");
   const goals = document.goal as DraftGoal[];
