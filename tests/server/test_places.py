@@ -2,9 +2,13 @@
 
 import asyncio
 import socket
+import tomllib
 from contextlib import ExitStack, suppress
+from importlib.metadata import version
+from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 from starlette.applications import Starlette
 from starlette.routing import WebSocketRoute
 from starlette.testclient import TestClient
@@ -18,6 +22,8 @@ from motorcade.sockets import network_of
 from support.mock_clock import mock_clock
 from support.served_app import served
 from support.waiting import DEADLINE_S
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
 
 async def echo(page):
@@ -92,6 +98,16 @@ def test_pupils_behind_one_router_have_a_rate_of_requests_each():
 )
 def test_an_ipv6_network_counts_as_one_address(one, other, alike):
     assert (network_of(one) == network_of(other)) is alike
+
+
+@pytest.mark.parametrize("name", ["uvicorn", "websockets"])
+def test_the_libraries_below_are_of_versions_that_were_tried(name):
+    groups = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"].values()
+    allowed = {each for group in groups for each in map(Requirement, group) if each.name == name}
+    assert allowed
+    for each in allowed:
+        assert version(name) in each.specifier
+        assert {part.operator for part in each.specifier} == {">=", "<"}
 
 
 class Line(asyncio.Transport):

@@ -2,24 +2,13 @@
 
 import asyncio
 import threading
-from collections.abc import Callable, Coroutine
-from functools import wraps
-from operator import attrgetter
+from collections.abc import Coroutine
 from typing import Any, Self, TypeVar
 
 from motorcade.drive.client import DriveClient
+from motorcade.drive.wire import Telemetry
 
 _Result = TypeVar("_Result")
-
-
-def _blocking(method: Callable[..., Coroutine[Any, Any, _Result]]) -> Callable[..., _Result]:
-    """A method of `DriveClient` that the calling thread waits for."""
-
-    @wraps(method)
-    def wait(self: "BlockingDriveClient", *arguments: Any, **options: Any) -> _Result:
-        return self._wait(method(self._client, *arguments, **options))
-
-    return wait
 
 
 class BlockingDriveClient:
@@ -52,17 +41,45 @@ class BlockingDriveClient:
         finally:
             self._end()
 
-    telemetry, you, connected, waits_for_release = (
-        property(attrgetter(f"_client.{name}")) for name in ("telemetry", "you", "connected", "waits_for_release")
-    )
-    drive = _blocking(DriveClient.drive)
-    drive_for = _blocking(DriveClient.drive_for)
-    next_telemetry = _blocking(DriveClient.next_telemetry)
-    request = _blocking(DriveClient.request)
-    release = _blocking(DriveClient.release)
-    stop = _blocking(DriveClient.stop)
-    clear = _blocking(DriveClient.clear)
-    resume_program = _blocking(DriveClient.resume_program)
+    @property
+    def telemetry(self) -> Telemetry | None:
+        return self._client.telemetry
+
+    @property
+    def you(self) -> dict[str, Any]:
+        return self._client.you
+
+    @property
+    def connected(self) -> bool:
+        return self._client.connected
+
+    @property
+    def waits_for_release(self) -> bool:
+        return self._client.waits_for_release
+
+    def drive(self, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
+        self._wait(self._client.drive(throttle, steering, **switches))
+
+    def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0, **switches: int) -> None:
+        self._wait(self._client.drive_for(seconds, throttle, steering, **switches))
+
+    def next_telemetry(self) -> Telemetry:
+        return self._wait(self._client.next_telemetry())
+
+    def request(self) -> bool:
+        return self._wait(self._client.request())
+
+    def release(self) -> None:
+        self._wait(self._client.release())
+
+    def stop(self) -> None:
+        self._wait(self._client.stop())
+
+    def clear(self) -> None:
+        self._wait(self._client.clear())
+
+    def resume_program(self) -> None:
+        self._wait(self._client.resume_program())
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
