@@ -209,7 +209,8 @@ class Class:
                     randbelow=random.randrange, token_urlsafe=lambda count: random.randbytes(count).hex()
                 ),
                 (workers, "answer_in_process"): answered,
-                (workers, "_start"): lambda: None,
+                # No process is started ahead.
+                (workers, "_waiting"): [None],
                 (uvicorn.Config, "configure_logging"): lambda config: None,
             }
         )

@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
+from tests.faults import promises
 from tests.faults.broken_places import BREAKS
 from tests.faults.run import SCENARIOS, SEEDS, commit, main, run
 from tests.faults.world import World
@@ -27,44 +28,17 @@ KEPT = (
     ("fleet", 3397, "the answer to a stop confirmed a later one, which a car whose power failed never got"),
 )
 
-# By which scenarios each row of the table in docs/security.md is tried, with the scenario before a colon.
-PROMISES = (
-    ("uploads:image-whole", "class:class-whole", "uploads:no-rubbish"),
-    ("uploads:acknowledged-stays", "uploads:verified"),
-    ("uploads:says-what-it-holds", "uploads:upload-ends", "uploads:goes-on"),
-    ("driving:stands-in-time", "driving:gone-stops"),
-    ("driving:guarded",),
-    ("driving:no-old-command", "driving:sent"),
-    ("driving:stop-gets-through", "driving:stop-holds"),
-    ("driving:one-driver", "driving:leaves-standing", "driving:drives-again"),
-    ("driving:armed", "driving:held-stick"),
-    ("driving:horn-ends",),
-    ("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds"),
-    ("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first"),
-    ("fleet:nobody-waits", "fleet:found", "fleet:goes-on"),
-    ("class:answered-stays", "class:in-the-class", "class:class-goes-on"),
-    ("class:work-of-others", "class:own-view", "class:teacher-only"),
-    ("class:stop-gets-through",),
-    ("class:connections-bounded", "class:memory-bounded", "driving:connections-bounded", "driving:memory-bounded"),
-    ("class:strangers-stay-out", "class:no-traceback"),
-)
-# What is done in the runs, in the order of the sentence above the table.
-FAULTS = (
-    *("kill", "power failure", "full disk", "disk error", "cut", "half-open", "stall", "pulled cable", "freeze"),
-    *("busy loop", "guard", "hardware fails", "hardware hangs", "stranger"),
-)
-
 
 @cache
 def tried(kind):
     """How often each promise was tried in the first seeds, and each fault made."""
-    promises, faults = Counter(), Counter()
+    by_name, faults = Counter(), Counter()
     for seed in SEEDS[kind]:
         result = run(kind, seed)
         assert result.broken is None, f"{result.broken}; python -m tests.faults --seed {seed} {kind}, at {commit()}"
-        promises.update({f"{kind}:{name}": times for name, times in result.tried.items()})
+        by_name.update({f"{kind}:{name}": times for name, times in result.tried.items()})
         faults.update(result.counts)
-    return promises, faults
+    return by_name, faults
 
 
 @pytest.mark.parametrize("kind", SCENARIOS)
@@ -101,28 +75,24 @@ def plain(text):
     return re.sub(r"\s|\*\*", "", text)
 
 
-@pytest.mark.parametrize("ending", ["", ".zh"])
-def test_the_table_in_the_documentation_is_true(ending):
-    names = ("security", "uploads", "drive", "cars")
-    security, *others = ((ROOT / "docs" / f"{name}{ending}.md").read_text(encoding="utf-8") for name in names)
-    before, _, rest = security.partition("<!-- tests/faults/test_faults.py -->")
-    shown, _, behind = rest.partition("<!-- end -->")
-    lead, *lines = shown.strip().splitlines()
-    rows = [line.strip("|").split("|") for line in lines[3:]]
-    promises, faults = Counter(), Counter()
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_the_table_in_the_documentation_is_true(language):
+    runs, by_name, faults = sum(map(len, SEEDS.values())), Counter(), Counter()
     for kind in SCENARIOS:
-        promises += tried(kind)[0]
+        by_name += tried(kind)[0]
         faults += tried(kind)[1]
-    now = [sum(map(len, SEEDS.values())), *(faults[name] for name in FAULTS)]
-    now += [sum(promises[name] for name in tried_by) for tried_by in PROMISES]
-    told = re.findall(r"\d[\d,]*", lead) + [row[-1] for row in rows]
+    now = promises.figures_now(runs, by_name, faults)
+    written = promises.written_table(language)
     # Each figure is about as large: other versions of Python draw otherwise.
-    for count, figure in zip(now, told, strict=True):
-        was = int(figure.replace(",", ""))
-        assert was / 2 <= count <= was * 2, f"{figure} is {count} now"
-    documents = plain(before + behind + "".join(others))
-    assert [row[0] for row in rows if plain(row[0]) not in documents] == []
-    assert {name for name in promises if promises[name]} <= {name for names in PROMISES for name in names} | BASIC
+    for count, was in zip(now, promises.figures(written), strict=True):
+        assert was / 2 <= count <= was * 2, f"{was} is {count} now; python -m tests.faults --promises {language}"
+    assert promises.table(language, promises.figures(written)) == written
+    documents = plain("".join(promises.page(name, language) for name in ("security", "uploads", "drive", "cars")))
+    rows = [line.strip("|").split("|") for line in written.splitlines()[4:]]
+    assert [row[0] for row in rows if documents.count(plain(row[0])) < 2] == []
+    assert {name for name in by_name if by_name[name]} <= {
+        name for names in promises.PROMISES for name in names
+    } | BASIC
 
 
 # Tried in each scenario, and part of every promise.

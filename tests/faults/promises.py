@@ -1,0 +1,73 @@
+"""The table of docs/security.md: how often each promise was tried in the simulated room, and each fault made.
+
+Its words stand in the documentation; ``python -m tests.faults --promises LANGUAGE`` prints it with the figures of now.
+"""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+DOCS = Path(__file__).parents[2] / "docs"
+BEGIN, END = "<!-- python -m tests.faults --promises -->", "<!-- end -->"
+
+# By which scenarios each row of the table in docs/security.md is tried, with the scenario before a colon.
+PROMISES = (
+    ("uploads:image-whole", "class:class-whole", "uploads:no-rubbish"),
+    ("uploads:acknowledged-stays", "uploads:verified"),
+    ("uploads:says-what-it-holds", "uploads:upload-ends", "uploads:goes-on"),
+    ("driving:stands-in-time", "driving:gone-stops"),
+    ("driving:guarded",),
+    ("driving:no-old-command", "driving:sent"),
+    ("driving:stop-gets-through", "driving:stop-holds"),
+    ("driving:one-driver", "driving:leaves-standing", "driving:drives-again"),
+    ("driving:armed", "driving:held-stick"),
+    ("driving:horn-ends",),
+    ("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds"),
+    ("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first"),
+    ("fleet:nobody-waits", "fleet:found", "fleet:goes-on"),
+    ("class:answered-stays", "class:in-the-class", "class:class-goes-on"),
+    ("class:work-of-others", "class:own-view", "class:teacher-only"),
+    ("class:stop-gets-through",),
+    ("class:connections-bounded", "class:memory-bounded", "driving:connections-bounded", "driving:memory-bounded"),
+    ("class:strangers-stay-out", "class:no-traceback"),
+)
+# What is done in the runs, in the order of the sentence above the table.
+FAULTS = (
+    *("kill", "power failure", "full disk", "disk error", "cut", "half-open", "stall", "pulled cable", "freeze"),
+    *("busy loop", "guard", "hardware fails", "hardware hangs", "stranger"),
+)
+
+
+def page(name: str, language: str) -> str:
+    """The text of a page of the documentation."""
+    return (DOCS / f"{name}{'' if language == 'en' else '.' + language}.md").read_text(encoding="utf-8")
+
+
+def written_table(language: str) -> str:
+    """The table as it is in the documentation."""
+    return page("security", language).partition(BEGIN)[2].partition(END)[0].strip()
+
+
+def figures(table: str) -> list[int]:
+    """The figures of a table: of the sentence above it, and of its last column."""
+    lead, *rows = table.splitlines()
+    told = re.findall(r"\d[\d,]*", lead) + [row.strip("| ").rpartition("|")[2] for row in rows[3:]]
+    return [int(figure.replace(",", "")) for figure in told]
+
+
+def figures_now(runs: int, tried: Mapping[str, int], faults: Mapping[str, int]) -> list[int]:
+    """The same of so many runs; ``tried`` counts each promise by its name with its scenario."""
+    return [runs, *(faults[name] for name in FAULTS), *(sum(tried[name] for name in names) for names in PROMISES)]
+
+
+def table(language: str, now: list[int]) -> str:
+    """The table with the figures of now, but for the runs without their third digit and those behind it."""
+    lead, *rows = written_table(language).splitlines()
+    shown = iter([f"{now[0]}", *(f"{_rounded(count):,}" for count in now[1:])])
+    lead = re.sub(r"\d[\d,]*", lambda _: next(shown), lead)
+    return "\n".join([lead, *rows[:3], *(re.sub(r"[\d,]+ \|$", f"{next(shown)} |", row) for row in rows[3:])])
+
+
+def _rounded(count: int) -> int:
+    factor = 10 ** max(0, len(str(count)) - 2)
+    return count // factor * factor
