@@ -245,8 +245,8 @@ def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) 
     both = studio.page.get_by_text("The leader is driven by hand; 1 follower is driven by hand")
     remote.hold("ArrowUp", both)
     remote.page.get_by_role("button", name="Leave Follower 1").click()
-    # It listens to its leader, who goes on sending while it is driven: not once it has stopped by itself. In a circle it
-    # stays near, however long that takes.
+    # It listens to its leader, who goes on sending while it is driven: not once it has stopped by itself. In a circle
+    # the leader stays near, however long that takes.
     remote.page.keyboard.down("ArrowLeft")
     remote.hold("ArrowUp", studio.page.locator("#followers-blocks .motorcade-running", has_text="right").last)
     for key in ("ArrowUp", "ArrowLeft"):

@@ -269,6 +269,15 @@ def test_what_surprises_nobody_is_not_warned_of(program: Program) -> None:
     assert compile_program(program).diagnostics == ()
 
 
+@pytest.mark.parametrize(
+    "steps",
+    [[repeat(3, led(0, 3))], [wait(5)], [repeat(4, forward(2))], [wait(7), wait(1)], [led(0, 1), wait(1), led(0, 1)]],
+)
+def test_no_word_of_followers_is_followed_by_itself(steps: list[Step]) -> None:
+    words = compile_program(Program([], steps)).words[1:]
+    assert all(word != following for word, following in zip(words, (*words[1:], words[0]), strict=True))
+
+
 @given(odd_profiles(), st.integers(1, 3000))
 def test_a_duration_that_cannot_be_is_said_with_its_neighbours(profile: Profile, duration_ms: int) -> None:
     reached = {0}
