@@ -139,6 +139,15 @@ def test_a_cut_of_power_at_any_byte_leaves_the_old_image_or_the_new_one(atomic_r
     assert found[0] == old
 
 
+def test_a_cut_of_power_after_an_image_was_stored_changes_nothing():
+    flash = Flash(is_cached=True)
+    store = ImageFile("car.image", flash, flash.open)
+    store.save(SMALL)
+    store.save(MIDDLE)
+    flash.lose()
+    assert store.load() == MIDDLE
+
+
 def test_after_a_cut_the_next_image_is_stored():
     flash = Flash()
     for _ in cuts(flash, SMALL, LARGE):
