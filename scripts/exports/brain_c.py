@@ -1,6 +1,6 @@
 """The brain of a car in C99: what it does in a tick, its frames, and its receiver of uploads.
 
-The files are translated from the Python of the same functions, by `motorcade.export.c_functions`.
+The files are translated from the Python of the same functions, by `scripts.exports.c_functions`.
 """
 
 import ast

@@ -1,4 +1,4 @@
-"""Translate expressions of integers to C99; `motorcade.export.c_functions` has the rules."""
+"""Translate expressions of integers to C99; `scripts.exports.c_functions` has the rules."""
 
 import ast
 from typing import TYPE_CHECKING, NamedTuple, TypeGuard

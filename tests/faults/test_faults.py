@@ -18,7 +18,7 @@ from support.soak import SOAK
 
 ROOT = Path(__file__).parents[2]
 ALL_SEEDS, PART = 50_000 if SOAK else 0, 500
-# Seeds that found a hole, with what it was. What a seed does changes with the scenarios; what it found stays mended.
+# Seeds that found a hole, with what it was. What a seed does changes with the scenarios; what it found stays fixed.
 KEPT = (
     ("uploads", 90, "a save was acknowledged although the disk could not store the file's name"),
     ("driving", 961, "a car moved without its guard after its hardware had refused to stop"),
@@ -51,7 +51,7 @@ def test_all_promises_hold_whatever_goes_wrong(kind):
 
 
 @pytest.mark.parametrize(("kind", "seed", "hole"), KEPT)
-def test_a_hole_stays_mended(kind, seed, hole):
+def test_a_hole_stays_fixed(kind, seed, hole):
     assert run(kind, seed).broken is None, hole
 
 

@@ -33,13 +33,13 @@ DRIVE_REQUESTS = tuple(
 WORLD_MESSAGES = tuple(
     json.dumps({"do": do, **more})
     for do, more in (
-        ("set", {"mat": MAT, "image": IMAGE, "seed": 1, "range_mm": 500, "mission": {"id": "first-drive"}}),
+        ("set", {"mat": MAT, "image": IMAGE, "seed": 1, "range_mm": 500, "mission": {"id": "forward-and-stop"}}),
         ("set", {"mat": MAT, "image": IMAGE, "profile": "classroom"}),
         *(("play", {"speed": 4.0}), ("pause", {}), ("step", {"ticks": 100}), ("reset", {"seed": 2, "until_ms": 5000})),
         ("stop-when", {"conditions": [{"kind": "touch", "car": 0, "thing": "edge"}, {"kind": "lost"}]}),
         ("stop-when", {"conditions": [{"kind": "zone", "disc": [1, 1, 0.2]}, {"kind": "block", "words": [1]}]}),
         ("stop-when", {"conditions": [{"kind": "zone", "corners_m": [[0, 0], [1, 0], [1, 1]]}, {"kind": "stuck"}]}),
-        *(("say", {"word": "stop"}), ("furnish", {"mat": MAT, "range_mm": 700})),
+        *(("say", {"word": "stop"}), ("set_environment", {"mat": MAT, "range_mm": 700})),
         *(
             ("move", {"car": 1, "x_m": 1.5, "y_m": 1.5, "heading_deg": 90}),
             ("watch", {"car": 1}),
@@ -64,7 +64,7 @@ CLASS_MESSAGES = tuple(
         *({"pupil": "01", "name": "小明"}, {"number": 1}, {"raised": True}, {"name": "", "wants": True}),
         *({"name": "red", "pupil": "01"}, {"window": "leader", "wants": True}, {"wants": False}, {}),
         {"playing": True, "t_ms": 5, "speed": 2.0, "run": 1, "mat": MAT},
-        {"pupil": "02", "mission": {"id": "first-drive"}, "text": "good"},
+        {"pupil": "02", "mission": {"id": "forward-and-stop"}, "text": "good"},
     )
 )
 
