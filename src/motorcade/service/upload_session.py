@@ -9,9 +9,18 @@ from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
-from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, Port, sentences
-from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
+from motorcade.service.world_messages import (
+    Failed,
+    ImageRead,
+    NotVerified,
+    Outcome,
+    Progress,
+    RetryNotice,
+    UploadAnswer,
+    UploadOrder,
+    Verified,
+)
 from motorcade.upload.transfer import (
     ReadbackTransfer,
     Retry,
@@ -47,23 +56,12 @@ class UploadSession:
     """
 
     def __init__(self, order: UploadOrder, check_number: int) -> None:
-        baud = check_order(order).serial.baud
         self.is_over = False
         self._order = order
         self._out: list[bytes | UploadAnswer] = []
         self._data = b""
         self._count = 0
-        self._transfer: Transfer = ReadbackTransfer(baud)
-        if order.image is not None:
-            size = len(order.image)
-            self._transfer = UploadTransfer(
-                order.image,
-                baud,
-                order.verify,
-                check_number,
-                sent=lambda count: self._out.append(world_messages.Progress(count, size)),
-                retrying=lambda retry: self._out.append(retry_notice(retry, size)),
-            )
+        self._transfer = transfer_of(order, check_number, lambda progress: self._out.append(progress))
 
     @property
     def wait_s(self) -> float:
@@ -85,7 +83,7 @@ class UploadSession:
             data, self._data = self._data, b""
             to_port = self._transfer.step(data, int(now_s * 1000) & TICKS_MASK)
             if self._transfer.outcome is not None:
-                self._end(self._outcome())
+                self._end(outcome_of(self._order, self._transfer, WEB_SERIAL))
             elif to_port:
                 self._out.append(to_port)
         out, self._out = self._out, []
@@ -95,15 +93,6 @@ class UploadSession:
         if not self.is_over:
             self._out.append(outcome)
         self.is_over = True
-
-    def _outcome(self) -> Outcome:
-        outcome = self._transfer.outcome
-        assert outcome is not None
-        if self._order.readback:
-            failure = readback_error(WEB_SERIAL, outcome)
-            return failed(failure) if failure else world_messages.ImageRead(bytes(outcome.detail))
-        failure = upload_error(WEB_SERIAL, outcome, self._transfer.holds)
-        return failed(failure) if failure else uploaded(self._order, str(outcome.detail))
 
 
 class _VirtualBoard(Board):
@@ -185,18 +174,36 @@ def check_order(order: UploadOrder) -> Profile:
     return built_in_profile(order.profile)
 
 
-def retry_notice(retry: Retry, size: int) -> world_messages.Progress:
-    """Return the notice of another try to send ``size`` bytes."""
-    return world_messages.Progress(0, size, world_messages.RetryNotice(retry.number, retry.of, sentences(retry)))
+def transfer_of(order: UploadOrder, check_number: int, put: Callable[[Progress], None]) -> Transfer:
+    """Return the transfer of an order; ``put`` is given its progress. Raises MotorcadeError where it isn't valid.
+
+    ``check_number`` as `UploadSession` takes it.
+    """
+    baud, image = check_order(order).serial.baud, order.image
+    if image is None:
+        return ReadbackTransfer(baud)
+    size = len(image)
+
+    def notice(retry: Retry) -> None:
+        put(Progress(0, size, RetryNotice(retry.number, retry.of, sentences(retry))))
+
+    return UploadTransfer(image, baud, order.verify, check_number, lambda count: put(Progress(count, size)), notice)
 
 
-def uploaded(order: UploadOrder, answer: str) -> Outcome:
-    """Return the outcome of an upload that succeeded; ``answer`` is the car's, where the order has verify."""
-    return world_messages.Verified(answer) if order.verify else world_messages.NotVerified()
+def outcome_of(order: UploadOrder, transfer: Transfer, port: str) -> Outcome:
+    """Return the outcome of a transfer that has ended; errors call the port ``port``."""
+    outcome = transfer.outcome
+    assert outcome is not None
+    if order.readback:
+        failure = readback_error(port, outcome)
+        return failed(failure) if failure else ImageRead(bytes(outcome.detail))
+    if failure := upload_error(port, outcome, transfer.holds):
+        return failed(failure)
+    return Verified(str(outcome.detail)) if order.verify else NotVerified()
 
 
-def failed(problem: MotorcadeError, port: str = "") -> world_messages.Failed:
+def failed(problem: MotorcadeError, port: str = "") -> Failed:
     """Return the outcome for an error; ``port`` replaces the name of the port in its sentence."""
     if port and "port" in problem.details:
         problem.details["port"] = port
-    return world_messages.Failed(ErrorAnswer(**problem.to_dict("page")))
+    return Failed(ErrorAnswer(**problem.to_dict("page")))

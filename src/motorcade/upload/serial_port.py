@@ -173,7 +173,7 @@ def upload(
         MotorcadeError: its sentence includes what the car holds.
     """
     transfer = UploadTransfer(image, baud, verify, secrets.randbelow(256), progress, retrying)
-    outcome = _run(transfer, port, baud)
+    outcome = run(transfer, port, baud)
     if error := upload_error(port, outcome, transfer.holds):
         raise error
     return str(outcome.detail)
@@ -181,15 +181,15 @@ def upload(
 
 def readback(port: str, baud: int, retrying: Callable[[Retry], None] = lambda retry: None) -> bytes:
     """The image that the car at ``port`` holds. Raises MotorcadeError."""
-    outcome = _run(ReadbackTransfer(baud, retrying), port, baud)
+    outcome = run(ReadbackTransfer(baud, retrying), port, baud)
     if error := readback_error(port, outcome):
         raise error
     image: bytes = outcome.detail
     return image
 
 
-def _run(transfer: Transfer, port: str, baud: int) -> Outcome:
-    """Run ``transfer`` through ``port``. Returns its outcome."""
+def run(transfer: Transfer, port: str, baud: int) -> Outcome:
+    """Run ``transfer`` through ``port``. Returns its outcome. Raises MotorcadeError where the port fails."""
     with open_port(port, baud) as line:
         try:
             data = b""

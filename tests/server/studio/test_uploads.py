@@ -159,7 +159,7 @@ def test_every_failure_has_the_pages_name_of_the_port(client, monkeypatch, code)
     def fail(*arguments, **options):
         raise MotorcadeError(code, port="/dev/pts/9", detail="DETAIL", holds=holds_phrase("old"))
 
-    monkeypatch.setattr(uploads, "upload", fail)
+    monkeypatch.setattr(uploads, "run", fail)
     monkeypatch.setattr(uploads, "ports", lambda: [PortInfo("COM3", "a board", "")])
     received = ask(client, port="COM3", image=IMAGE)[-1]["error"]
     assert received["code"] == code

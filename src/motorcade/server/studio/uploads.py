@@ -23,11 +23,11 @@ from motorcade.service.upload_session import (
     VirtualCarSession,
     check_order,
     failed,
-    retry_notice,
-    uploaded,
+    outcome_of,
+    transfer_of,
 )
-from motorcade.service.world_messages import ImageRead, Progress, UploadAnswer, UploadOrder
-from motorcade.upload.serial_port import BARE, ports, readback, upload
+from motorcade.service.world_messages import UploadAnswer, UploadOrder
+from motorcade.upload.serial_port import BARE, ports, run
 
 # The simulated car's image.
 VIRTUAL_CAR = "virtual-car.image"
@@ -130,20 +130,9 @@ class Uploads:
 
 
 def _reach_car(order: UploadOrder, baud: int, put: Callable[[UploadAnswer], None]) -> None:
-    port, image = order.port, order.image
     # Some of pyserial's URLs write files, so a page may use listed ports only.
-    if port not in {each.device for each in ports()}:
-        raise MotorcadeError("no-such-port", port=port)
-    if image is None:
-        put(ImageRead(readback(port, baud)))
-        return
-    size = len(image)
-    answer = upload(
-        port,
-        image,
-        baud,
-        order.verify,
-        lambda sent: put(Progress(sent, size)),
-        lambda retry: put(retry_notice(retry, size)),
-    )
-    put(uploaded(order, answer))
+    if order.port not in {each.device for each in ports()}:
+        raise MotorcadeError("no-such-port", port=order.port)
+    transfer = transfer_of(order, secrets.randbelow(256), put)
+    run(transfer, order.port, baud)
+    put(outcome_of(order, transfer, order.port))
