@@ -12,14 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import World
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.mats import read_mat
 from motorcade.missions.document import missions
 from motorcade.program.blocks import program_of
 from motorcade.program.compiler import compile_program
-from motorcade.server.studio.driving import build_world
 from motorcade.service.documents import EXAMPLES as GALLERY
 from motorcade.service.documents import example
+from motorcade.service.studio_world import open_world
 from motorcade.service.world_messages import SetWorld
 from support.brain_steps import STEPS_OF_A_LINE, sums
 from support.hashes_in_site import REQUEST, digests, packed, with_digests
@@ -105,7 +104,7 @@ def test_a_page_gets_the_same_bytes(ask, seed: int, range_mm: int) -> None:
         "voice": [{"at_s": 1, "word": "stop"}],
     }
     message = SetWorld(mat, ROAMING, seed=seed, range_mm=range_mm)
-    assert ask("page", message, 1500, 7) == page_hash(build_world(message, DrivenCars(), 100), 1500, 7)
+    assert ask("page", message, 1500, 7) == page_hash(open_world(message, 100), 1500, 7)
 
 
 def test_the_brain_in_python_does_the_same(ask) -> None:

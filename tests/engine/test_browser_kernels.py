@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade import World
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser.kernels import BrowserKernels, LinearArray, make_world
+from motorcade.browser.kernels import BrowserKernels, LinearArray, open_worlds
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio.driving import build_world
+from motorcade.service.studio_world import open_world
 from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.strategies import BRISK
@@ -51,7 +50,7 @@ def test_a_page_gets_the_same_bytes_from_both_shells() -> None:
         "voice": [{"at_s": 2, "word": "stop"}],
     }
     message = SetWorld(mat, ROAMING, seed=5, range_mm=700)
-    worlds = [build_world(message, DrivenCars(), 100), make_world(message, MockInstance, 100)]
+    worlds = [open_world(message, 100), open_world(message, 100, open_worlds(MockInstance))]
     for seed in (5, 6):
         server, browser = (page_hash(world, 1500, 7) for world in worlds)
         assert browser == server
@@ -77,7 +76,7 @@ def test_a_picture_needs_few_calls_between_python_and_javascript() -> None:
             instances.append(MockInstance())
             return instances[-1]
 
-        world = make_world(SetWorld(mat, ROAMING), opened, 300)
+        world = open_world(SetWorld(mat, ROAMING), 300, open_worlds(opened))
         world.run(40), world.pictures.moment(is_stored=False)
         [instance] = instances
         instance.calls.clear()
@@ -130,17 +129,18 @@ for name in BLOCKED:
 from support.linear_instance import MockInstance as open_instance
 """
 PLAYED = """
-from motorcade.browser.kernels import make_world, open_worlds
+from motorcade.browser.kernels import open_worlds
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission
 from motorcade.service.messages import MissionChoice
+from motorcade.service.studio_world import open_world
 from motorcade.service.world_messages import Play, SetWorld, Shown, Watch
 from motorcade.service.world_session import WorldSession
 from motorcade.program.compiler import compile_program
 
 mission = built_in_mission("follow-me")
 image = compile_program(mission.solution, mission.profile).image
-session = WorldSession("0", lambda message: make_world(message, open_instance, 1000))
+session = WorldSession("0", lambda message: open_world(message, 1000, open_worlds(open_instance)))
 session.connect()
 answers = [*session.receive(SetWorld(mission.mat_document, image, seed=3, mission=MissionChoice(mission.id)))]
 answers += session.receive(Play(4)) + session.receive(Watch(1))

@@ -20,7 +20,6 @@ from starlette.websockets import WebSocketDisconnect
 from tests.fuzz import documents
 from tests.fuzz.documents import damaged
 
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car import brain, frames
 from motorcade.car.senses import NOTHING
 from motorcade.classroom.app import REQUESTS, class_view, pupil_view
@@ -39,10 +38,10 @@ from motorcade.server.fleet import SingleCar
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote import NEWEST, PageSession
 from motorcade.server.request_filter import ServerSettings
-from motorcade.server.studio.driving import build_world
 from motorcade.service.documents import open_file, open_text, project_text
 from motorcade.service.messages import Blocks, decode
 from motorcade.service.programs import compile_blocks, error_answer
+from motorcade.service.studio_world import open_world
 from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
 from motorcade.words import upload
@@ -197,7 +196,7 @@ def drive_wire(sent):
 
 @harness(st.lists(st.tuples(damaged(documents.WORLD_MESSAGES), st.integers(0, 600)), max_size=6))
 def studio_messages(sent):
-    session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 30), (1 << 20, 1 << 18))
+    session = WorldSession("0" * 32, lambda message: open_world(message, 30), (1 << 20, 1 << 18))
     now_s, answers = 0.0, session.connect()
     answers += session.receive(decode(documents.WORLD_MESSAGES[1], WorldMessage))
     for text, wait_ms in sent:

@@ -90,7 +90,7 @@ def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():
     times, states = [], []
     for _ in range(2):
         watch = MissionWatch(mission, image)
-        for sight in watched(open_worlds_here(mission, image, mission.seeds, True), mission):
+        for sight in watched(open_worlds_here(mission.mat, [image], mission.profile, mission.seeds, True), mission):
             if sight.seed == mission.seeds[0]:
                 times.append(sight.moment.t_ms)
                 watch.see(sight.moment, sight.begun)

@@ -8,7 +8,6 @@ import pytest
 from motorcade.browser.shell import Shell
 from motorcade.browser.storage import BrowserStorage
 from support.pictures import Picture
-from support.session_page import server_world
 from support.world_page import MAT, SET
 
 KEY = "ab" * 16
@@ -32,7 +31,7 @@ def clock():
 
 @pytest.fixture
 def shell(clock):
-    return Shell(BrowserStorage(), server_world, clock)
+    return Shell(BrowserStorage(), clock)
 
 
 def ask(shell, name, message=None):
@@ -55,7 +54,7 @@ def test_a_wrong_request_is_refused_with_a_sentence_in_each_language(shell):
 
 
 def test_an_error_of_motorcade_itself_is_told_as_internal(shell, capsys):
-    broken = Shell(None, lambda message: 1 / 0, lambda: 0.0)  # type: ignore[arg-type,return-value]
+    broken = Shell(None, lambda: 0.0, lambda *_: 1 / 0)  # type: ignore[arg-type,return-value]
     assert ask(broken, "projects/list")["error"]["code"] == "browser-fault"
     broken.open(1, "world", KEY)
     assert [each["code"] for each in said(broken.receive(1, json.dumps(SET)))] == ["browser-fault"]

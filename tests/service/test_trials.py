@@ -15,7 +15,7 @@ from motorcade.service.trials import Explain, Failure, Luck, TrialSession, Try
 from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.pictures import Picture
-from support.session_page import MOST_CARS, server_world, site_world
+from support.session_page import MOST_CARS
 
 # Of a mat that does not say it.
 TICK_MS = 1
@@ -39,8 +39,8 @@ def program(*steps, rest_s=1):
 
 DANCE = program(led(1, 1), forward(1), right(1), wait(2))
 SESSIONS = {
-    "server": lambda: TrialSession(server_world, MOST_CARS),
-    "site": lambda: TrialSession(site_world, MOST_CARS, open_worlds(MockInstance)),
+    "server": lambda: TrialSession(MOST_CARS),
+    "site": lambda: TrialSession(MOST_CARS, open_worlds(MockInstance)),
 }
 
 

@@ -17,6 +17,7 @@ from motorcade.browser.storage import BrowserStorage
 from motorcade.engine.events import LOST
 from motorcade.engine.linear_memory import PATH
 from motorcade.engine.moment import moment_bytes, unpack_events
+from motorcade.missions.check import open_worlds_here
 from motorcade.service.documents import example, opening
 from motorcade.service.history import FIRST, HEADER_BYTES, header_of
 from motorcade.service.messages import Blocks, decode
@@ -59,12 +60,12 @@ class Visit:
         )
         self._now_s = 0.0
         self.worlds = []
-        self._shell = Shell(BrowserStorage(), self._make, lambda: self._now_s)
+        self._shell = Shell(BrowserStorage(), lambda: self._now_s, self._open_worlds)
         self._is_open = False
         self.told, self.pictures = {}, []
 
-    def _make(self, message):
-        self.worlds.append(server_world(message))
+    def _open_worlds(self, *asked):
+        self.worlds.append(open_worlds_here(*asked))
         return self.worlds[-1]
 
     def close(self):

@@ -51,9 +51,10 @@ class Digests:
 
     def page(self, message: Any, duration_ms: int, watched: int) -> str:
         """The digest of all that a page gets from a world."""
-        from motorcade.browser.kernels import make_world
+        from motorcade.browser.kernels import open_worlds
+        from motorcade.service.studio_world import open_world
 
-        return page_hash(make_world(message, self._open, 1_000), duration_ms, watched)
+        return page_hash(open_world(message, 1_000, open_worlds(self._open)), duration_ms, watched)
 
     def brain(self, seed: int, steps: int) -> list[str]:
         """The sums of what brain, receiver and step do in random steps of cars, all in Python."""

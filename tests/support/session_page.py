@@ -3,10 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.browser import kernels
-from motorcade.server.studio.driving import build_world
-from motorcade.service.studio_world import StudioWorld
+from motorcade.browser.kernels import open_worlds
+from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import SetWorld, Shown, WorldMessage
 from motorcade.service.world_session import WorldSession
 from support.linear_instance import MockInstance
@@ -17,12 +15,12 @@ MOST_CARS = 2_000
 
 def server_world(message: SetWorld) -> StudioWorld:
     """Build a page's world as the studio's server does."""
-    return build_world(message, DrivenCars(), MOST_CARS)
+    return open_world(message, MOST_CARS)
 
 
 def site_world(message: SetWorld) -> StudioWorld:
     """Build a page's world as the site does, in a browser."""
-    return kernels.make_world(message, MockInstance, MOST_CARS)
+    return open_world(message, MOST_CARS, open_worlds(MockInstance))
 
 
 class SessionPage:

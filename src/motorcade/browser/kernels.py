@@ -5,18 +5,14 @@ bytes. `web/src/site/engine.ts` is what JavaScript gives; tests give one that is
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol
 
-from motorcade.config.profile import Profile
 from motorcade.engine.backend import Name
 from motorcade.engine.linear_memory import LinearArray, LinearMemory, parse_arguments
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer, width_of
-from motorcade.mats import Mat
 from motorcade.missions.odds import OpenWorlds
-from motorcade.service.studio_world import StudioWorld, open_world
-from motorcade.service.world_messages import SetWorld
 
 
 class View(Protocol):
@@ -116,17 +112,8 @@ class BrowserKernels(LinearMemory):
         self._instance.call(kernel, address)
 
 
-def make_world(message: SetWorld, open_instance: OpenInstance, most_cars: int) -> StudioWorld:
-    """Build a page's world. Raises MotorcadeError."""
-
-    def make(mat: Mat, images: Sequence[bytes], profile: Profile, seed: int) -> Simulation:
-        return Simulation(mat, images, profile, BrowserKernels(open_instance()), seeds=(seed,), events=True)
-
-    return open_world(message, most_cars, make)
-
-
 def open_worlds(open_instance: OpenInstance) -> OpenWorlds:
-    """Return what opens the worlds of missions, for `motorcade.service.requests.Context`."""
-    return lambda mission, image, seeds, events: Simulation(
-        mission.mat, [image], mission.profile, BrowserKernels(open_instance()), seeds=seeds, events=events
+    """Return what opens worlds in the browser; those of a call share an instance of engine.wasm."""
+    return lambda mat, images, profile, seeds, events: Simulation(
+        mat, images, profile, BrowserKernels(open_instance()), seeds=seeds, events=events
     )

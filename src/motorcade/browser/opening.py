@@ -117,8 +117,8 @@ class _World:
         self._world = open_world(
             message,
             CAPABILITIES.most_cars,
-            lambda mat, images, profile, seed: Simulation(
-                mat, images, profile, self._kernels, seeds=(seed,), events=True
+            lambda mat, images, profile, seeds, events: Simulation(
+                mat, images, profile, self._kernels, seeds=seeds, events=events
             ),
         )
         self._simulation = self._world.simulation

@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from motorcade.browser.kernels import OpenInstance, View, make_world, open_worlds
+from motorcade.browser.kernels import OpenInstance, View, open_worlds
 from motorcade.browser.storage import BrowserStorage
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
@@ -22,10 +22,10 @@ from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import Capabilities, decode
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
-from motorcade.service.studio_world import StudioWorld
+from motorcade.service.studio_world import open_world
 from motorcade.service.trials import TrialMessage, TrialSession
 from motorcade.service.upload_session import VIRTUAL_PORT, UploadSession, VirtualCarSession, failed
-from motorcade.service.world_messages import SetWorld, UploadOrder, WorldMessage
+from motorcade.service.world_messages import UploadOrder, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
 
 CAPABILITIES = Capabilities(
@@ -106,8 +106,7 @@ Stream = UploadStream | _SessionStream
 
 def start(open_instance: OpenInstance) -> "Shell":
     """Return the shell of this worker, in which each world has an instance of engine.wasm of its own."""
-    make = partial(make_world, open_instance=open_instance, most_cars=CAPABILITIES.most_cars)
-    return Shell(BrowserStorage(), make, time.perf_counter, open_worlds(open_instance))
+    return Shell(BrowserStorage(), time.perf_counter, open_worlds(open_instance))
 
 
 class Shell:
@@ -115,20 +114,14 @@ class Shell:
 
     Args:
         storage: where projects are stored, and what the virtual car holds.
-        make_world: builds a page's world. Raises MotorcadeError.
         clock: seconds since any moment.
-        open_worlds: opens the worlds of missions.
+        open_worlds: opens all worlds.
     """
 
     def __init__(
-        self,
-        storage: BrowserStorage,
-        make_world: Callable[[SetWorld], StudioWorld],
-        clock: Callable[[], float],
-        open_worlds: OpenWorlds = open_worlds_here,
+        self, storage: BrowserStorage, clock: Callable[[], float], open_worlds: OpenWorlds = open_worlds_here
     ) -> None:
         self.storage = storage
-        self._make_world = make_world
         self._clock = clock
         self._open_worlds = open_worlds
         self._context = Context(CAPABILITIES, storage, lambda: [VIRTUAL_PORT], open_worlds=open_worlds)
@@ -149,14 +142,15 @@ class Shell:
     def open(self, number: int, name: str, session: str) -> Sent:
         """Open the stream ``name``, world, trials, upload or serial; the page calls it ``number``."""
         if name == "trials":
-            trials = TrialSession(self._make_world, CAPABILITIES.most_cars, self._open_worlds)
+            trials = TrialSession(CAPABILITIES.most_cars, self._open_worlds)
             self._streams[number] = _SessionStream(trials, self._clock)
             return []
         if name != "world":
             car = self.storage if name == "upload" else None
             self._streams[number] = UploadStream(self._clock, car)
             return []
-        world = self._worlds.get(session) or WorldSession(session, self._make_world)
+        make_world = partial(open_world, most_cars=CAPABILITIES.most_cars, open_worlds=self._open_worlds)
+        world = self._worlds.get(session) or WorldSession(session, make_world)
         self._worlds[session] = world
         self._streams[number] = _SessionStream(world, self._clock)
         return _packed(world.connect())

@@ -10,10 +10,10 @@ from msgspec import Meta
 from motorcade.classroom.messages import MatView, Wall, WallWorld, request
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
-from motorcade.server.studio.driving import PageWorld, build_world
+from motorcade.server.studio.driving import PageWorld
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission, mission_goals, mission_zones
-from motorcade.service.studio_world import StudioWorld
+from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import Pause, Play, Reset, SetWorld, Shown, Watch
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.upload import NO_PROGRAM
@@ -157,7 +157,9 @@ class SharedMat:
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session
         async with session.lock:
-            world = await session.in_thread(partial(build_world, message, session.fleet.boards, _MOST_CARS, images))
+            world = await session.in_thread(
+                partial(open_world, message, _MOST_CARS, images=images, steering=session.fleet.boards)
+            )
             session.mat = document
             self._started, self._state = list(self._images), "running"
             answers = session.begin(world)

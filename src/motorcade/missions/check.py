@@ -6,9 +6,11 @@ from functools import reduce
 from statistics import fmean
 from typing import Any, NamedTuple
 
+from motorcade.config.profile import Profile
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
+from motorcade.mats.model import Mat
 from motorcade.missions.goals import MOST_UNMET, GoalState, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
@@ -76,11 +78,13 @@ class Result(NamedTuple):
         return {"stars": len(self.stars), "grade": self.grade, "goals": [goal.to_dict(language) for goal in self.goals]}
 
 
-def open_worlds_here(mission: Mission, image: bytes, seeds: Sequence[int], events: bool) -> Simulation:
+def open_worlds_here(
+    mat: Mat, images: Sequence[bytes], profile: Profile, seeds: Sequence[int], events: bool
+) -> Simulation:
     """Open worlds with the engine of this computer."""
     from motorcade.engine.world import World
 
-    return World(mission.mat, [image], mission.profile, seeds=seeds, events=events, threads=1)
+    return World(mat, images, profile, seeds=seeds, events=events, threads=1)
 
 
 Look = Callable[[Sight], None]
@@ -106,7 +110,7 @@ def _check(
     mission: Mission, image: bytes, program: Program | None, open_worlds: OpenWorlds, look: Look | None
 ) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
-    for sight in watched(open_worlds(mission, image, mission.seeds, True), mission):
+    for sight in watched(open_worlds(mission.mat, [image], mission.profile, mission.seeds, True), mission):
         watches[sight.seed].see(sight.moment, sight.begun)
         if look:
             look(sight)

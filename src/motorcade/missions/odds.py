@@ -9,9 +9,11 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from motorcade.car.brain import NO_LED
+from motorcade.config.profile import Profile
 from motorcade.engine import judging
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
+from motorcade.mats.model import Mat
 from motorcade.missions.event_goals import Slots, SlotWatch
 from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
 from motorcade.missions.model import Goal, Mission
@@ -20,8 +22,11 @@ from motorcade.missions.scores import Score
 from motorcade.missions.watch import EVERY_MS, begun_words, run_to_next, watch_of, with_lists
 from motorcade.words.image import parse_image_bytes
 
-OpenWorlds = Callable[[Mission, bytes, Sequence[int], bool], Simulation]
-"""Opens the worlds of a mission side by side, one for each seed, with or without events. Raises MotorcadeError."""
+OpenWorlds = Callable[[Mat, Sequence[bytes], Profile, Sequence[int], bool], Simulation]
+"""Opens worlds side by side: mat, images, profile, a seed for each, and whether they keep events.
+
+Raises MotorcadeError.
+"""
 
 # Runs that go on side by side, and the cars that they may have together.
 _RUNS, _MOST_CARS = 20, 4_000
@@ -79,7 +84,7 @@ class Odds:
         # The goals that need every moment of every run in Python.
         self._is_slow = any(_needs_moments(mission.goals[number]) for number in watches)
         first = self._left[: self._runs]
-        self._world = open_worlds(mission, image, first, self._needs_events)
+        self._world = open_worlds(mission.mat, [image], mission.profile, first, self._needs_events)
         self._questions = self._ask()
         most = _MOST_SLOW_MOMENTS if self._is_slow else _MOST_MOMENTS
         self._moments_a_call = min(max(1, round(_WORK * 1000 / (EVERY_MS * cars * self._runs))), most)

@@ -7,7 +7,7 @@ sent. Where all words agree, they part where a car stands elsewhere.
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
@@ -16,9 +16,10 @@ from motorcade.engine.events import FRAME, HEARD, LOSS_REASONS, LOST, START, STA
 from motorcade.engine.moment import EVENT_BYTES, Event, unpack_events, unpack_moment
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.goals import car_phrase
+from motorcade.missions.odds import OpenWorlds
 from motorcade.service.history import EVERY_MS, History, pack_picture
 from motorcade.service.messages import Sentence, StreamAnswer, StreamMessage, sentences
-from motorcade.service.studio_world import StudioWorld
+from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import air_us, word_of
@@ -139,17 +140,18 @@ class Comparison:
 
     Args:
         message: which runs.
-        make_world: builds the world of a run. Raises MotorcadeError.
+        most_cars: the most cars in one world.
+        open_worlds: opens the world of a run.
 
     Raises MotorcadeError where the two can't be compared.
     """
 
-    def __init__(self, message: Compare, make_world: Callable[[SetWorld], StudioWorld]) -> None:
-        worlds = make_world(message.one), make_world(message.other)
+    def __init__(self, message: Compare, most_cars: int, open_worlds: OpenWorlds) -> None:
+        self._most_cars, self._open_worlds, self._messages = most_cars, open_worlds, (message.one, message.other)
+        worlds = self._new_worlds()
         if worlds[0].cars != worlds[1].cars or worlds[0].tick_ms != worlds[1].tick_ms:
             raise MotorcadeError("runs-differ-in-cars")
         self._runs = _Run(worlds[0]), _Run(worlds[1])
-        self._make_world, self._messages = make_world, (message.one, message.other)
         self._until_ms = message.until_ms
         self._late_ms = max(run.late_ms for run in self._runs)
         self._cars = worlds[0].cars
@@ -159,6 +161,9 @@ class Comparison:
         self._place: tuple[int, int] | None = None
         self._exact: tuple[int, int] | None = None
         self._is_found = False
+
+    def _new_worlds(self) -> list[StudioWorld]:
+        return [open_world(message, self._most_cars, self._open_worlds) for message in self._messages]
 
     @property
     def is_busy(self) -> bool:
@@ -202,7 +207,7 @@ class Comparison:
 
     def _tick_of(self, after_ms: int) -> tuple[int, int]:
         """Run both again, tick by tick from ``after_ms`` on; return the time and the car of the first difference."""
-        worlds = [self._make_world(message) for message in self._messages]
+        worlds = self._new_worlds()
         for world in worlds:
             if after_ms:
                 world.run(after_ms)

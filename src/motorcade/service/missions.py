@@ -270,7 +270,7 @@ def warm_up() -> None:
     """Load the engine and the missions, so that the first check takes no longer than others."""
     mission = documents.missions()[0]
     image = compile_program(mission.start or Program([]), mission.profile).image
-    next(watched(open_worlds_here(mission, image, mission.seeds, True), mission))
+    next(watched(open_worlds_here(mission.mat, [image], mission.profile, mission.seeds, True), mission))
 
 
 def mission_goals(mission: model.Mission) -> list[MissionGoal]:

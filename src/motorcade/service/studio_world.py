@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 from msgspec import structs
 
 from motorcade.car.brain import HOLDS, RUNNING, WORD
-from motorcade.config.profile import Profile, built_in_profile
+from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment
@@ -18,7 +18,9 @@ from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
+from motorcade.missions.check import open_worlds_here
 from motorcade.missions.model import Mission
+from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
@@ -31,9 +33,6 @@ from motorcade.words.upload import NO_PROGRAM
 # With more a moment takes so long to compute that one world delays the others.
 MOST_FURNITURE = 400
 _T = TypeVar("_T")
-
-MakeWorld = Callable[[Mat, Sequence[bytes], Profile, int], Simulation]
-"""Builds a world that keeps events, from mat, images, profile and seed. Raises MotorcadeError."""
 
 
 class Steering(Protocol):
@@ -190,7 +189,7 @@ def _received(bits: int, sender: int, t_ms: int) -> ReceivedFrame:
 def open_world(
     message: SetWorld,
     most_cars: int,
-    make: MakeWorld,
+    open_worlds: OpenWorlds = open_worlds_here,
     images: Sequence[bytes] | None = None,
     steering: Steering | None = None,
 ) -> StudioWorld:
@@ -206,7 +205,7 @@ def open_world(
     parse_image_bytes(image)
 
     def build() -> Simulation:
-        world = make(mat, images or [image], profile, message.seed)
+        world = open_worlds(mat, images or [image], profile, [message.seed], True)
         if message.range_mm is not None:
             world.set_environment(mat, message.range_mm)
         return world

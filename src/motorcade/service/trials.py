@@ -4,7 +4,6 @@ A shell calls `receive` for each message, and `advance` as long as `is_busy`; ea
 """
 
 from collections import deque
-from collections.abc import Callable
 from typing import Annotated
 
 from msgspec import Meta
@@ -16,8 +15,8 @@ from motorcade.missions.watch import MissionWatch
 from motorcade.service.difference import Compare, Compared, Comparison, Difference, Show
 from motorcade.service.messages import MissionChoice, Sentence, StreamAnswer, StreamMessage, sentences
 from motorcade.service.missions import chosen_mission
-from motorcade.service.studio_world import StudioWorld, check_mission_size
-from motorcade.service.world_messages import Refused, Seed, SetWorld
+from motorcade.service.studio_world import check_mission_size
+from motorcade.service.world_messages import Refused, Seed
 from motorcade.words.image import parse_image_bytes
 
 # With large worlds fewer runs are tried: about so many car-seconds in all, some ten seconds of work.
@@ -104,7 +103,7 @@ class _Try:
 
     def _explain(self, seed: int) -> Failure:
         """Run one seed again, watched as in the page."""
-        world = self._open_worlds(self._mission, self._image, [seed], True)
+        world = self._open_worlds(self._mission.mat, [self._image], self._mission.profile, [seed], True)
         watch = MissionWatch(self._mission, self._image)
         for sight in watched(world, self._mission):
             watch.see(sight.moment, sight.begun)
@@ -117,18 +116,12 @@ class TrialSession:
     """The trials of one page.
 
     Args:
-        make_world: builds the world of one of two runs that are compared. Raises MotorcadeError.
         most_cars: the most cars in one world.
-        open_worlds: opens the worlds of a mission side by side.
+        open_worlds: opens the worlds of a mission, and those of two runs that are compared.
     """
 
-    def __init__(
-        self,
-        make_world: Callable[[SetWorld], StudioWorld],
-        most_cars: int,
-        open_worlds: OpenWorlds = open_worlds_here,
-    ) -> None:
-        self._make_world, self._most_cars, self._open_worlds = make_world, most_cars, open_worlds
+    def __init__(self, most_cars: int, open_worlds: OpenWorlds = open_worlds_here) -> None:
+        self._most_cars, self._open_worlds = most_cars, open_worlds
         self._try: _Try | None = None
         self._comparison: Comparison | None = None
 
@@ -150,7 +143,7 @@ class TrialSession:
                     self._try.asked.append(message.seed)
             case Compare():
                 self._comparison = None
-                self._comparison = Comparison(message, self._make_world)
+                self._comparison = Comparison(message, self._most_cars, self._open_worlds)
             case Show():
                 return [*self._comparison.pictures(message.t_ms)] if self._comparison else []
         return []

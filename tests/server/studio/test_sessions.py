@@ -248,14 +248,14 @@ def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch, held) -> No
 
 
 def test_no_picture_of_a_page_waits_while_many_others_build_large_worlds(client, monkeypatch, held) -> None:
-    build = driving.build_world
+    build = driving.open_world
 
-    def take_long(message, *rest):
+    def take_long(message, **rest):
         if message.seed == 99:
             held.take_long()
-        return build(message, *rest)
+        return build(message, **rest)
 
-    monkeypatch.setattr(driving, "build_world", take_long)
+    monkeypatch.setattr(driving, "open_world", take_long)
     # Each picture of the page is made in a thread.
     monkeypatch.setattr(sessions, "_QUICK_S", 0)
     others = [f"{number:032x}" for number in range(4)]

@@ -18,7 +18,6 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import Place
 from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
@@ -27,7 +26,6 @@ from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.remote import routes as remote_routes
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio.cars import CarList
-from motorcade.server.studio.driving import build_world
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
 from motorcade.server.studio.uploads import Uploads
 from motorcade.server.studio.workers import Workers
@@ -209,9 +207,7 @@ class Trials:
                 self._pages -= 1
 
     async def _serve(self, page: PageSocket) -> None:
-        most_cars = self._limits.most_cars
-        make_world = partial(build_world, driven=DrivenCars(), most_cars=most_cars)
-        session = TrialSession(make_world, most_cars)
+        session = TrialSession(self._limits.most_cars)
         asked, lock, loop = asyncio.Event(), asyncio.Lock(), asyncio.get_running_loop()
 
         async def do(job: Callable[..., Iterable[object]], *message: TrialMessage) -> None:

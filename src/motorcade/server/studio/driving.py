@@ -1,7 +1,7 @@
 """A page's world in the server, and its cars that somebody drives, or drove and that stand still."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
@@ -12,9 +12,7 @@ from anyio import CapacityLimiter, to_thread
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.simulated import Scene, to_jpeg
-from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl, ControlSession
-from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.runs.recording import Description
@@ -24,7 +22,7 @@ from motorcade.server.remote_messages import ListedCar
 from motorcade.service.history import EVERY_MS, PAST_BYTES
 from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld, open_world
-from motorcade.service.world_messages import SetWorld, WorldAnswer
+from motorcade.service.world_messages import WorldAnswer
 from motorcade.service.world_session import WorldSession
 from motorcade.timing import monotonic_ms
 
@@ -56,17 +54,6 @@ def _resume(control: CarControl, clears: bool = False) -> None:
         session.resume_program()
     finally:
         session.leave()
-
-
-def build_world(
-    message: SetWorld, driven: DrivenCars, most_cars: int, images: Sequence[bytes] | None = None
-) -> StudioWorld:
-    """Build a page's world in the server; ``images`` as `open_world` takes them. Raises MotorcadeError."""
-    return open_world(message, most_cars, _make_world, images, driven)
-
-
-def _make_world(mat: Mat, images: Sequence[bytes], profile: Profile, seed: int) -> World:
-    return World(mat, images, profile, seeds=seed, events=True, threads=1)
 
 
 class PageWorld(WorldSession):
@@ -102,7 +89,7 @@ class PageWorld(WorldSession):
         allowed: tuple[type, ...] = (object,),
     ) -> None:
         self.fleet = SessionFleet(self)
-        super().__init__(key, lambda message: build_world(message, self.fleet.boards, most_cars), past_bytes)
+        super().__init__(key, partial(open_world, most_cars=most_cars, steering=self.fleet.boards), past_bytes)
         self._workers = workers
         self.visitor, self.allowed = visitor, allowed
         self.mat: MatDocument | None = None
