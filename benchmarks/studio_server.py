@@ -35,8 +35,8 @@ import sys
 from pathlib import Path
 from motorcade.drive.listener import bind
 from motorcade.server.running import serve_alone
-from motorcade.server.studio.app import Settings, make_app
-from motorcade.server.studio.sessions import SessionLimits
+from motorcade.server.studio.app import make_app
+from motorcade.server.studio.sessions import SessionLimits, Settings
 port = int(sys.argv[1])
 # All pages come from one address here.
 settings = Settings(library=Path(sys.argv[2]), port=port, sessions=SessionLimits(most_of_one_visitor=64))

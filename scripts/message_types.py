@@ -203,4 +203,4 @@ def class_types() -> str:
 def _class_requests(prefix: str) -> dict[str, tuple[Any, Any]]:
     """Return the types of a class's requests whose names begin so, by what follows."""
     found = {name: each for name, (_, each) in CLASS_REQUESTS.items() if name.startswith(prefix)}
-    return {name.removeprefix(prefix): (each.message, each.answer) for name, each in found.items()}
+    return {name.removeprefix(prefix): each.request[:2] for name, each in found.items()}

@@ -15,7 +15,6 @@ from typing import Any
 import msgspec
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from msgspec import structs
 from starlette.websockets import WebSocketDisconnect
 from tests.fuzz import documents
 from tests.fuzz.documents import damaged
@@ -227,11 +226,10 @@ def class_messages(sent):
     for name, text, who in sent:
         now_s += 1.0
         kind, exchange = REQUESTS[name]
-        given_ = {"asks": None, "client": "a", "who": who, "now_s": now_s}
+        given_ = {"self": room if kind is Classroom else pairs, "asks": None, "client": "a", "who": who, "now_s": now_s}
         with refused():
-            message = decode(text.encode(errors="replace"), exchange.message)
-            owner = room if kind is Classroom else pairs
-            exchange.method(owner, **{each: given_[each] for each in exchange.given}, **structs.asdict(message))
+            arguments = exchange.request.arguments(text.encode(errors="replace"))
+            exchange.request.function(**{each: given_[each] for each in exchange.request.given}, **arguments)
         assert from_bytes(to_bytes(room.record), "class.json") == room.record
         msgspec.json.encode(class_view(room, NO_MAT, now_s))
         for pupil in room.record.pupils:

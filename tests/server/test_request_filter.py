@@ -7,7 +7,8 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
-from motorcade.server.studio.app import Settings, make_app
+from motorcade.server.studio.app import make_app
+from motorcade.server.studio.sessions import Settings
 from motorcade.service import programs
 
 HERE = "http://127.0.0.1:7700"

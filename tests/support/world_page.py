@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from starlette.testclient import TestClient
 
 from motorcade import Followers, Program, compile_program, forward, led, left
-from motorcade.server.studio.app import Settings, make_app
+from motorcade.server.studio.app import make_app
+from motorcade.server.studio.sessions import Settings
 from support.remote_page import PageSocket
 
 KEY = "0123456789abcdef" * 2

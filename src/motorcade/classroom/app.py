@@ -11,7 +11,6 @@ from typing import Any
 
 import msgspec
 from anyio import to_thread
-from msgspec import structs
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
 from starlette.requests import HTTPConnection, Request
@@ -32,13 +31,13 @@ from motorcade.classroom.wall import Walls
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, languages
 from motorcade.missions.document import built_in_mission
+from motorcade.server.fleet import RemoteCars
 from motorcade.server.http import EXCEPTION_HANDLERS, json_response, page_file, page_routes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import RequestFilter
-from motorcade.server.studio.app import TEACHERS_CARS, real_cars
 from motorcade.server.studio.app import routes as studio_routes
 from motorcade.server.studio.cars import CarList
-from motorcade.server.studio.sessions import PageWorlds
+from motorcade.server.studio.sessions import TEACHERS_CARS, PageWorlds
 from motorcade.service.messages import Nothing, Sentence, decode, sentences
 from motorcade.service.missions import mission_in
 from motorcade.sockets import network_of
@@ -55,12 +54,12 @@ _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:
     """Return the whole server of a class, as an ASGI application; the folder is locked for this process."""
-    cars = real_cars(settings)
+    cars = RemoteCars(settings.cars, settings.keys, settings.trust)
     running = RunningClass(settings, folder)
-    worlds = PageWorlds(settings, settings.sessions, running)
-    room_cars = CarList(settings, settings.places, settings.keys, running.is_teacher)
+    worlds = PageWorlds(running)
+    room_cars = CarList(settings, running.is_teacher)
     handlers = Handlers(running, worlds, EmergencyStop(cars), room_cars)
-    walls = Walls(running, worlds)
+    walls, mat = Walls(running, worlds), running.mat
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -81,7 +80,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
             WebSocketRoute(f"{_TEACHER}stream", partial(_serve_teacher, running)),
             WebSocketRoute(f"{_TEACHER}wall", walls.serve),
             WebSocketRoute(f"{_TEACHER}watch", walls.watch),
-            WebSocketRoute(f"{_TEACHER}mat", walls.serve_mat),
+            WebSocketRoute(f"{_TEACHER}mat", lambda socket: worlds.serve_shared(socket, mat.session, mat.wall())),
             WebSocketRoute(TEACHERS_CARS, room_cars.serve),
             Route(f"{_TEACHER}work.zip", partial(_work, running)),
             Route(f"{_TEACHER}report.html", partial(_report, running), methods=["POST"]),
@@ -89,7 +88,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
                 Route(f"{_API}{path}/{{name:path}}", partial(_answer, running, handlers), methods=["POST"])
                 for path in ("class", "teacher")
             ),
-            *studio_routes(settings, running, worlds, cars),
+            *studio_routes(running, worlds, cars),
             *_pages(running),
             *page_routes(settings.page),
         ],
@@ -140,11 +139,12 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     if who:
         running.check_request(who, now_s)
     async with running.bodies.loaded(request) as data:
-        message = decode(data or b"{}", exchange.message)
+        arguments = exchange.request.arguments(data)
     response, since = json_response(None), running.room.revision
-    given = {"asks": Asks(request, response), "client": _address(request), "who": who, "now_s": now_s}
+    asks = Asks(request, response)
+    given = {"self": owner, "asks": asks, "client": _address(request), "who": who, "now_s": now_s}
     try:
-        answer = exchange.method(owner, **{name: given[name] for name in exchange.given}, **structs.asdict(message))
+        answer = exchange.request.function(**{name: given[name] for name in exchange.request.given}, **arguments)
         answer = await answer if isawaitable(answer) else answer
     except MotorcadeError:
         # Also what a refused request has changed.

@@ -6,12 +6,11 @@ has changed. `web/src/generated/classroom.ts` is written from these types by `sc
 """
 
 from collections.abc import Callable
-from inspect import signature
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from msgspec import Meta, Struct
 
-from motorcade.service.messages import LibraryEntry, MatDocument, Nothing, Project, Sentence, StreamAnswer, message_of
+from motorcade.service.messages import LibraryEntry, MatDocument, Project, Request, Sentence, StreamAnswer
 from motorcade.service.missions import MissionGoal, MissionZone
 from motorcade.service.world_messages import Refused
 
@@ -23,30 +22,26 @@ AVATARS = (
 Text40 = Annotated[str, Meta(max_length=160)]
 Secret = Annotated[str, Meta(max_length=400)]
 Id = Annotated[str, Meta(max_length=8)]
-# What a method gets beside the message: the request, the address that it came from, who sent it (a pupil's id, or the
-# teacher), and the time.
-GIVEN = ("asks", "client", "who", "now_s")
+# What a method gets beside the message: its object, the request, the address that it came from, who sent it (a pupil's
+# id, or the teacher), and the time.
+GIVEN = ("self", "asks", "client", "who", "now_s")
 # A window of a pair: the leader's program, with the mat, or the followers' program.
 Window = Literal["leader", "followers"]
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 class Exchange(NamedTuple):
-    """A request, the types of its message and of its answer, and the method that answers it.
+    """A request, and who may send it.
 
     Attributes:
         name: of the request, after ``/api/``.
-        method: of `Classroom` or `Handlers`.
-        given: what of `GIVEN` is among its parameters.
+        request: answered by a method of `Classroom`, `SharedMat`, `Pairs` or `Handlers`.
         is_open: also for who has no session.
         stores: the answer says that something is stored; where it can't be, the request fails and changes nothing.
     """
 
     name: str
-    message: Any
-    answer: Any
-    method: Callable[..., Any]
-    given: tuple[str, ...]
+    request: Request
     is_open: bool
     stores: bool
 
@@ -55,11 +50,8 @@ def request(name: str, *, is_open: bool = False, stores: bool = False) -> Callab
     """Declare that a method answers a request, as `Exchange` says; its parameters are the fields of the message."""
 
     def declare(method: _Method) -> _Method:
-        found = signature(method)
-        given = tuple(name for name in GIVEN if name in found.parameters)
-        message = message_of(method, ("self", *GIVEN), forbid_unknown_fields=True)
-        answer = found.return_annotation or Nothing
-        method.exchange = Exchange(name, message, answer, method, given, is_open, stores)  # type: ignore[attr-defined]
+        found = Request.of(method, GIVEN, forbid_unknown_fields=True)
+        method.exchange = Exchange(name, found, is_open, stores)  # type: ignore[attr-defined]
         return method
 
     return declare

@@ -24,8 +24,7 @@ from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.errors import MotorcadeError
 from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
-from motorcade.server.studio.app import Settings, capabilities
-from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Visitors
+from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Settings, Visitors
 from motorcade.server.studio.uploads import listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
@@ -77,9 +76,10 @@ class RunningClass(Visitors):
         folder: locked for this process.
     """
 
+    settings: ClassServerSettings
+
     def __init__(self, settings: ClassServerSettings, folder: ClassFolder) -> None:
-        super().__init__(settings.library, capabilities(settings))
-        self.settings = settings
+        super().__init__(settings)
         self.storage = self.folder = folder
         self.first_key = settings.first_key
         cars, record = [car.name for car in settings.cars], folder.load(secrets.randbelow)
@@ -204,7 +204,7 @@ class RunningClass(Visitors):
     # What its visitors may do in the studio.
 
     def context(self, visitor: str) -> Context:
-        able = capabilities(self.settings, "teacher" if visitor == TEACHER else "pupil")
+        able = self.capabilities("teacher" if visitor == TEACHER else "pupil")
         return Context(able, self.storage, lambda: self._ports(visitor), visitor)
 
     def most_s(self, request: str) -> float:

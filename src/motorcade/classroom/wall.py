@@ -177,10 +177,6 @@ class Walls:
             self._running.room.pupil(pupil_id)
             await page.serve(Shown, drawn, [partial(self._show, socket, page, now, WATCH_EVERY_S)])
 
-    async def serve_mat(self, socket: WebSocket) -> None:
-        """Serve the teacher's page that shows the shared mat."""
-        await self._worlds.serve_shared(socket, self._mat.session, self._mat.wall())
-
     async def _show(
         self, socket: WebSocket, page: PageSocket, answers: Callable[[], Iterable[object]], every_s: float
     ) -> None:

@@ -245,7 +245,8 @@ def _studio(
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
         from motorcade.server.http import check_page
         from motorcade.server.running import serve_alone
-        from motorcade.server.studio.app import Settings, make_app
+        from motorcade.server.studio.app import make_app
+        from motorcade.server.studio.sessions import Settings
     from motorcade.drive.activity_log import logging_to
     from motorcade.fleet.places import STUDIO, announced
 

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from inspect import Parameter, signature
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct, field
@@ -330,14 +330,43 @@ def sentences(phrase: Any) -> Sentence:
     return {language: phrase.sentence(language) for language in languages()}
 
 
-def message_of(function: Callable[..., Any], given: Collection[str], **options: Any) -> type[Struct]:
-    """Return the type of a message whose fields are the parameters of a function, except those that are ``given``."""
-    fields = [
-        (each.name, each.annotation) if each.default is Parameter.empty else (each.name, each.annotation, each.default)
-        for each in signature(function).parameters.values()
-        if each.name not in given
-    ]
-    return msgspec.defstruct(f"_{function.__name__}", fields, **options)
+class Request(NamedTuple):
+    """A request: the types of its message and its answer, and the function that answers it.
+
+    Attributes:
+        given: the function's parameters that aren't in the message: the server or the worker gives them.
+        whole: the function's parameter that is the message; "" where its parameters are the message's fields.
+    """
+
+    message: Any
+    answer: Any
+    function: Callable[..., Any]
+    given: tuple[str, ...]
+    whole: str
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], known: Collection[str], **options: Any) -> "Request":
+        """Return the request that a function answers: a Struct that is its only parameter is the message.
+
+        Args:
+            known: parameters that aren't in the message, where the function has them.
+            options: of the message's type.
+        """
+        found = signature(function)
+        given = tuple(name for name in found.parameters if name in known)
+        asked = [each for name, each in found.parameters.items() if name not in known]
+        if len(asked) == 1 and isinstance(only := asked[0].annotation, type) and issubclass(only, Struct):
+            return cls(only, found.return_annotation, function, given, asked[0].name)
+        fields = [
+            (each.name, each.annotation, *([] if each.default is Parameter.empty else [each.default])) for each in asked
+        ]
+        message = msgspec.defstruct(f"_{function.__name__}", fields, **options) if asked else Nothing
+        return cls(message, found.return_annotation or Nothing, function, given, "")
+
+    def arguments(self, data: bytes) -> dict[str, Any]:
+        """Return the arguments in a message, which is JSON; no message means none. Raises MotorcadeError."""
+        message = decode(data or b"{}", self.message)
+        return {self.whole: message} if self.whole else msgspec.structs.asdict(message)
 
 
 def decode(data: bytes | str, kind: type[T]) -> T:

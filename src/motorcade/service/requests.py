@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from inspect import signature
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
-from msgspec import Struct, structs
+from msgspec import structs
 
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
@@ -16,7 +15,7 @@ from motorcade.service import library, messages, missions
 from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
-from motorcade.service.messages import Nothing, decode, message_of
+from motorcade.service.messages import Nothing, Request
 from motorcade.service.programs import (
     blocks_to_python,
     compile_blocks,
@@ -123,32 +122,6 @@ def _save_text(project: messages.Project) -> messages.Text:
     return messages.Text(project_text(project))
 
 
-class Request(NamedTuple):
-    """A request: the types of its message and its answer, and the function that answers it.
-
-    Attributes:
-        whole: the function's parameter that is the message; "" where its parameters are the message's fields.
-        needs_context: it is a method of `Context`.
-    """
-
-    message: Any
-    answer: Any
-    function: Callable[..., Any]
-    whole: str
-    needs_context: bool
-
-
-def _request(function: Callable[..., Any]) -> Request:
-    """Return the request that a function answers: a Struct that is its only parameter is the message."""
-    found = signature(function)
-    names = [name for name in found.parameters if name != "self"]
-    only = found.parameters[names[0]].annotation if len(names) == 1 else None
-    is_whole = isinstance(only, type) and issubclass(only, Struct)
-    message = only if is_whole else message_of(function, ("self",)) if names else Nothing
-    whole = names[0] if is_whole else ""
-    return Request(message, found.return_annotation, function, whole, "self" in found.parameters)
-
-
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "capabilities": Context.list_capabilities,
     "profiles": profile_figures,
@@ -183,7 +156,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "projects/export": Context.export_projects,
     "projects/import": Context.import_projects,
 }
-REQUESTS = {name: _request(function) for name, function in _FUNCTIONS.items()}
+# A method of `Context` is given it.
+REQUESTS = {name: Request.of(function, ("self",)) for name, function in _FUNCTIONS.items()}
 
 
 def respond(name: str, data: bytes, context: Context) -> bytes:
@@ -194,7 +168,5 @@ def respond(name: str, data: bytes, context: Context) -> bytes:
     if name not in REQUESTS:
         raise MotorcadeError("not-found")
     request = REQUESTS[name]
-    message = decode(data or b"{}", request.message)
-    arguments = {request.whole: message} if request.whole else structs.asdict(message)
-    given = (context,) if request.needs_context else ()
-    return msgspec.json.encode(request.function(*given, **arguments))
+    given = dict.fromkeys(request.given, context)
+    return msgspec.json.encode(request.function(**given, **request.arguments(data)))

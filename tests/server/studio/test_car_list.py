@@ -5,7 +5,7 @@ import base64
 import pytest
 
 from motorcade.fleet.places import place_of
-from motorcade.server.studio.app import CARS
+from motorcade.server.studio.sessions import CARS
 from motorcade.upload import serial_port
 from support.remote_page import PageSocket
 from support.rooms import FIRST, SECOND, SECOND_CRC32, simulated_cars

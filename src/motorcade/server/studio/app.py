@@ -2,14 +2,11 @@
 
 import asyncio
 import os
-import ssl
 import threading
 from collections.abc import Callable, Coroutine, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
@@ -19,58 +16,33 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.places import Place
-from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
-from motorcade.server.http import EXCEPTION_HANDLERS, PAGE, page_routes
+from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCars
+from motorcade.server.http import EXCEPTION_HANDLERS, page_routes
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.remote import routes as remote_routes
-from motorcade.server.request_filter import RequestFilter, ServerSettings
+from motorcade.server.request_filter import RequestFilter
 from motorcade.server.studio.cars import CarList
-from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits, Visitors
+from motorcade.server.studio.sessions import CARS, PageWorlds, Settings, Visitors
 from motorcade.server.studio.uploads import Uploads
 from motorcade.server.studio.workers import Workers
 from motorcade.service.history import table_texts
 from motorcade.service.library import export_answer
-from motorcade.service.messages import Capabilities
 from motorcade.service.trials import Luck, TrialMessage, TrialSession
 
 _EXPORT = "projects/export"
-# The list of cars: in a class for the teacher alone.
-CARS, TEACHERS_CARS = "/api/cars", "/api/teacher/cars"
 _T = TypeVar("_T")
 # The worlds that pages look at come first, where the system can do that for a thread.
 _POLITENESS = 10
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Settings(ServerSettings):
-    """The settings of a studio.
-
-    Attributes:
-        library: the folder that projects are stored in.
-        page: the folder of the built page.
-        sessions: the most worlds at once, and the most cars in one of them.
-        cars, keys, trust: real cars, as `motorcade.server.fleet.RemoteCars` takes them.
-        places: of cars that the list of cars shows besides those that are found.
-    """
-
-    library: Path
-    page: Path = PAGE
-    sessions: SessionLimits = SESSIONS
-    cars: tuple[RemoteCar, ...] = ()
-    keys: ssl.SSLContext | None = None
-    trust: ssl.SSLContext | None = None
-    places: tuple[Place, ...] = ()
-
-
 def make_app(settings: Settings) -> ASGIApp:
     """Return the whole server, as an ASGI application."""
-    visitors = Visitors(settings.library, capabilities(settings))
-    worlds = PageWorlds(settings, settings.sessions, visitors)
-    cars = CarList(settings, settings.places, settings.keys)
+    visitors = Visitors(settings)
+    worlds = PageWorlds(visitors)
+    cars = CarList(settings)
     app = Starlette(
         routes=[
-            *routes(settings, visitors, worlds, real_cars(settings)),
+            *routes(visitors, worlds, RemoteCars(settings.cars, settings.keys, settings.trust)),
             WebSocketRoute(CARS, cars.serve),
             *page_routes(settings.page),
         ],
@@ -79,45 +51,27 @@ def make_app(settings: Settings) -> ASGIApp:
     return RequestFilter(app, settings)
 
 
-def routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
+def routes(visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
     """Return the routes of the studio without its pages.
 
     Args:
-        settings: of the server.
         visitors: who may do what.
         worlds: the visitors' worlds.
         real: the real cars.
     """
-    uploads = Uploads(settings, visitors.virtual_car)
+    uploads = Uploads(visitors.settings, visitors.virtual_car)
     return [
         WebSocketRoute("/api/upload", uploads.serve),
         WebSocketRoute("/api/serial", uploads.serve_page_port),
         WebSocketRoute("/api/world", worlds.serve),
-        WebSocketRoute("/api/trials", Trials(settings, settings.sessions, visitors).serve),
+        WebSocketRoute("/api/trials", Trials(visitors).serve),
         _timeline_route(visitors, worlds),
-        _request_route(settings, visitors),
-        *_remote_routes(settings, visitors, worlds, real),
+        _request_route(visitors),
+        *_remote_routes(visitors, worlds, real),
     ]
 
 
-def real_cars(settings: Settings) -> RemoteCars:
-    """Return the real cars of the settings."""
-    return RemoteCars(settings.cars, settings.keys, settings.trust)
-
-
-def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] = "") -> Capabilities:
-    """What the server can do."""
-    return Capabilities(
-        serial_ports=True,
-        downloads=True,
-        driving=True,
-        most_cars=settings.sessions.most_cars,
-        classroom=classroom,
-        cars={"": CARS, "teacher": TEACHERS_CARS, "pupil": ""}[classroom],
-    )
-
-
-def _request_route(settings: Settings, visitors: Visitors) -> Route:
+def _request_route(visitors: Visitors) -> Route:
     """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``.
 
     A request is read when its turn has come, and given up when its sender leaves.
@@ -126,7 +80,7 @@ def _request_route(settings: Settings, visitors: Visitors) -> Route:
 
     async def endpoint(request: Request) -> Response:
         visitor = visitors.visitor(request)
-        visitors.check_request(visitor, settings.clock())
+        visitors.check_request(visitor, visitors.settings.clock())
         name, context = request.path_params["name"], visitors.context(visitor)
         async with visitors.in_turn(visitor, name):
             if name == _EXPORT:
@@ -140,7 +94,7 @@ def _request_route(settings: Settings, visitors: Visitors) -> Route:
     return Route("/api/{name:path}", endpoint, methods=["POST"])
 
 
-def _remote_routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
+def _remote_routes(visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
     """Return the remote's routes: for the world of the session in the address, or the only world, and real cars."""
 
     def fleet_of(connection: HTTPConnection) -> Fleet:
@@ -150,11 +104,11 @@ def _remote_routes(settings: Settings, visitors: Visitors, worlds: PageWorlds, r
         try:
             simulated = worlds.named_or_only(key, visitor).fleet
         except MotorcadeError:
-            if key or not settings.cars:
+            if key or not visitors.settings.cars:
                 raise
         return CombinedFleet(simulated, real, partial(visitors.may_drive, visitor))
 
-    return remote_routes(settings, fleet_of)
+    return remote_routes(visitors.settings, fleet_of)
 
 
 def _timeline_route(visitors: Visitors, worlds: PageWorlds) -> Route:
@@ -189,8 +143,8 @@ async def unless_left(request: Request, job: Callable[[], Coroutine[Any, Any, _T
 class Trials:
     """The trials of a server's pages."""
 
-    def __init__(self, settings: ServerSettings, limits: SessionLimits, visitors: Visitors) -> None:
-        self._settings, self._limits, self._visitors = settings, limits, visitors
+    def __init__(self, visitors: Visitors) -> None:
+        self._settings, self._limits, self._visitors = visitors.settings, visitors.settings.sessions, visitors
         self._thread = ThreadPoolExecutor(1, "trials", initializer=_be_polite)
         self._pages = 0
 

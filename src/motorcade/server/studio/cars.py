@@ -1,9 +1,8 @@
 """The list of cars on pages: the cars that this computer finds, live; a page blinks, loads, stops and starts them."""
 
 import asyncio
-import ssl
 from binascii import crc32
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
 
@@ -12,9 +11,9 @@ from starlette.websockets import WebSocket
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.cars import Cars, Finder
 from motorcade.fleet.contact import CarStatus, Contact, Verdict
-from motorcade.fleet.places import Place, safe_name
+from motorcade.fleet.places import safe_name
 from motorcade.server.page_socket import PageSocket, accepted
-from motorcade.server.request_filter import ServerSettings
+from motorcade.server.studio.sessions import Settings
 from motorcade.service.messages import Sentence
 from motorcade.service.world_messages import CarRow, CarsOrder, CarsShown
 from motorcade.words.image import parse_image_bytes
@@ -28,22 +27,12 @@ class CarList:
     """The cars of a server; they are looked for while a page shows them, so that ports are free otherwise.
 
     Args:
-        settings: the limits for messages of pages.
-        places: of cars, besides those that are found.
-        keys: a driver's keys, for cars that require them.
+        settings: of the server.
         may_stay: whether a page may still see and order cars.
     """
 
-    def __init__(
-        self,
-        settings: ServerSettings,
-        places: Sequence[Place],
-        keys: ssl.SSLContext | None,
-        may_stay: Callable[[WebSocket], bool] = lambda socket: True,
-    ) -> None:
+    def __init__(self, settings: Settings, may_stay: Callable[[WebSocket], bool] = lambda socket: True) -> None:
         self._settings = settings
-        self._places = places
-        self._keys = keys
         self._may_stay = may_stay
         self._pages = 0
         self._lock = asyncio.Lock()
@@ -115,7 +104,7 @@ class CarList:
         """Look for cars while any page shows them."""
         async with self._lock:
             if self._pages == 0:
-                self._cars = Cars(self._places, self._keys)
+                self._cars = Cars(self._settings.places, self._settings.keys)
                 if self._ordered == STOP:
                     self._cars.order(STOP)
                 self._finder = Finder(self._cars)

@@ -7,18 +7,22 @@ in all and for each visitor; where no place is free, a session whose page has le
 import asyncio
 import os
 import re
+import ssl
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractAsyncContextManager, nullcontext
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 from anyio import CapacityLimiter
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
-from motorcade.server.http import Bodies
+from motorcade.fleet.places import Place
+from motorcade.server.fleet import RemoteCar
+from motorcade.server.http import PAGE, Bodies
 from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
@@ -43,6 +47,8 @@ from motorcade.service.world_messages import (
     WorldMessage,
 )
 
+# The list of cars: in a class for the teacher alone.
+CARS, TEACHERS_CARS = "/api/cars", "/api/teacher/cars"
 GRACE_S = 60.0
 # A page that sent nothing for so long, not even that it drew a picture, is idle.
 IDLE_S = 600.0
@@ -83,21 +89,51 @@ class SessionLimits(NamedTuple):
 SESSIONS = SessionLimits()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings(ServerSettings):
+    """The settings of a studio.
+
+    Attributes:
+        library: the folder that projects are stored in.
+        page: the folder of the built page.
+        sessions: the most worlds at once, and the most cars in one of them.
+        cars, keys, trust: real cars, as `motorcade.server.fleet.RemoteCars` takes them.
+        places: of cars that the list of cars shows besides those that are found.
+    """
+
+    library: Path
+    page: Path = PAGE
+    sessions: SessionLimits = SESSIONS
+    cars: tuple[RemoteCar, ...] = ()
+    keys: ssl.SSLContext | None = None
+    trust: ssl.SSLContext | None = None
+    places: tuple[Place, ...] = ()
+
+
 class Visitors:
     """The visitors of a studio of one user: whoever is let in may do everything, and all share one library.
 
     A class has others (`motorcade.classroom.running`).
 
     Args:
-        library: the folder of the projects.
-        capabilities: what the server can do.
+        settings: of the server.
     """
 
-    def __init__(self, library: Path, capabilities: Capabilities) -> None:
-        self.storage: Storage = FolderStorage(library)
-        self.capabilities = capabilities
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.storage: Storage = FolderStorage(settings.library)
         self.bodies = Bodies()
-        self._library = library
+
+    def capabilities(self, classroom: Literal["", "pupil", "teacher"] = "") -> Capabilities:
+        """What the server can do for a page of a class, or of none."""
+        return Capabilities(
+            serial_ports=True,
+            downloads=True,
+            driving=True,
+            most_cars=self.settings.sessions.most_cars,
+            classroom=classroom,
+            cars={"": CARS, "teacher": TEACHERS_CARS, "pupil": ""}[classroom],
+        )
 
     def visitor(self, connection: HTTPConnection) -> str:
         """Whom a connection counts for: its address. Raises MotorcadeError where nobody of that kind is let in."""
@@ -105,7 +141,7 @@ class Visitors:
 
     def context(self, visitor: str) -> Context:
         """What requests of a visitor work with."""
-        return Context(self.capabilities, self.storage, listed_ports)
+        return Context(self.capabilities(), self.storage, listed_ports)
 
     def may_use(self, visitor: str, owner: str) -> bool:
         """Whether a visitor may use a world that another one began: a computer's address may change."""
@@ -137,7 +173,7 @@ class Visitors:
 
     def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
         """The file of a visitor's simulated car. Raises MotorcadeError where the visitor may not use ``port``."""
-        return self._library / VIRTUAL_CAR
+        return self.settings.library / VIRTUAL_CAR
 
 
 async def do_in_turn(turns: asyncio.Lock, job: Callable[[], _T]) -> _T:
@@ -155,9 +191,8 @@ async def do_in_turn(turns: asyncio.Lock, job: Callable[[], _T]) -> _T:
 class PageWorlds:
     """The sessions of a server, and the threads that work for them."""
 
-    def __init__(self, settings: ServerSettings, limits: SessionLimits, visitors: Visitors) -> None:
-        self._settings = settings
-        self._limits = limits
+    def __init__(self, visitors: Visitors) -> None:
+        self._settings, self._limits = visitors.settings, visitors.settings.sessions
         self._visitors = visitors
         self._sessions: dict[str, PageWorld] = {}
         # The kernels release Python's lock, so a large world occupies only one of these threads.
