@@ -131,8 +131,8 @@ def test_a_pupil_who_asks_for_much_at_once_keeps_nobody_waiting(room, monkeypatc
     goes_on, arrived = threading.Event(), threading.Semaphore(0)
     check = RunningClass.check_request
 
-    def counted(visitors, visitor, now_s):
-        check(visitors, visitor, now_s)
+    def counted(visitors, visitor):
+        check(visitors, visitor)
         arrived.release()
 
     def slow(name, data, context):

@@ -137,7 +137,7 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     owner = next(each for each in (running.room, running.mat, running.pairs, handlers) if isinstance(each, kind))
     who, now_s = "" if exchange.is_open else running.visitor(request), running.settings.clock()
     if who:
-        running.check_request(who, now_s)
+        running.check_request(who)
     async with running.bodies.loaded(request) as data:
         arguments = exchange.request.arguments(data)
     response, since = json_response(None), running.room.revision

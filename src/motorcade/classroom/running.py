@@ -3,8 +3,8 @@
 import asyncio
 import secrets
 import time
-from collections.abc import Awaitable, Callable, Iterable, Iterator
-from contextlib import AbstractAsyncContextManager, contextmanager, suppress
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -207,9 +207,6 @@ class RunningClass(Visitors):
         able = self.capabilities("teacher" if visitor == TEACHER else "pupil")
         return Context(able, self.storage, lambda: self._ports(visitor), visitor)
 
-    def most_s(self, request: str) -> float:
-        return _MOST_IMPORT_S if request == IMPORT else REQUEST_S
-
     def _ports(self, visitor: str) -> list[Port]:
         """Return the server's ports where the visitor has the cable, and the simulated car."""
         if visitor == TEACHER or self.room.holders[CABLE] == visitor:
@@ -240,7 +237,12 @@ class RunningClass(Visitors):
                 self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.settings.clock()))
                 self.show_changes()
 
-    async def note_answered(self, visitor: str, request: str) -> None:
+    @asynccontextmanager
+    async def answering(self, visitor: str, request: str) -> AsyncIterator[float]:
+        """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
+        self.check_request(visitor)
+        async with self._turns.setdefault((visitor, request == CHECK), asyncio.Lock()):
+            yield _MOST_IMPORT_S if request == IMPORT else REQUEST_S
         if request == CHECK:
             await self.count_stars([visitor])
 
@@ -252,13 +254,10 @@ class RunningClass(Visitors):
             self.room.note(owner, partial(Presence.earn, stars=total, now_s=self.settings.clock()))
         self.show_changes()
 
-    def check_request(self, visitor: str, now_s: float) -> None:
+    def check_request(self, visitor: str) -> None:
+        """Raise MotorcadeError where the visitor may not send one more request now."""
         if visitor != TEACHER:
-            self.rates.count(visitor, now_s)
-
-    def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
-        """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
-        return self._turns.setdefault((visitor, request == CHECK), asyncio.Lock())
+            self.rates.count(visitor, self.settings.clock())
 
     def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
         visitor = self.visitor(connection)

@@ -80,15 +80,13 @@ def _request_route(visitors: Visitors) -> Route:
 
     async def endpoint(request: Request) -> Response:
         visitor = visitors.visitor(request)
-        visitors.check_request(visitor, visitors.settings.clock())
         name, context = request.path_params["name"], visitors.context(visitor)
-        async with visitors.in_turn(visitor, name):
+        async with visitors.answering(visitor, name) as most_s:
             if name == _EXPORT:
                 return StreamingResponse(export_answer(context.storage, context.owner), media_type="application/json")
             async with visitors.bodies.loaded(request) as data:
-                job = partial(workers.answer, name, data, context, visitors.most_s(name))
+                job = partial(workers.answer, name, data, context, most_s)
                 answer = await unless_left(request, job)
-        await visitors.note_answered(visitor, name)
         return Response(answer, media_type="application/json")
 
     return Route("/api/{name:path}", endpoint, methods=["POST"])

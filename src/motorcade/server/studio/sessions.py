@@ -8,8 +8,8 @@ import asyncio
 import os
 import re
 import ssl
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractAsyncContextManager, nullcontext
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -157,19 +157,13 @@ class Visitors:
     def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
         """See what a visitor's world sends to its page."""
 
-    async def note_answered(self, visitor: str, request: str) -> None:
-        """A request of a visitor was answered."""
+    @asynccontextmanager
+    async def answering(self, visitor: str, request: str) -> AsyncIterator[float]:
+        """Answer a request of a visitor in the block; yields how many seconds of CPU time it may take.
 
-    def check_request(self, visitor: str, now_s: float) -> None:
-        """Raise MotorcadeError where the visitor may not send one more request now."""
-
-    def most_s(self, request: str) -> float:
-        """How many seconds of CPU time a request may take; an import may hold all projects of years."""
-        return _MOST_S.get(request, REQUEST_S)
-
-    def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
-        """Keep a request back while others of the same visitor are to be answered before; here none is."""
-        return nullcontext()
+        An import may hold all projects of years. Raises MotorcadeError where the visitor may not send one more now.
+        """
+        yield _MOST_S.get(request, REQUEST_S)
 
     def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
         """The file of a visitor's simulated car. Raises MotorcadeError where the visitor may not use ``port``."""
