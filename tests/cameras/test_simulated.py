@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -143,7 +144,7 @@ def test_the_camera_of_a_live_world_makes_jpeg_files() -> None:
     mat = playground()
     check_mat(mat, CLASSROOM)
     live = LiveWorld(World(mat, [bytes(4)]), lambda: 0.0)
-    picture = Image.open(io.BytesIO(SimulatedCamera(live, 0).jpeg()))
+    picture = Image.open(io.BytesIO(SimulatedCamera(partial(live.jpeg, 0)).jpeg()))
     assert (picture.format, picture.size) == ("JPEG", (view.WIDTH, view.HEIGHT))
 
 

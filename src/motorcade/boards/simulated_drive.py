@@ -156,15 +156,14 @@ class LiveWorld:
 
 
 class SimulatedCamera:
-    """The camera of one car of a live world, for `motorcade.cameras.broadcast`."""
+    """The camera of one simulated car, for `motorcade.cameras.broadcast`.
 
-    def __init__(self, world: LiveWorld, car: int) -> None:
-        self._world = world
-        self._car = car
+    Args:
+        jpeg: returns a picture of what it sees now.
+    """
 
-    def jpeg(self) -> bytes:
-        """Return a picture of what it sees now."""
-        return self._world.jpeg(self._car)
+    def __init__(self, jpeg: Callable[[], bytes]) -> None:
+        self.jpeg = jpeg
 
     def close(self) -> None:
         """There is nothing to release."""

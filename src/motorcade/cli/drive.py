@@ -154,7 +154,7 @@ def _open_simulated(
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)
     board.battery = battery
-    return board, SimulatedCamera(live, 0)
+    return board, SimulatedCamera(partial(live.jpeg, 0))
 
 
 @app.command("connect")

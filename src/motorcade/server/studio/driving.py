@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 
 from anyio import CapacityLimiter, to_thread
 
-from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.boards.simulated_drive import DrivenCars, SimulatedCamera
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.drive.session import CarControl, ControlSession
@@ -206,8 +206,19 @@ class SessionFleet(Fleet):
         if camera is None:
             if len(self._cameras) >= MOST_CARS:
                 raise MotorcadeError("at-too-many-cars", most=MOST_CARS)
-            camera = self._cameras[number] = Camera(_WorldCamera(self._session, number))
+            jpeg = partial(self._view_in_thread, asyncio.get_running_loop(), number)
+            camera = self._cameras[number] = Camera(SimulatedCamera(jpeg))
         return camera
+
+    def _view_in_thread(self, loop: asyncio.AbstractEventLoop, car: int) -> bytes:
+        """Return what a car sees now, to a thread: the loop makes each picture, as one task at a time uses a world.
+
+        Raises OSError.
+        """
+        try:
+            return asyncio.run_coroutine_threadsafe(self._session.view(car), loop).result()
+        except MotorcadeError as problem:
+            raise OSError(str(problem)) from None
 
     async def start(self) -> None:
         await self._session.alone(self._session.play)
@@ -218,22 +229,3 @@ class SessionFleet(Fleet):
         if not car.isdecimal() or not car.isascii() or int(car) >= cars:
             raise MotorcadeError("car-not-listed", car=car)
         return int(car)
-
-
-class _WorldCamera:
-    """A simulated camera for use in a thread: the event loop makes each picture, as one task at a time uses a world."""
-
-    def __init__(self, session: PageWorld, car: int) -> None:
-        self._session = session
-        self._car = car
-        self._loop = asyncio.get_running_loop()
-
-    def jpeg(self) -> bytes:
-        """What the car sees now. Raises OSError."""
-        try:
-            return asyncio.run_coroutine_threadsafe(self._session.view(self._car), self._loop).result()
-        except MotorcadeError as problem:
-            raise OSError(str(problem)) from None
-
-    def close(self) -> None:
-        """Do nothing: there is nothing to release."""
