@@ -26,7 +26,7 @@ ARROWS = {
     "__main__": ("cli",),
     "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
     # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
-    "browser": ("config", "engine", "mats", "missions", "program", "service", "upload", "words"),
+    "browser": ("config", "engine", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),
     "car": ("words",),
     "classroom": ("config", "drive", "engine", "missions", "server", "service", "sockets", "timing", "words"),
@@ -49,7 +49,7 @@ ARROWS = {
     "program": ("config", "words"),
     "runs": ("config", "engine", "mats", "words"),
     "server": (
-        *("boards", "cameras", "config", "drive", "engine", "fleet", "mats"),
+        *("boards", "cameras", "config", "drive", "fleet", "mats"),
         *("runs", "service", "sockets", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.

@@ -21,7 +21,7 @@ from motorcade.cli.output import Rows, current_language, make_table, print_json,
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.cars import MOST_CARS, Cars, Finder
-from motorcade.fleet.contact import CarStatus, Contact, Verdict
+from motorcade.fleet.contact import CarStatus, Contact
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
 from motorcade.sockets import allow_files
@@ -41,7 +41,22 @@ _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "bat
 async def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: bool, as_json: bool) -> None:
     """Upload to many cars, and print a verdict for each; end with an exit code unless all have it."""
     checksum = f"{crc32(image):08x}"
-    verdicts = await _load(image, names, search, baud, checksum if resume else "")
+    async with _looking(search, names, baud) as (cars, finder):
+        await _found(cars, names, search)
+        contacts = cars.named(names)
+        print_problem(finder.problem)
+        if not contacts:
+            raise MotorcadeError("no-cars-found")
+        sent_bytes, done = Counter[Contact](), 0
+        with progress_bar("sent", len(contacts) * len(image)) as show:
+
+            def advance(contact: Contact, sent: int) -> None:
+                nonlocal done
+                done += sent - sent_bytes[contact]
+                sent_bytes[contact] = sent
+                show(done)
+
+            verdicts = await cars.load(image, names, advance, checksum if resume else "")
     data = [each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts]
     rows = []
     for each in verdicts:
@@ -212,22 +227,3 @@ def _cells(row: CarStatus, program: str) -> list[Text]:
         seen,
     ]
     return [Text(cell, style="" if not row.away else "dim") for cell in cells]
-
-
-async def _load(image: bytes, names: Sequence[str], search: Search, baud: int, skips: str) -> list[Verdict]:
-    async with _looking(search, names, baud) as (cars, finder):
-        await _found(cars, names, search)
-        contacts = cars.named(names)
-        print_problem(finder.problem)
-        if not contacts:
-            raise MotorcadeError("no-cars-found")
-        sent_bytes, done = Counter[Contact](), 0
-        with progress_bar("sent", len(contacts) * len(image)) as show:
-
-            def advance(contact: Contact, sent: int) -> None:
-                nonlocal done
-                done += sent - sent_bytes[contact]
-                sent_bytes[contact] = sent
-                show(done)
-
-            return await cars.load(image, names, advance, skips)

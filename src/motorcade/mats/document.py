@@ -39,7 +39,7 @@ def read_mat(path: str | Path) -> Mat:
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
         raise MotorcadeError("mat-file-ending", file=file)
-    return mat_of(parse(read_text(path, file), kind, file), file)
+    return parse_mat(read_text(path, file), path.name, kind)
 
 
 def parse_mat(text: str, name: str, kind: Kind) -> Mat:

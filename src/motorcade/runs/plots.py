@@ -1,5 +1,6 @@
 """Draw a run: the cars' tracks and last positions as a picture, or all of it as a film (GIF, by Pillow)."""
 
+import io
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
@@ -10,11 +11,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from motorcade.config.files import replace_file
 from motorcade.engine.moment import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, show_box
 from motorcade.runs.recording import (
-    FILM_ENDING,
     FOLLOWERS,
     LEADER,
     LEDS,
@@ -132,14 +133,10 @@ def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Pr
     first = next(images, None)
     if first is None:
         raise MotorcadeError("nothing-recorded", file=recording.name)
-    unfinished = path.with_name(f".{path.stem}.unfinished{FILM_ENDING}")
     try:
-        _write_gif(chain([first], images), unfinished, moments_s / step, pictures.palette())
-        unfinished.replace(path)
+        replace_file(path, _gif_of(chain([first], images), moments_s / step, pictures.palette()))
     except (OSError, ValueError) as problem:
         raise MotorcadeError("film-not-drawn", file=path, reason=problem) from None
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 def _images(recording: Recording, pictures: "_Pictures", step: int, progress: Progress) -> Iterator[Pixels]:
@@ -197,7 +194,7 @@ class _Pictures:
         return np.ascontiguousarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3])
 
 
-def _write_gif(images: Iterator[Pixels], path: Path, images_s: float, palette: Pixels) -> None:
+def _gif_of(images: Iterator[Pixels], images_s: float, palette: Pixels) -> bytes:
     from PIL import Image as Pillow
 
     coloured = Pillow.new("P", (1, 1))
@@ -209,6 +206,7 @@ def _write_gif(images: Iterator[Pixels], path: Path, images_s: float, palette: P
                 raise MotorcadeError("gif-too-long", most=MOST_GIF_IMAGES)
             yield Pillow.fromarray(image).quantize(palette=coloured, dither=Pillow.Dither.NONE)
 
-    rest = reduced()
+    rest, drawn = reduced(), io.BytesIO()
     duration_ms = max(20, round(1000 / images_s))
-    next(rest).save(path, save_all=True, append_images=rest, duration=duration_ms, loop=0)
+    next(rest).save(drawn, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
+    return drawn.getvalue()

@@ -73,9 +73,8 @@ class Context:
     def list_versions(self, name: str) -> list[messages.Version]:
         return self.storage.history(self.owner, name)
 
-    def delete_project(self, name: str) -> Nothing:
+    def delete_project(self, name: str) -> None:
         self.storage.delete(self.owner, name)
-        return Nothing()
 
     def find_place(self) -> messages.StorageState:
         return self.storage.place()
@@ -103,9 +102,8 @@ class Context:
         text = missions.mission_text(messages.MissionChoice(document=document)).text
         return self._write(mission_library(self.owner), name, text)
 
-    def delete_own_mission(self, name: str) -> Nothing:
+    def delete_own_mission(self, name: str) -> None:
         self.storage.delete(mission_library(self.owner), name)
-        return Nothing()
 
     def check_mission(self, attempt: missions.MissionAttempt) -> missions.MissionResult:
         result = missions.check_attempt(attempt, self.open_worlds)
@@ -169,4 +167,5 @@ def respond(name: str, data: bytes, context: Context) -> bytes:
         raise MotorcadeError("not-found")
     request = REQUESTS[name]
     given = dict.fromkeys(request.given, context)
-    return msgspec.json.encode(request.function(**given, **request.arguments(data)))
+    answer = request.function(**given, **request.arguments(data))
+    return msgspec.json.encode(Nothing() if answer is None else answer)

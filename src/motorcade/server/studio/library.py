@@ -157,9 +157,7 @@ class FolderStorage(Storage):
     def list(self, owner: str) -> list[LibraryEntry]:
         found = []
         for folder in _children(self._owner_folder(owner)):
-            name = name_of(folder.name)
-            versions = _versions(folder) if name is not None else []
-            if name is not None and versions:
+            if (name := name_of(folder.name)) is not None and (versions := _versions(folder)):
                 found.append(LibraryEntry(name, versions[0].saved_at, len(versions)))
         return sorted(found, key=lambda entry: (entry.saved_at, entry.name), reverse=True)
 
