@@ -9,18 +9,9 @@ from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
+from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, Port, sentences
-from motorcade.service.world_messages import (
-    Failed,
-    ImageRead,
-    NotVerified,
-    Outcome,
-    Progress,
-    RetryNotice,
-    UploadAnswer,
-    UploadOrder,
-    Verified,
-)
+from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
 from motorcade.upload.transfer import (
     ReadbackTransfer,
     Retry,
@@ -174,7 +165,7 @@ def check_order(order: UploadOrder) -> Profile:
     return built_in_profile(order.profile)
 
 
-def transfer_of(order: UploadOrder, check_number: int, put: Callable[[Progress], None]) -> Transfer:
+def transfer_of(order: UploadOrder, check_number: int, put: Callable[[world_messages.Progress], None]) -> Transfer:
     """Return the transfer of an order; ``put`` is given its progress. Raises MotorcadeError where it isn't valid.
 
     ``check_number`` as `UploadSession` takes it.
@@ -185,9 +176,11 @@ def transfer_of(order: UploadOrder, check_number: int, put: Callable[[Progress],
     size = len(image)
 
     def notice(retry: Retry) -> None:
-        put(Progress(0, size, RetryNotice(retry.number, retry.of, sentences(retry))))
+        put(world_messages.Progress(0, size, world_messages.RetryNotice(retry.number, retry.of, sentences(retry))))
 
-    return UploadTransfer(image, baud, order.verify, check_number, lambda count: put(Progress(count, size)), notice)
+    return UploadTransfer(
+        image, baud, order.verify, check_number, lambda count: put(world_messages.Progress(count, size)), notice
+    )
 
 
 def outcome_of(order: UploadOrder, transfer: Transfer, port: str) -> Outcome:
@@ -196,14 +189,14 @@ def outcome_of(order: UploadOrder, transfer: Transfer, port: str) -> Outcome:
     assert outcome is not None
     if order.readback:
         failure = readback_error(port, outcome)
-        return failed(failure) if failure else ImageRead(bytes(outcome.detail))
+        return failed(failure) if failure else world_messages.ImageRead(bytes(outcome.detail))
     if failure := upload_error(port, outcome, transfer.holds):
         return failed(failure)
-    return Verified(str(outcome.detail)) if order.verify else NotVerified()
+    return world_messages.Verified(str(outcome.detail)) if order.verify else world_messages.NotVerified()
 
 
-def failed(problem: MotorcadeError, port: str = "") -> Failed:
+def failed(problem: MotorcadeError, port: str = "") -> world_messages.Failed:
     """Return the outcome for an error; ``port`` replaces the name of the port in its sentence."""
     if port and "port" in problem.details:
         problem.details["port"] = port
-    return Failed(ErrorAnswer(**problem.to_dict("page")))
+    return world_messages.Failed(ErrorAnswer(**problem.to_dict("page")))

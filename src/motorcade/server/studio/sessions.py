@@ -29,23 +29,12 @@ from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.uploads import VIRTUAL_CAR, listed_ports
 from motorcade.server.studio.workers import CHECK
+from motorcade.service import world_messages
 from motorcade.service.history import PAST_BYTES
 from motorcade.service.library import Storage
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import Context
-from motorcade.service.world_messages import (
-    CarDetails,
-    Reset,
-    Resume,
-    Seek,
-    SetEnvironment,
-    SetWorld,
-    Shown,
-    State,
-    Step,
-    WorldAnswer,
-    WorldMessage,
-)
+from motorcade.service.world_messages import SetWorld, Shown, WorldAnswer, WorldMessage
 
 # The list of cars: in a class for the teacher alone.
 CARS, TEACHERS_CARS = "/api/cars", "/api/teacher/cars"
@@ -55,9 +44,9 @@ IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
 # Answers of which only the newest is of use.
-_NEWEST = (State, CarDetails)
+_NEWEST = (world_messages.State, world_messages.CarDetails)
 # Messages that may take longer than making a picture.
-_LONG = (Reset, Seek, SetEnvironment, Step)
+_LONG = (world_messages.Reset, world_messages.Seek, world_messages.SetEnvironment, world_messages.Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
 _T = TypeVar("_T")
 # The CPU time that a request may take in seconds, and those that may take more: a user's own computer may be busy with
@@ -333,16 +322,16 @@ class PageWorlds:
                 session.sent.clear()
                 self._put_all(session, page, answers)
         else:
-            if isinstance(message, Reset):
+            if isinstance(message, world_messages.Reset):
                 session.fleet.give_back_all()
-            elif isinstance(message, Resume):
+            elif isinstance(message, world_messages.Resume):
                 session.fleet.give_back(message.car)
             async with session.lock:
                 limiter = self._builder if isinstance(message, _LONG) else None
                 answers = await session.in_thread(lambda: session.receive(message), limiter)
                 # The last picture didn't show this change.
                 session.is_quick = False
-                if isinstance(message, SetEnvironment):
+                if isinstance(message, world_messages.SetEnvironment):
                     session.mat = message.mat
             self._put_all(session, page, answers)
 
