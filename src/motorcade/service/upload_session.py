@@ -175,12 +175,13 @@ def transfer_of(order: UploadOrder, check_number: int, put: Callable[[world_mess
         return ReadbackTransfer(baud)
     size = len(image)
 
-    def notice(retry: Retry) -> None:
-        put(world_messages.Progress(0, size, world_messages.RetryNotice(retry.number, retry.of, sentences(retry))))
+    def tell(sent: int, notice: world_messages.RetryNotice | None = None) -> None:
+        put(world_messages.Progress(sent, size, notice))
 
-    return UploadTransfer(
-        image, baud, order.verify, check_number, lambda count: put(world_messages.Progress(count, size)), notice
-    )
+    def tell_retry(retry: Retry) -> None:
+        tell(0, world_messages.RetryNotice(retry.number, retry.of, sentences(retry)))
+
+    return UploadTransfer(image, baud, order.verify, check_number, tell, tell_retry)
 
 
 def outcome_of(order: UploadOrder, transfer: Transfer, port: str) -> Outcome:
