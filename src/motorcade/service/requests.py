@@ -44,6 +44,11 @@ class Context:
     owner: str = ""
     open_worlds: OpenWorlds = open_worlds_here
 
+    @property
+    def stars(self) -> missions.Stars:
+        """The stars that the owner has earned."""
+        return self.storage.stars(self.owner)
+
     def list_capabilities(self) -> messages.Capabilities:
         return self.capabilities
 
@@ -78,18 +83,6 @@ class Context:
 
     def find_place(self) -> messages.StorageState:
         return self.storage.place()
-
-    def export_projects(self) -> library.Exported:
-        return library.export_all(self.storage, self.owner)
-
-    def import_projects(self, text: str) -> library.Imported:
-        return library.import_all(self.storage, self.owner, text)
-
-    def list_missions(self) -> list[missions.MissionEntry]:
-        return missions.list_missions(self.storage.stars(self.owner))
-
-    def open_mission(self, choice: messages.MissionChoice) -> missions.Mission:
-        return missions.open_mission(choice, self.storage.stars(self.owner))
 
     def list_own_missions(self) -> list[messages.LibraryEntry]:
         return self.storage.list(mission_library(self.owner))
@@ -133,8 +126,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "opening": opening,
     "examples": examples,
     "example": example,
-    "missions": Context.list_missions,
-    "mission": Context.open_mission,
+    "missions": missions.list_missions,
+    "mission": missions.open_mission,
     "missions/notes": missions.mission_notes,
     "missions/open": missions.open_mission_text,
     "missions/save-text": missions.mission_text,
@@ -151,11 +144,12 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "projects/history": Context.list_versions,
     "projects/delete": Context.delete_project,
     "projects/place": Context.find_place,
-    "projects/export": Context.export_projects,
-    "projects/import": Context.import_projects,
+    "projects/export": library.export_all,
+    "projects/import": library.import_all,
 }
-# A method of `Context` is given it.
-REQUESTS = {name: Request.of(function, ("self",)) for name, function in _FUNCTIONS.items()}
+# What a function is given of the context; a method of `Context` is given all of it.
+_GIVEN = ("self", "storage", "owner", "stars")
+REQUESTS = {name: Request.of(function, _GIVEN) for name, function in _FUNCTIONS.items()}
 
 
 def respond(name: str, data: bytes, context: Context) -> bytes:
@@ -166,6 +160,7 @@ def respond(name: str, data: bytes, context: Context) -> bytes:
     if name not in REQUESTS:
         raise MotorcadeError("not-found")
     request = REQUESTS[name]
-    given = dict.fromkeys(request.given, context)
-    answer = request.function(**given, **request.arguments(data))
+    arguments = request.arguments(data)
+    given = {name: context if name == "self" else getattr(context, name) for name in request.given}
+    answer = request.function(**given, **arguments)
     return msgspec.json.encode(Nothing() if answer is None else answer)
