@@ -16,7 +16,7 @@ import msgspec
 
 from motorcade.browser.opening import opening_zip, zip_of
 from motorcade.browser.shell import CAPABILITIES
-from motorcade.config.files import replace_file
+from motorcade.config.files import raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
 from motorcade.service import documents, programs
@@ -155,10 +155,8 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
     Raises:
         MotorcadeError: the folder can't be written, or holds other files.
     """
-    try:
+    with raised_as("folder-not-writable", OSError, folder=folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        raise MotorcadeError("folder-not-writable", folder=folder, reason=problem) from None
     present = {
         path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()
     }

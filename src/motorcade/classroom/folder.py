@@ -24,7 +24,7 @@ from msgspec import Meta, Struct
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, new_record
-from motorcade.config.files import locked, replace_file
+from motorcade.config.files import locked, raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
@@ -74,10 +74,8 @@ class ClassFolder(FolderStorage):
     def _storing(self) -> Iterator[None]:
         """Keep in mind whether the disk takes what the block stores; OSError becomes MotorcadeError."""
         try:
-            try:
+            with raised_as("cant-save", OSError):
                 yield
-            except OSError as problem:
-                raise MotorcadeError("cant-save", reason=problem) from None
         except MotorcadeError as problem:
             if problem.code == "cant-save":
                 self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
@@ -102,15 +100,13 @@ class ClassFolder(FolderStorage):
 
         Raises MotorcadeError where another server uses it, or it can't be written to.
         """
-        try:
+        with raised_as("folder-not-writable", OSError, folder=self._folder):
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with suppress(OSError):
                 # A folder that was there already; some disks have no permissions.
                 self._folder.chmod(0o700)
             with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
                 yield
-        except OSError as problem:
-            raise MotorcadeError("folder-not-writable", folder=self._folder, reason=problem) from None
 
     def load(self, random_below: RandomBelow) -> ClassRecord:
         """Return the class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
@@ -178,11 +174,8 @@ class ClassFolder(FolderStorage):
     def remove_owner(self, owner: str) -> None:
         """Delete an owner's library, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
         for each in (owner, mission_library(owner)):
-            try:
-                with suppress(FileNotFoundError):
-                    shutil.rmtree(self._owner_folder(each))
-            except OSError as problem:
-                raise MotorcadeError("cant-delete", reason=problem) from None
+            with raised_as("cant-delete", OSError), suppress(FileNotFoundError):
+                shutil.rmtree(self._owner_folder(each))
             self._used_bytes.pop(each, None)
 
     def virtual_car(self, owner: str) -> Path:

@@ -134,11 +134,9 @@ def whole_number(text: str, name: str | Phrase) -> int:
 
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
     """Write ``data`` whole or not at all. Raises MotorcadeError where ``path`` is the file ``source``."""
-    from motorcade.config.files import replace_file
+    from motorcade.config.files import raised_as, replace_file
 
     if source and path.exists() and path.samefile(source):
         raise MotorcadeError("output-is-input", file=path)
-    try:
+    with raised_as("file-not-writable", OSError, file=path):
         replace_file(path, data)
-    except OSError as problem:
-        raise MotorcadeError("file-not-writable", file=path, reason=problem) from None

@@ -1,4 +1,4 @@
-"""Read the text of files that people write, and replace files whole."""
+"""Read the text of files that people write, replace files whole, and say why that was not possible."""
 
 import errno
 import json
@@ -38,6 +38,23 @@ _JSON_REASONS = (
     ("Invalid control character", "json-line-break"),
     ("Invalid \\", "json-backslash"),
 )
+
+
+@contextmanager
+def raised_as(
+    code: str, kind: type[Exception] | tuple[type[Exception], ...] = MotorcadeError, /, **details: Any
+) -> Iterator[None]:
+    """Raise MotorcadeError in place of what the block raises, which becomes its detail ``reason``.
+
+    Args:
+        code: the code of the error.
+        kind: what it replaces.
+        details: its other details.
+    """
+    try:
+        yield
+    except kind as problem:
+        raise MotorcadeError(code, **details, reason=problem) from None
 
 
 def read_text(path: Path, file: str | Phrase) -> str:

@@ -5,8 +5,7 @@
 
 import json
 import tomllib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from difflib import get_close_matches
 from functools import cache
 from importlib import resources
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.config.check import Fault, Text, check, first_fault
-from motorcade.config.files import Kind, parse, read_text
+from motorcade.config.files import Kind, parse, raised_as, read_text
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
@@ -43,21 +42,12 @@ _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 Reader = Callable[[str], bytes]
 
 
-@contextmanager
-def _refused() -> Iterator[None]:
-    """Say of each error in the block that it makes a mission not valid."""
-    try:
-        yield
-    except MotorcadeError as problem:
-        raise MotorcadeError("mission-not-valid", reason=problem) from None
-
-
 def read_mission(path: Path) -> Mission:
     """Read the mission in the file at ``path``, which ends in .toml or .json.
 
     Raises MotorcadeError mission-not-valid; its sentence names the place and what to do.
     """
-    with _refused():
+    with raised_as("mission-not-valid"):
         kind = _KINDS.get(path.suffix.lower())
         with_name = Phrase("mission-named", name=path.name)
         if kind is None:
@@ -78,7 +68,7 @@ def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None
 
     Raises MotorcadeError mission-not-valid.
     """
-    with _refused():
+    with raised_as("mission-not-valid"):
         document = parse(text, kind, _called(name))
     return mission_of(document, name, text if kind == "TOML" else None, reader)
 
@@ -88,7 +78,7 @@ def mission_of(document: Any, name: str, text: str | None = None, reader: Reader
 
     Raises MotorcadeError mission-not-valid.
     """
-    with _refused():
+    with raised_as("mission-not-valid"):
         return _Reading(name, text, reader).mission(document)
 
 

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import raised_as, replace_file
 from motorcade.engine.moment import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, show_box
@@ -133,10 +133,8 @@ def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Pr
     first = next(images, None)
     if first is None:
         raise MotorcadeError("nothing-recorded", file=recording.name)
-    try:
+    with raised_as("film-not-drawn", (OSError, ValueError), file=path):
         replace_file(path, _gif_of(chain([first], images), moments_s / step, pictures.palette()))
-    except (OSError, ValueError) as problem:
-        raise MotorcadeError("film-not-drawn", file=path, reason=problem) from None
 
 
 def _images(recording: Recording, pictures: "_Pictures", step: int, progress: Progress) -> Iterator[Pixels]:

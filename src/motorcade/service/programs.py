@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from math import gcd
 from typing import Any, Literal
 
+from motorcade.config.files import raised_as
 from motorcade.config.profile import built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
@@ -54,10 +55,8 @@ def profile_figures() -> list[messages.ProfileFigures]:
 
 def decompile_image(image: bytes) -> messages.Project:
     """Return a project whose blocks compile to an image. Raises MotorcadeError where there is none."""
-    try:
+    with raised_as("not-decompiled", DecompileError):
         return project_of(decompile(bytes_to_words(image)))
-    except DecompileError as problem:
-        raise MotorcadeError("not-decompiled", reason=problem) from None
 
 
 def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:

@@ -2,13 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from msgspec import structs
 
 from motorcade.car.brain import HOLDS, RUNNING, WORD
+from motorcade.config.files import raised_as
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
@@ -32,7 +33,6 @@ from motorcade.words.upload import NO_PROGRAM
 
 # With more a moment takes so long to compute that one world delays the others.
 MOST_FURNITURE = 400
-_T = TypeVar("_T")
 
 
 class Steering(Protocol):
@@ -95,13 +95,15 @@ class StudioWorld:
             _check_fixed(self.referee.mission, mat_from(mat, self.cars), range_mm)
             return
         furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
-        _or_refuse("bad-world", lambda: self.simulation.set_environment(furniture, range_mm))
+        with raised_as("bad-world"):
+            self.simulation.set_environment(furniture, range_mm)
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
         """Put a car elsewhere. Raises MotorcadeError."""
         if self.referee:
             raise _fixed("mat")
-        _or_refuse("bad-world", lambda: self.simulation.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
+        with raised_as("bad-world"):
+            self.simulation.move(car, Pose(x_m, y_m, math.radians(heading_deg)))
 
     def check_car(self, car: int) -> None:
         """Raise MotorcadeError where there is no such car."""
@@ -203,18 +205,16 @@ def open_world(
     profile = built_in_profile(message.profile)
     image = NO_PROGRAM if message.image is None else message.image
     parse_image_bytes(image)
-
-    def build() -> Simulation:
-        world = open_worlds(mat, images or [image], profile, [message.seed], True)
-        if message.range_mm is not None:
-            world.set_environment(mat, message.range_mm)
-        return world
-
-    _or_refuse("bad-mat", lambda: check_mat(mat, profile))
+    with raised_as("bad-mat"):
+        check_mat(mat, profile)
     referee = Referee(chosen_mission(message.mission), image) if message.mission else None
     if referee:
         _check_fixed(referee.mission, mat, message.range_mm)
-    return StudioWorld(_or_refuse("bad-world", build), referee, steering)
+    with raised_as("bad-world"):
+        world = open_worlds(mat, images or [image], profile, [message.seed], True)
+        if message.range_mm is not None:
+            world.set_environment(mat, message.range_mm)
+    return StudioWorld(world, referee, steering)
 
 
 def check_mission_size(choice: MissionChoice, most_cars: int) -> None:
@@ -239,15 +239,8 @@ def _fixed(what: str) -> MotorcadeError:
 def mat_from(document: Any, most_cars: int) -> Mat:
     """Return the mat in a page's ``document``. Raises MotorcadeError."""
     _check_size(document, most_cars)
-    return _or_refuse("bad-mat", lambda: mat_of(document, Phrase("mat-of-page")))
-
-
-def _or_refuse(code: str, work: Callable[[], _T]) -> _T:
-    """Call ``work``; where it raises a MotorcadeError, raise the error ``code`` with that as its reason."""
-    try:
-        return work()
-    except MotorcadeError as problem:
-        raise MotorcadeError(code, reason=problem) from None
+    with raised_as("bad-mat"):
+        return mat_of(document, Phrase("mat-of-page"))
 
 
 def _check_size(document: Any, most_cars: float = math.inf) -> None:

@@ -15,7 +15,7 @@ from stat import S_ISREG
 
 from filelock import FileLock
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import raised_as, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import (
     DEFAULT_LIMITS,
@@ -59,7 +59,7 @@ class FolderStorage(Storage):
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
     ) -> int:
         folder = self._owner_folder(owner) / folder_of(name)
-        try:
+        with raised_as("cant-save", OSError):
             newest = next(iter(_versions(folder)), None)
             if newest and _file(folder, newest.version).read_bytes() == data:
                 return newest.version
@@ -79,8 +79,6 @@ class FolderStorage(Storage):
             for each in _versions(folder)[self._limits.versions :]:
                 self._used_bytes[owner] -= _file(folder, each.version).stat().st_size
                 _file(folder, each.version).unlink()
-        except OSError as problem:
-            raise MotorcadeError("cant-save", reason=problem) from None
         return version
 
     def _check_room(self, owner: str, is_new: bool, size_bytes: int) -> None:
@@ -99,10 +97,8 @@ class FolderStorage(Storage):
         chosen = versions[0].version if version is None else version
         if chosen not in {each.version for each in versions}:
             raise MotorcadeError("no-version", name=name, version=chosen)
-        try:
+        with raised_as("cant-read", OSError):
             return _file(folder, chosen).read_bytes()
-        except OSError as problem:
-            raise MotorcadeError("cant-read", reason=problem) from None
 
     def history(self, owner: str, name: str) -> list[Version]:
         return self._existing(owner, name)[1]
@@ -111,12 +107,10 @@ class FolderStorage(Storage):
         """Move a project to the folder ``deleted``, from which a user can move it back. Raises MotorcadeError."""
         folder, _ = self._existing(owner, name)
         deleted = self._owner_folder(owner) / DELETED
-        try:
+        with raised_as("cant-delete", OSError):
             deleted.mkdir(exist_ok=True)
             number = 1 + sum(1 for each in _children(deleted) if each.name.startswith(f"{folder.name}."))
             folder.rename(deleted / f"{folder.name}.{number}")
-        except OSError as problem:
-            raise MotorcadeError("cant-delete", reason=problem) from None
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Of a file that is damaged, or that another program wrote, what is valid counts."""
@@ -131,7 +125,7 @@ class FolderStorage(Storage):
         folder = self._owner_folder(owner)
         if not stars:
             return self.stars(owner).get(mission, [])
-        try:
+        with raised_as("cant-save", OSError):
             folder.mkdir(parents=True, exist_ok=True)
             with FileLock(folder / STARS_LOCK, timeout=LONGEST_WAIT_S):
                 before = self.stars(owner)
@@ -139,8 +133,6 @@ class FolderStorage(Storage):
                 if earned != before.get(mission, []):
                     text = json.dumps({"format": "motorcade-stars/1", "stars": before | {mission: earned}}, indent=1)
                     replace_file(folder / STARS, f"{text}\n".encode())
-        except OSError as problem:
-            raise MotorcadeError("cant-save", reason=problem) from None
         return earned
 
     def _owner_folder(self, owner: str) -> Path:
