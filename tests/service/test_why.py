@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from motorcade import Followers, Program, World, led, wait
+from motorcade import Followers, Program, led, wait
 from motorcade import forward as ahead
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME
@@ -62,11 +62,7 @@ def project(poses, *, leads=1, leader=None, followers=LIGHTS, forward=False, lis
 def played(given, run_ms=SECONDS * 1000):
     """The project's world after some time."""
     image = compile_blocks(Blocks(given.leader, given.followers)).image
-    studio = open_world(
-        SetWorld(given.mat, image, range_mm=given.range_mm),
-        100,
-        lambda mat, images, profile, seed: World(mat, images, profile, seeds=seed, events=True, threads=1),
-    )
+    studio = open_world(SetWorld(given.mat, image, range_mm=given.range_mm), 100)
     studio.run(run_ms)
     return studio
 
