@@ -29,8 +29,9 @@ def test_three_steps_let_a_pupil_in(room):
     assert (me["id"], me["name"], len(me["number"])) == ("01", "Mia", 4)
     assert tablet.ask("class/about")["me"] == me
     assert tablet.client.get("/").status_code == 503, "the studio's page, which isn't built here"
-    assert tablet.ask("capabilities")["classroom"] == "pupil"
-    assert room.teacher.ask("capabilities")["classroom"] == "teacher"
+    for browser, who, cars in ((tablet, "pupil", ""), (room.teacher, "teacher", "/api/teacher/cars")):
+        able = browser.ask("capabilities")
+        assert (able["classroom"], able["cars"]) == (who, cars)
 
 
 def test_the_cookie_is_for_this_server_alone_and_no_script_reads_it(room):

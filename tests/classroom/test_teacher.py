@@ -17,9 +17,11 @@ from motorcade.classroom.folder import MOST_FILES, ClassFolder
 from motorcade.classroom.record import to_bytes
 from motorcade.classroom.room import Classroom
 from motorcade.missions.document import built_in_mission
+from motorcade.program.blocks import blocks_of
 from motorcade.program.compiler import compile_program
-from motorcade.server.studio import library
+from motorcade.server.studio import library, workers
 from motorcade.server.studio.library import OWNERS
+from motorcade.service.requests import respond
 from support.class_page import PASSWORD, PROJECT, class_room
 from support.classrooms import refused
 from support.world_page import KEY
@@ -126,6 +128,25 @@ def test_who_is_away_finds_what_came_and_the_frozen_class_also_after_a_restart(t
         mia.ask("class/seen", number=view["news"][-1]["number"])
         with mia.open("class/stream") as page:
             assert page.until("pupil")["news"] == []
+
+
+def test_stars_of_a_check_are_seen_at_once_and_an_import_may_take_longer(tmp_path, monkeypatch):
+    allowed = {}
+
+    def answered(name, data, context, most_s, given_up):
+        allowed[name] = most_s
+        return respond(name, data, context)
+
+    monkeypatch.setattr(workers, "answer_in_process", answered)
+    mission = built_in_mission("follow-me")
+    leader, followers = blocks_of(mission.solution)
+    with class_room(tmp_path) as room:
+        mia = room.join("Mia")
+        assert mia.ask("projects/import", text="") == "no-projects-file"
+        earned = mia.ask("missions/check", mission={"id": mission.id}, leader=leader, followers=followers)["earned"]
+        with room.teacher.open("teacher/stream") as shown:
+            assert shown.until("class")["pupils"][0]["stars"] == len(earned) > 0
+    assert allowed == {"projects/import": 5.0, "missions/check": 1.0}
 
 
 def test_the_teacher_is_told_of_a_full_disk_until_there_is_room(room, now, monkeypatch):

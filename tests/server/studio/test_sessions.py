@@ -272,7 +272,10 @@ def test_no_picture_of_a_page_waits_while_many_others_build_large_worlds(client,
 
 
 def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch, held) -> None:
-    def take_long(name, *rest):
+    allowed = {}
+
+    def take_long(name, data, context, most_s, given_up):
+        allowed[name] = most_s
         if name == "missions/check":
             held.take_long()
         return b"{}"
@@ -283,7 +286,9 @@ def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch, held
         with held.meanwhile():
             assert client.post("/api/profiles").status_code == 200
             assert client.post("/api/open", json={"text": ""}).status_code == 200
+            assert client.post("/api/projects/import", json={"text": ""}).status_code == 200
     assert {each.result().status_code for each in asked} == {200}
+    assert allowed == {"missions/check": 30.0, "open": 1.0, "projects/import": 10.0}
 
 
 def test_the_events_of_a_run_are_a_table(client) -> None:
