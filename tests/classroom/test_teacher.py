@@ -146,6 +146,8 @@ def test_stars_of_a_check_are_seen_at_once_and_an_import_may_take_longer(tmp_pat
         earned = mia.ask("missions/check", mission={"id": mission.id}, leader=leader, followers=followers)["earned"]
         with room.teacher.open("teacher/stream") as shown:
             assert shown.until("class")["pupils"][0]["stars"] == len(earned) > 0
+        for pupil, stars in ((mia, earned), (room.join("Ben"), [])):
+            assert {each["id"]: each["earned"] for each in pupil.ask("missions")}[mission.id] == stars
     assert allowed == {"projects/import": 5.0, "missions/check": 1.0}
 
 

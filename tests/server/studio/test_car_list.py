@@ -1,10 +1,13 @@
 """The list of cars on a page, with simulated cars at real ports."""
 
 import base64
+import ssl
 
 import pytest
 
+from motorcade.fleet.cars import Cars
 from motorcade.fleet.places import place_of
+from motorcade.server.studio import cars
 from motorcade.server.studio.sessions import CARS
 from motorcade.upload import serial_port
 from support.remote_page import PageSocket
@@ -52,3 +55,21 @@ def test_a_page_sees_loads_blinks_and_stops_cars(tmp_path):
             page.send("load", where=[cars[0].address], image=base64.b64encode(SECOND[:6]).decode())
             assert page.until("error")["code"] == "image-cut-off"
             assert [car.image for car in cars] == [FIRST, SECOND]
+
+
+def test_cars_are_asked_at_the_places_and_with_the_keys_of_the_settings(tmp_path, monkeypatch):
+    asked = []
+
+    class NotedCars(Cars):
+        def __init__(self, *given):
+            asked.append(given)
+            super().__init__(*given)
+
+    monkeypatch.setattr(cars, "Cars", NotedCars)
+    places, keys = (place_of("127.0.0.1:1", "gone"),), ssl.create_default_context()
+    with (
+        server(tmp_path, places=places, keys=keys) as client,
+        client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as socket,
+    ):
+        Page(socket).shows(lambda found: "gone" in found)
+    assert asked[-1] == (places, keys)
