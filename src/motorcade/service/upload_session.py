@@ -8,13 +8,12 @@ from collections.abc import Callable
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, Port, sentences
 from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
 from motorcade.upload.transfer import (
     ReadbackTransfer,
-    Retry,
     Transfer,
     UploadTransfer,
     holds_phrase,
@@ -185,9 +184,9 @@ def check_order(order: UploadOrder) -> Profile:
     return built_in_profile(order.profile)
 
 
-def retry_notice(retry: Retry, size: int) -> world_messages.Progress:
+def retry_notice(retry: Phrase, size: int) -> world_messages.Progress:
     """Return the notice of another try to send ``size`` bytes."""
-    return world_messages.Progress(0, size, world_messages.RetryNotice(retry.number, retry.of, sentences(retry)))
+    return world_messages.Progress(0, size, world_messages.RetryNotice(**retry.details, sentence=sentences(retry)))
 
 
 def uploaded(order: UploadOrder, answer: str) -> Outcome:
