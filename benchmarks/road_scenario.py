@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 from motorcade.mats import Mat, Pose
-from motorcade.mats.model import Line, Starts, way_of
+from motorcade.mats.model import Line, Starts, path_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import follow_line, led, together
@@ -33,7 +33,7 @@ def road_mat(cars: int) -> Mat:
         x, y = ring % columns * (wide + BETWEEN_M), ring // columns * (high + BETWEEN_M)
         corners = (x, y), (x + wide, y), (x + wide, y + high), (x, y + high)
         lines.append(Line(corners, bend_m=BEND_M, closed=True))
-        poses += _places(way_of(lines[-1]), min(CARS_OF_RING, cars - len(poses)))
+        poses += _places(path_of(lines[-1]), min(CARS_OF_RING, cars - len(poses)))
     leads = [number % CARS_OF_LEADER == 0 for number in range(cars)]
     return Mat("roads", Starts.of(poses, leads), 20, lines=tuple(lines))
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.boards.computer import KeyboardVoice
+from motorcade.boards.computer import keyboard_voice
 from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, load_voice_map, parse_voice_map
@@ -74,13 +74,13 @@ class Typist:
         (["s\n"], VOICE_STOP),
         (["  GO \r\n"], VOICE_GO),
         (["g\n"], VOICE_GO),
-        (["stopp\n", "\n", "oo\n"], NO_VOICE),
+        (["stopp\n", "\n", "oo\n", "a stop\n", "stop it\n"], NO_VOICE),
         (["go\n", "stop\n", "go\n"], VOICE_STOP),
     ],
 )
 def test_a_typed_word_is_heard_once(typed, says):
     typist = Typist()
-    source = KeyboardVoice(typist)
+    source = keyboard_voice(typist)
     for line in typed:
         typist.type(line)
     assert source.heard_voice() == says

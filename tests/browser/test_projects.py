@@ -4,6 +4,7 @@ import json
 
 import pytest
 from playwright.sync_api import Locator, expect
+from scripts.studio_process import project_link
 
 from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
@@ -129,6 +130,17 @@ def test_blocks_and_words_are_exported(open_page) -> None:
         content = download.value.path().read_bytes()
         assert beginning in content[:40].decode("utf-8", errors="replace")
         assert key == "png" or "65800000" in content.decode() or "forward" in content.decode()
+
+
+def test_who_presses_play_before_a_shared_project_is_open_sees_it_play(open_page, studio) -> None:
+    page, held = open_page(), []
+    page.page.route("**/api/open", lambda route: held.append(route))
+    with page.page.expect_request("**/api/open"):
+        page.page.evaluate("link => { location.hash = new URL(link).hash }", project_link(studio.url, EXAMPLE))
+    page.play()
+    held.pop().continue_()
+    page.expect_moving()
+    expect(page.block("leader", "left")).to_contain_class("motorcade-running")
 
 
 def test_work_continues_after_the_server_crashed_and_came_back(open_own_page, own_studio) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from playwright.sync_api import FloatRect, expect
 
-from motorcade.mats.model import Line, way_of
+from motorcade.mats.model import Line, path_of
 from support.studio_page import StudioPage
 from support.studio_programs import PAIR
 from support.waiting import wait_until
@@ -52,7 +52,7 @@ def saved_line(studio: StudioPage) -> list[dict[str, Any]]:
 def off_road_m(line: Line, x: float, y: float) -> float:
     """How far a point is from the line's middle."""
     far = math.inf
-    for (ax, ay), (bx, by) in pairwise(way_of(line)):
+    for (ax, ay), (bx, by) in pairwise(path_of(line)):
         length = math.dist((ax, ay), (bx, by)) or 1
         share = min(1, max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2))
         far = min(far, math.dist((x, y), (ax + (bx - ax) * share, ay + (by - ay) * share)))

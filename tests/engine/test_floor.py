@@ -11,7 +11,7 @@ from motorcade import Mat, Pose, Program, compile_program, follow_line, forward,
 from motorcade.engine.floor import floor_of, marks_of, outside_um
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.mats.model import Line, Physics, Starts, way_of
+from motorcade.mats.model import Line, Physics, Starts, path_of
 from support.plain_senses import is_dark
 from support.worlds import lines
 
@@ -44,7 +44,7 @@ def world_of(pose, program, **marks):
 @pytest.mark.parametrize("speed", [1, 3])
 @pytest.mark.parametrize(("line", "most_mm"), ROADS.values(), ids=list(ROADS))
 def test_a_car_keeps_to_its_line_with_noisy_wheels(line, most_mm, speed):
-    way = way_of(line)
+    way = path_of(line)
     (x0, y0), (x1, y1) = way[0], way[1]
     pose = Pose(x0, y0, math.atan2(y1 - y0, x1 - x0))
     world = world_of(pose, follow_line(3, speed=speed), lines=(line,), physics=Physics(wheel_noise=0.05))
@@ -61,7 +61,7 @@ def test_a_car_keeps_to_its_line_with_noisy_wheels(line, most_mm, speed):
 
 def test_without_the_bit_a_car_leaves_the_line():
     line, most_mm = ROADS["stadium"]
-    way = way_of(line)
+    way = path_of(line)
     world = world_of(Pose(*way[0]), forward(3), lines=(line,))
     world.run(30_000)
     assert off_mm(float(world.snapshot().x_m[0]), float(world.snapshot().y_m[0]), way) > 10 * most_mm
@@ -152,7 +152,7 @@ def test_a_place_is_as_far_from_a_patch_as_its_nearest_edge(x, y, outside_mm):
 
 @given(lines(POINTS))
 def test_a_way_keeps_to_its_points_and_its_bends(line):
-    way = way_of(line)
+    way = path_of(line)
     assert all(math.isfinite(each) for point in way for each in point)
     if line.closed and len(line.points_m) > 2:
         assert way[0] == way[-1]

@@ -17,7 +17,7 @@ from support.worlds import Case, cases
 def test_what_is_within_reach_of_a_point_is_in_the_list_of_its_cell(case: Case, points: list[tuple[int, int]]) -> None:
     rules = layout.rules_of(case.mat, case.profile, case.images)
     backends = [open_backend(name) for name in ("webassembly", "interpreted")]
-    place, other = (layout.place_of(case.mat, rules, backend) for backend in backends)
+    place, other = (layout.obstacles_of(case.mat, rules, backend) for backend in backends)
     for one, another in zip(place, other, strict=True):
         assert np.array_equal(one, another)
     walls, discs = layout.outlines_of(case.mat)

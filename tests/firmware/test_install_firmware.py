@@ -98,6 +98,8 @@ def test_a_running_car_gets_files_that_run():
         assert found.restarted
 
         prompt = board_prompt.BoardPrompt(at.port)
+        library = {f"/{path}": len(data) for path, data in ESP32.items() if path.startswith(f"{LIBRARY}/")}
+        assert prompt.sizes(f"/{LIBRARY}") == library
         importing = (
             "import sys\nsys.path.append('/lib')\nimport motorcade.boards.on_chip.power_on, motorcade.car.check\n"
         )

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.errors import MotorcadeError
+from motorcade.program.diagnostics import ProgramError
 from motorcade.program.files import compile_project, is_project, read_file
 from motorcade.program.model import Program
 from motorcade.program.python_writer import python_text
@@ -50,3 +51,12 @@ def test_a_program_finds_the_profile_beside_its_file_whatever_the_current_folder
         assert (compiled.leader_states, profile.durations_ms[1]) == (1, 500)
     _, built_in = compile_project(PARADE.read_bytes(), tmp_path / PARADE.name)
     assert built_in.name == "classroom"
+
+
+def test_a_profile_that_is_not_there_is_an_error_at_its_line_of_a_text(tmp_path: Path) -> None:
+    text = python_text(Program([wait(1)], profile="mine.toml"))
+    with pytest.raises(ProgramError) as caught:
+        compile_project(text.encode(), tmp_path / "program.py")
+    (problem,) = caught.value.diagnostics
+    assert problem.span
+    assert "mine.toml" in text.splitlines()[problem.span.line - 1]

@@ -8,7 +8,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import layout
 from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
 from motorcade.mats import Person
-from motorcade.mats.model import way_of
+from motorcade.mats.model import path_of
 
 if TYPE_CHECKING:
     from support.plain_world import PlainWorld
@@ -56,7 +56,7 @@ def dark_floor(world: "PlainWorld", car: int) -> int:
 def is_dark(world: "PlainWorld", x: int, y: int) -> bool:
     mat = world.mat
     for line in mat.lines:
-        way = [(round(px * 1e6), round(py * 1e6)) for px, py in way_of(line)]
+        way = [(round(px * 1e6), round(py * 1e6)) for px, py in path_of(line)]
         for (x0, y0), (x1, y1) in pairwise(way):
             squared = (x1 - x0) ** 2 + (y1 - y0) ** 2
             part = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / squared if squared else 0.0

@@ -12,7 +12,7 @@ import serial
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import NO_ANSWER, PORT_BUSY, PORT_FORBIDDEN, PORT_NOT_FOUND, REFUSED, VERIFICATION, WENT_AWAY
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
@@ -173,7 +173,7 @@ def test_what_arrives_changed_is_sent_again_and_each_try_is_told(car):
     told = []
     car.take(changed, changed, OK)
     assert upload(car.port, retrying=told.append) == OK.decode().strip()
-    assert told == [("sends-again", 2, 3), ("sends-again", 3, 3)]
+    assert told == [Phrase(talk.SENDS_AGAIN, number=2, of=3), Phrase(talk.SENDS_AGAIN, number=3, of=3)]
 
 
 @pytest.fixture

@@ -42,7 +42,7 @@ class Told(list):
     """What a talk tells of its further tries: their reasons."""
 
     def __call__(self, retry):
-        self.append(retry.reason)
+        self.append(retry.key)
 
 
 # Cars that know no checks

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from motorcade.boards.lines import Line, TcpPort
+from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.board import VOICE_WORDS, Board
-from motorcade.car.brain import NO_LED, NO_VOICE, VOICE_STOP
+from motorcade.car.brain import NO_LED, NO_VOICE
 from motorcade.car.loop import Car
 from motorcade.config.files import replace_file
 from motorcade.config.profile import Profile, levels_of
@@ -78,30 +79,21 @@ class ImageStore:
         replace_file(path, data)
 
 
-class KeyboardVoice:
-    """Take the words 'stop' and 'go', or their first letters, from lines that somebody types.
+def keyboard_voice(lines: Iterable[str]) -> SerialVoice:
+    """Take the words 'stop' and 'go', or their first letters, from lines that somebody types; ignore any other word.
 
     Args:
         lines: such as ``sys.stdin``. A thread of its own reads them, since reading a line blocks.
     """
+    typed: deque[bytes] = deque()
 
-    def __init__(self, lines: Iterable[str]) -> None:
-        self._typed: deque[int] = deque()
-        threading.Thread(target=self._read, args=(lines,), daemon=True).start()
+    def read_lines() -> None:
+        typed.extend(f"\n{line.strip().lower()}\n".encode(errors="replace") for line in lines)
 
-    def heard_voice(self) -> int:
-        """Return what was typed since the last call, as `SerialVoice` does; any other word is ignored."""
-        latest = NO_VOICE
-        while self._typed:
-            voice = self._typed.popleft()
-            if latest != VOICE_STOP:
-                latest = voice
-        return latest
-
-    def _read(self, lines: Iterable[str]) -> None:
-        for line in lines:
-            typed = line.strip().lower()
-            self._typed.extend(voice for word, voice in VOICE_WORDS if typed in (word, word[0]))
+    threading.Thread(target=read_lines, daemon=True).start()
+    # A line's ends keep a word in it from being taken for the whole.
+    patterns = [(f"\n{each}\n".encode(), voice) for word, voice in VOICE_WORDS for each in (word, word[0])]
+    return SerialVoice(lambda: b"".join([typed.popleft() for _ in range(len(typed))]), patterns)
 
 
 @dataclass(frozen=True)

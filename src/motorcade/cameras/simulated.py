@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from motorcade.engine.moment import Moment
-from motorcade.mats.model import way_of
+from motorcade.mats.model import path_of
 from motorcade.runs.recording import LEDS, Description
 
 Colours = NDArray[np.float32]
@@ -80,7 +80,7 @@ class _DarkFloor(NamedTuple):
 def _dark_floor(about: Description) -> _DarkFloor | None:
     """Draw the lines, spots and patches of a mat from above; None where there are none."""
     mat = about.mat
-    bands = [(way_of(line), line.width_m) for line in mat.lines] + [
+    bands = [(path_of(line), line.width_m) for line in mat.lines] + [
         ([(x, y)], 2 * radius) for x, y, radius in mat.spots
     ]
     areas = [*bands, *((list(corners), 0.0) for corners in mat.patches)]

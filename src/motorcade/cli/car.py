@@ -328,9 +328,9 @@ def _open_voice(resources: ExitStack, car: CarOptions) -> Callable[[], int]:
     from motorcade.car.brain import NO_VOICE
 
     if car.voice == _KEYBOARD:
-        from motorcade.boards.computer import KeyboardVoice
+        from motorcade.boards.computer import keyboard_voice
 
-        return KeyboardVoice(sys.stdin).heard_voice
+        return keyboard_voice(sys.stdin).heard_voice
     if car.voice and car.voice_map:
         from motorcade.config.pins import load_voice_map
 

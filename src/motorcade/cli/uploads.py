@@ -17,7 +17,6 @@ from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
-    from motorcade.upload.transfer import Retry
 
 # The chips of MicroPython cars, and what people call them.
 ChipName = Literal["esp32", "rp2040"]
@@ -289,7 +288,7 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
     return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
-def _print_retry(retry: "Retry") -> None:
+def _print_retry(retry: Phrase) -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
         print(retry.sentence(current_language()), file=sys.stderr)

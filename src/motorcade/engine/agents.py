@@ -21,7 +21,7 @@ def _obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
     """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``."""
     look = float(look_mm) * 1000.0
     _, seen = bodies.others_ahead(i, world, look, arrays.cars, arrays.cells, arrays.rules)
-    _, _, _, distance, _, _ = bodies.place_near(i, look, 0.0, 0.0, arrays.cars, arrays.place, arrays.rules)
+    _, _, _, distance, _, _ = bodies.obstacles_near(i, look, 0.0, 0.0, arrays.cars, arrays.obstacles, arrays.rules)
     nearest = min(seen, distance)
     return bodies.obstacle_mm(nearest, arrays.rules) if nearest <= look else NOTHING_IN_SIGHT_MM
 
@@ -49,8 +49,8 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
         wheels = brain.wheels(s, NOTHING, now, rules.levels)
         if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
             stood = bodies.stands(i, cars, rules)
-            bodies.set_way(i, wheels, cars, rules)
-            cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
+            bodies.set_displacement(i, wheels, cars, rules)
+            cars.clear[i] = clearance.for_any_displacement(cars.clear[i], tick)
             if stood:
                 begin = world * per_world
                 last = Now(world, 0, 0, 0, tick - 1, now, brain.NO_VOICE, 0, 0, begin, begin + per_world)

@@ -7,8 +7,8 @@ second. Wheels don't skid, and the servo and the motor act without delay. Duty `
 profile's fastest level.
 
 The brain of a driven car goes on, with its infrared, its LED and its random draws; only its wheels obey the driver. Its
-way (how far it moves in a tick, in x and y) changes with every tick, so it looks around in every tick. In everything
-else it is like other cars: it pushes and is pushed.
+displacement (how far it moves in a tick, in x and y) changes with every tick, so it looks around in every tick. In
+everything else it is like other cars: it pushes and is pushed.
 """
 
 import math
@@ -21,7 +21,7 @@ from motorcade.car.senses import NOTHING
 from motorcade.config.profile import Profile
 from motorcade.engine import bodies, clearance
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.bodies import NOISE_MS, WAY_BITS
+from motorcade.engine.bodies import DISPLACEMENT_BITS, NOISE_MS
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
 from motorcade.engine.state import DRIVEN, Arrays, Buffer, Cars, Driven, Floats, Now, Rules
 from motorcade.words.ticks import TICKS_MASK, later_ms
@@ -35,7 +35,7 @@ ASIDE = 4  # and to its left
 TURN = 5  # binary angle a tick
 TURNED = 6  # the same for this tick, with wheel noise
 CENTRE_DEG = 90
-_STEPS = 1 << WAY_BITS
+_STEPS = 1 << DISPLACEMENT_BITS
 
 
 class Motion(NamedTuple):
@@ -48,9 +48,9 @@ class Motion(NamedTuple):
 
 def motion_of(angle_deg: int, direction: int, speed: int, profile: Profile, tick_ms: int) -> Motion:
     """The motion of a car with its servo at ``angle_deg`` (0-180, above 90 is left), forward (1) or back (0)."""
-    way = profile.speeds_mm_s[-1] * min(speed / profile.motor.pwm_max, 1.0) * tick_ms * (1 if direction else -1)
+    length = profile.speeds_mm_s[-1] * min(speed / profile.motor.pwm_max, 1.0) * tick_ms * (1 if direction else -1)
     steered = math.tan(math.radians((angle_deg - CENTRE_DEG) * profile.servo.steering_deg / CENTRE_DEG))
-    ahead = way / math.sqrt(1.0 + steered * steered / 4.0)
+    ahead = length / math.sqrt(1.0 + steered * steered / 4.0)
     turn = ahead * steered / (profile.body.wheel_base_mm * 1000) / math.tau * FULL_TURN
     # Rounded towards 0, so that no car is faster than the fastest.
     return Motion(int(ahead * _STEPS), int(ahead * steered / 2.0 * _STEPS), round(turn))
@@ -69,7 +69,7 @@ def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
 
 @in_kernel
 def set_out(arrays: Arrays, now: Now) -> None:
-    """Set the way of each driven car of a world for a tick, along the heading in the middle of its turn."""
+    """Set the displacement of each driven car of a world for a tick, along the heading in the middle of its turn."""
     cars, driven, rules = arrays.cars, arrays.driven, arrays.rules
     for k in range(driven.shape[1]):
         if driven[WORLD, k] != now.world:
@@ -88,9 +88,9 @@ def set_out(arrays: Arrays, now: Now) -> None:
         ahead_x, ahead_y = cosine(heading, rules.cosines), sine(heading, rules.cosines)
         if bodies.stands(i, cars, rules) and ahead != 0.0:
             clearance.wake_near(i, arrays, now)
-        cars.way_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)
-        cars.way_y[i] = math.floor(ahead * ahead_y + aside * ahead_x + 0.5)
-        cars.clear[i] = clearance.on_another_way(cars.clear[i], now.tick)
+        cars.displacement_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)
+        cars.displacement_y[i] = math.floor(ahead * ahead_y + aside * ahead_x + 0.5)
+        cars.clear[i] = clearance.for_any_displacement(cars.clear[i], now.tick)
 
 
 @in_kernel
@@ -110,7 +110,7 @@ def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     """
     now = tick * rules.tick_ms & TICKS_MASK
     last = later_ms(now, -rules.tick_ms)
-    bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
+    bodies.set_displacement(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
     cars.due[i] = now
     for j in range(cars.x.shape[0]):
         cars.clear[j] = clearance.due_now(tick)

@@ -17,10 +17,10 @@ from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around
 from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, nearest_of_segment, segment_in_cone, sine
-from motorcade.engine.state import Cars, Cells, People, Place, Rules
+from motorcade.engine.state import Cars, Cells, Obstacles, People, Rules
 
-# The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.
-WAY_BITS = 12
+# The displacement of a car is how far it moves in a tick, in x and y, in units of 2^-DISPLACEMENT_BITS µm.
+DISPLACEMENT_BITS = 12
 # How often wheel noise is drawn.
 NOISE_MS = 100
 # How much farther than necessary a car looks, so that it need not look again soon.
@@ -29,7 +29,7 @@ LOOK_BEYOND_UM = 100_000.0
 REST_UM = 100_000.0
 # The bit of Cars.clear that says that a car was pushed when it last looked for others.
 PUSHED = 1 << 16
-# Places and ways are rounded to µm: bodies are at most this much nearer to each other than their ways say.
+# Places and displacements are rounded to µm: bodies are at most this much nearer to each other than these say.
 ROUNDED_UM = 4.0
 # What a car's cone must not reach is kept this far from its tip, since places are rounded to whole µm.
 _BEHIND_UM = 1_000.0
@@ -40,18 +40,19 @@ _MOST_PUSH_UM = 32_000.0
 
 
 @in_kernel
-def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
-    """The way of car ``i`` in x and y, and its greatest possible length, all in µm a tick."""
-    way_x, way_y = float(cars.way_x[i]) / (1 << WAY_BITS), float(cars.way_y[i]) / (1 << WAY_BITS)
+def displacement_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
+    """The displacement of car ``i`` in x and y, and its greatest possible length, all in µm a tick."""
+    displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
+    displacement_y = float(cars.displacement_y[i]) / (1 << DISPLACEMENT_BITS)
     if rules.wheel_noise > 0.0:
-        return way_x, way_y, rules.fastest
-    return way_x, way_y, math.sqrt(way_x * way_x + way_y * way_y)
+        return displacement_x, displacement_y, rules.fastest
+    return displacement_x, displacement_y, math.sqrt(displacement_x * displacement_x + displacement_y * displacement_y)
 
 
 @in_kernel
 def stands(i: int, cars: Cars, rules: Rules) -> bool:
-    """Whether car ``i`` keeps its place until it gets another way or something pushes it."""
-    return cars.way_x[i] == 0 and cars.way_y[i] == 0 and rules.wheel_noise == 0.0
+    """Whether car ``i`` keeps its place until it gets another displacement or something pushes it."""
+    return cars.displacement_x[i] == 0 and cars.displacement_y[i] == 0 and rules.wheel_noise == 0.0
 
 
 @in_kernel
@@ -80,7 +81,7 @@ def others_near(
         for j in range(low, high):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
             squared = dx * dx + dy * dy if j != i else far
-            moves = int(cars.way_x[j]) | int(cars.way_y[j]) | int(cars.clear[j]) & PUSHED
+            moves = int(cars.displacement_x[j]) | int(cars.displacement_y[j]) | int(cars.clear[j]) & PUSHED
             nearest = min(nearest, squared)
             restless = min(restless, far if (moves == 0) & (squared < may_rest) else squared)
     push_x, push_y = 0.0, 0.0
@@ -106,13 +107,13 @@ def others_ahead(i: int, world: int, look: float, cars: Cars, cells: Cells, rule
     """Look at the cars that the ultrasonic sensor of car ``i``, which sees ``look`` µm far, measures or may soon.
 
     Returns:
-        For how many ticks no other car can matter to the sensor if this car keeps its way, and the distance from its
-        front to the nearest car in the cone (FAR_UM: none).
+        For how many ticks no other car can matter to the sensor if this car keeps its displacement, and the distance
+        from its front to the nearest car in the cone (FAR_UM: none).
     """
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     near = rules.contact + look + LOOK_BEYOND_UM
-    _, _, own = way_of(i, cars, rules)
+    _, _, own = displacement_of(i, cars, rules)
     gap, obstacle = LOOK_BEYOND_UM, FAR_UM
     first = cells.first[world]
     left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
@@ -141,19 +142,19 @@ def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float
 
 
 @in_kernel
-def place_near(
-    i: int, look: float, push_x: float, push_y: float, cars: Cars, place: Place, rules: Rules
+def obstacles_near(
+    i: int, look: float, push_x: float, push_y: float, cars: Cars, obstacles: Obstacles, rules: Rules
 ) -> tuple[float, float, float, float, float, float]:
     """Look at walls and obstacles around car ``i``, which other cars push by ``push_x`` and ``push_y``.
 
     However many cars push, they never push a car into a wall that it touches. In a corner only the walls push it.
 
     Returns:
-        For how many ticks nothing can touch this car if it keeps its way; for how many whatever its way; for how many
-        its sensor sees nothing else if it keeps its way; the distance that the sensor measures up to ``look`` (FAR_UM:
-        nothing in the cone); and the push, in x and y, of everything that touches it.
+        For how many ticks nothing can touch this car if it keeps its displacement; for how many whatever that is; for
+        how many its sensor sees nothing else if it keeps it; the distance that the sensor measures up to ``look``
+        (FAR_UM: nothing in the cone); and the push, in x and y, of everything that touches it.
     """
-    way_x, way_y, own = way_of(i, cars, rules)
+    displacement_x, displacement_y, own = displacement_of(i, cars, rules)
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
     # To a car that stands nothing here changes.
@@ -162,18 +163,18 @@ def place_near(
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
-    cell, segments = cell_of(x, y, place.frame), place.segments.shape[0]
-    for k in range(place.first[cell], place.first[cell + 1]):
-        if place.away[k] >= near:
+    cell, segments = cell_of(x, y, obstacles.frame), obstacles.segments.shape[0]
+    for k in range(obstacles.first[cell], obstacles.first[cell + 1]):
+        if obstacles.away[k] >= near:
             break
-        item = place.items[k]
+        item = obstacles.items[k]
         thick = 0.0
         if item < segments:
-            wall = place.segments[item]
+            wall = obstacles.segments[item]
             near_x, near_y = nearest_of_segment(x, y, wall[0], wall[1], wall[2], wall[3])
             dx, dy = near_x - x, near_y - y
         else:
-            disc = place.discs[item - segments]
+            disc = obstacles.discs[item - segments]
             dx, dy, thick = disc[0] - x, disc[1] - y, disc[2]
         squared = dx * dx + dy * dy
         if squared >= (near + thick) * (near + thick):
@@ -181,18 +182,19 @@ def place_near(
         distance = math.sqrt(squared)
         surface = distance - thick
         if own > 0.0:
-            # On a straight way the speed of approach never grows; with wheel noise the way isn't straight.
-            closing = own if rules.wheel_noise > 0.0 else (way_x * dx + way_y * dy) / max(distance, 1.0)
+            # On a straight line the speed of approach never grows; with wheel noise no line is straight.
+            along = displacement_x * dx + displacement_y * dy
+            closing = own if rules.wheel_noise > 0.0 else along / max(distance, 1.0)
             ticks = min(ticks, (surface - rules.radius - ROUNDED_UM) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
         if look > 0.0:
             # What is beside the cone of a car that drives straight on never comes into it.
-            clear = _place_in_cone(i, item, _BEHIND_UM, cars, place, rules) - _BEHIND_UM
+            clear = _obstacle_in_cone(i, item, _BEHIND_UM, cars, obstacles, rules) - _BEHIND_UM
             if own > 0.0:
                 free = (clear if rules.cone_sin > _NARROW else surface - rules.radius) - look - ROUNDED_UM
                 sees = min(sees, free / own)
             if surface < look + rules.radius:
-                obstacle = min(obstacle, _place_in_cone(i, item, 0.0, cars, place, rules))
+                obstacle = min(obstacle, _obstacle_in_cone(i, item, 0.0, cars, obstacles, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
             share = (rules.radius - surface) / distance
             away_x -= math.floor(dx * share + 0.5)
@@ -209,18 +211,18 @@ def place_near(
 
 
 @in_kernel
-def _place_in_cone(i: int, item: int, back: float, cars: Cars, place: Place, rules: Rules) -> float:
+def _obstacle_in_cone(i: int, item: int, back: float, cars: Cars, obstacles: Obstacles, rules: Rules) -> float:
     """The distance of a wall or an obstacle in the cone of a sensor that is ``back`` µm behind a car's own."""
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     front_x = float(cars.x[i]) + (rules.radius - back) * ahead_x
     front_y = float(cars.y[i]) + (rules.radius - back) * ahead_y
-    segments = place.segments.shape[0]
+    segments = obstacles.segments.shape[0]
     if item >= segments:
-        disc = place.discs[item - segments]
+        disc = obstacles.discs[item - segments]
         dx, dy = disc[0] - front_x, disc[1] - front_y
         ahead, aside = dx * ahead_x + dy * ahead_y, dy * ahead_x - dx * ahead_y
         return disc_in_cone(ahead, aside, disc[2], rules.cone_cos, rules.cone_sin)
-    wall = place.segments[item]
+    wall = obstacles.segments[item]
     ahead_0 = (wall[0] - front_x) * ahead_x + (wall[1] - front_y) * ahead_y
     aside_0 = (wall[1] - front_y) * ahead_x - (wall[0] - front_x) * ahead_y
     ahead_1 = (wall[2] - front_x) * ahead_x + (wall[3] - front_y) * ahead_y
@@ -240,13 +242,13 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
 @in_kernel
 def whole_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> tuple[int, int]:
     """The push in whole µm, limited so that the car goes no further than the fastest car drives."""
-    way_x = float(cars.way_x[i]) / (1 << WAY_BITS)
-    way_y = float(cars.way_y[i]) / (1 << WAY_BITS)
-    sum_x, sum_y = way_x + push_x, way_y + push_y
+    displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
+    displacement_y = float(cars.displacement_y[i]) / (1 << DISPLACEMENT_BITS)
+    sum_x, sum_y = displacement_x + push_x, displacement_y + push_y
     length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
     if length > rules.fastest:
-        push_x = sum_x * rules.fastest / length - way_x
-        push_y = sum_y * rules.fastest / length - way_y
+        push_x = sum_x * rules.fastest / length - displacement_x
+        push_y = sum_y * rules.fastest / length - displacement_y
     return int(min(max(push_x, -_MOST_PUSH_UM), _MOST_PUSH_UM)), int(min(max(push_y, -_MOST_PUSH_UM), _MOST_PUSH_UM))
 
 
@@ -295,20 +297,20 @@ def turns(wheels: int) -> bool:
 
 
 @in_kernel
-def set_way(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
-    """Set the wheels of car ``i`` and the way that follows: straight along the heading, or none when it turns."""
+def set_displacement(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
+    """Set the wheels of car ``i`` and its displacement: straight along the heading, or none when it turns."""
     cars.wheels[i] = wheels
-    way = 0.0
+    length = 0.0
     if wheels >> 2 != LEFT and wheels >> 2 != RIGHT:
-        way = rules.speeds[wheels & 3]
-    _set_way_along(i, way, cars, rules)
+        length = rules.speeds[wheels & 3]
+    _set_displacement_along(i, length, cars, rules)
 
 
 @in_kernel
-def _set_way_along(i: int, way: float, cars: Cars, rules: Rules) -> None:
-    way = way * (1 << WAY_BITS)
-    cars.way_x[i] = math.floor(way * cosine(cars.heading[i], rules.cosines) + 0.5)
-    cars.way_y[i] = math.floor(way * sine(cars.heading[i], rules.cosines) + 0.5)
+def _set_displacement_along(i: int, length: float, cars: Cars, rules: Rules) -> None:
+    length = length * (1 << DISPLACEMENT_BITS)
+    cars.displacement_x[i] = math.floor(length * cosine(cars.heading[i], rules.cosines) + 0.5)
+    cars.displacement_y[i] = math.floor(length * sine(cars.heading[i], rules.cosines) + 0.5)
 
 
 @in_kernel
@@ -333,24 +335,24 @@ def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
         left, right = left * speed, right * speed
     turned = math.floor((right - left) * rules.wheel_turn + 0.5)
     cars.heading[i] = (int(cars.heading[i]) + turned) & 0xFFFFFFFF
-    _set_way_along(i, (left + right) / 2.0, cars, rules)
+    _set_displacement_along(i, (left + right) / 2.0, cars, rules)
 
 
 @in_kernel
 def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -> None:
     """Move the cars between two indices by one tick.
 
-    A way has a finer resolution than 1 µm. Its whole µm are spread over the ticks, so that a car is within 1 µm of its
-    exact place after any number of ticks.
+    A displacement has a finer resolution than 1 µm. Its whole µm are spread over the ticks, so that a car is within
+    1 µm of its exact place after any number of ticks.
     """
     if rules.wheel_noise > 0.0:
         for i in range(begin, end):
             _slip(i, seed, tick * rules.tick_ms, cars, rules)
-    phase = tick & ((1 << WAY_BITS) - 1)
+    phase = tick & ((1 << DISPLACEMENT_BITS) - 1)
     for i in range(begin, end):
         push = int(cars.push[i])
-        cars.x[i] = cars.x[i] + _whole_um(int(cars.way_x[i]), phase) + _signed(push >> 16)
-        cars.y[i] = cars.y[i] + _whole_um(int(cars.way_y[i]), phase) + _signed(push & 0xFFFF)
+        cars.x[i] = cars.x[i] + _whole_um(int(cars.displacement_x[i]), phase) + _signed(push >> 16)
+        cars.y[i] = cars.y[i] + _whole_um(int(cars.displacement_y[i]), phase) + _signed(push & 0xFFFF)
         cars.push[i] = 0
     if rules.wheel_noise == 0.0:
         for i in range(begin, end):
@@ -358,10 +360,10 @@ def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -
 
 
 @in_kernel
-def _whole_um(way: int, phase: int) -> int:
-    mask = (1 << WAY_BITS) - 1
-    rest = way & mask
-    return (way >> WAY_BITS) + (((rest * phase & mask) + rest) >> WAY_BITS)
+def _whole_um(displacement: int, phase: int) -> int:
+    mask = (1 << DISPLACEMENT_BITS) - 1
+    rest = displacement & mask
+    return (displacement >> DISPLACEMENT_BITS) + (((rest * phase & mask) + rest) >> DISPLACEMENT_BITS)
 
 
 @in_kernel

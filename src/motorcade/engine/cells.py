@@ -8,7 +8,7 @@ import math
 
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import nearest_of_segment
-from motorcade.engine.state import Cars, Cells, Floats, Place, Words
+from motorcade.engine.state import Cars, Cells, Floats, Obstacles, Words
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS = range(5)
 # What rounding of a distance and of the corner of a cell can make, µm.
@@ -141,20 +141,20 @@ def clear_push(low: int, high: int, cars: Cars) -> None:
 
 
 @in_kernel
-def _each_near(reach: float, fills: bool, place: Place) -> None:
+def _each_near(reach: float, fills: bool, obstacles: Obstacles) -> None:
     """Count what is near each cell in ``first[cell + 1]``, or put it at ``first[cell]``, which moves on."""
-    frame, first, segments = place.frame, place.first, place.segments.shape[0]
+    frame, first, segments = obstacles.frame, obstacles.first, obstacles.segments.shape[0]
     left, bottom, columns = float(frame[ORIGIN_X]), float(frame[ORIGIN_Y]), int(frame[COLUMNS])
     per_um = float(frame[PER_UM])
     side = 1.0 / max(per_um, _LEAST_PER_UM)
     margin = side * _HALF_DIAGONAL + _ROUNDING_UM
-    for item in range(segments + place.discs.shape[0]):
+    for item in range(segments + obstacles.discs.shape[0]):
         # A disc is a wall from its middle to its middle, with a radius.
         if item < segments:
-            wall = place.segments[item]
+            wall = obstacles.segments[item]
             x0, y0, x1, y1, radius = float(wall[0]), float(wall[1]), float(wall[2]), float(wall[3]), 0.0
         else:
-            disc = place.discs[item - segments]
+            disc = obstacles.discs[item - segments]
             x0, y0, x1, y1, radius = float(disc[0]), float(disc[1]), float(disc[0]), float(disc[1]), float(disc[2])
         near = radius + reach
         first_column = math.floor((min(x0, x1) - near - left) * per_um)
@@ -174,31 +174,31 @@ def _each_near(reach: float, fills: bool, place: Place) -> None:
                 cell = row * columns + column
                 if fills:
                     k = first[cell]
-                    place.items[k] = item
-                    place.away[k] = away
+                    obstacles.items[k] = item
+                    obstacles.away[k] = away
                     first[cell] = k + 1
                 else:
                     first[cell + 1] += 1
 
 
-def count_walls(reach: float, place: Place) -> None:
-    """Count the walls and obstacles within ``reach`` of each cell: fill ``place.first``.
+def count_walls(reach: float, obstacles: Obstacles) -> None:
+    """Count the walls and obstacles within ``reach`` of each cell: fill ``obstacles.first``.
 
     Its last number is then how many items all lists have.
     """
-    first, cells = place.first, int(place.frame[COLUMNS]) * int(place.frame[ROWS])
+    first, cells = obstacles.first, int(obstacles.frame[COLUMNS]) * int(obstacles.frame[ROWS])
     for cell in range(cells + 1):
         first[cell] = 0
-    _each_near(reach, False, place)
+    _each_near(reach, False, obstacles)
     for cell in range(cells):
         first[cell + 1] += first[cell]
 
 
-def list_walls(reach: float, place: Place) -> None:
+def list_walls(reach: float, obstacles: Obstacles) -> None:
     """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``: fill items and away."""
-    first, items, away = place.first, place.items, place.away
-    cells = int(place.frame[COLUMNS]) * int(place.frame[ROWS])
-    _each_near(reach, True, place)
+    first, items, away = obstacles.first, obstacles.items, obstacles.away
+    cells = int(obstacles.frame[COLUMNS]) * int(obstacles.frame[ROWS])
+    _each_near(reach, True, obstacles)
     for cell in range(cells, 0, -1):
         first[cell] = first[cell - 1]
     first[0] = 0

@@ -22,7 +22,7 @@ from motorcade.engine import events
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around, cells_between
 from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
-from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Place, Rules, Voices
+from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Obstacles, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
@@ -92,7 +92,7 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
     # The bodies are tested several at once, so their number is a multiple of that.
     for k in range(count, count + SPARE if is_listed else count):
         around.x[share, k], around.y[share, k] = FAR_UM, FAR_UM
-    near = cell_of(x, y, arrays.place.frame)
+    near = cell_of(x, y, arrays.obstacles.frame)
     ahead_x, ahead_y = cosine(cars.heading[j], rules.cosines), sine(cars.heading[j], rules.cosines)
     for k in range(count):
         i = int(around.car[share, k]) if is_listed else base + k
@@ -104,7 +104,7 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
         if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
             continue
         if rules.line_of_sight:
-            if _is_hidden_by_place(x, y, x + dx, y + dy, distance, near, arrays.place):
+            if _is_hidden(x, y, x + dx, y + dy, distance, near, arrays.obstacles):
                 continue
             if is_listed:
                 # A body that the sender is inside of shades all others.
@@ -151,8 +151,8 @@ def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
     if rules.line_of_sight:
         ax, ay = float(cars.x[sender]), float(cars.y[sender])
         bx, by = float(cars.x[receiver]), float(cars.y[receiver])
-        cell = cell_of(ax, ay, arrays.place.frame)
-        if _is_hidden_by_place(ax, ay, bx, by, distance, cell, arrays.place):
+        cell = cell_of(ax, ay, arrays.obstacles.frame)
+        if _is_hidden(ax, ay, bx, by, distance, cell, arrays.obstacles):
             return HIDDEN
         if _is_hidden_by_cars(receiver, sender, world, arrays):
             return HIDDEN
@@ -216,19 +216,19 @@ def _is_hidden_by_cars(i: int, j: int, world: int, arrays: Arrays) -> bool:
 
 
 @in_kernel
-def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, distance: float, cell: int, place: Place) -> bool:
+def _is_hidden(ax: float, ay: float, bx: float, by: float, distance: float, cell: int, obstacles: Obstacles) -> bool:
     """Whether a wall or an obstacle blocks the line of sight from a, which is in ``cell``, to b."""
-    segments = place.segments.shape[0]
-    for k in range(place.first[cell], place.first[cell + 1]):
-        if place.away[k] > distance:
+    segments = obstacles.segments.shape[0]
+    for k in range(obstacles.first[cell], obstacles.first[cell + 1]):
+        if obstacles.away[k] > distance:
             break
-        item = place.items[k]
+        item = obstacles.items[k]
         if item < segments:
-            wall = place.segments[item]
+            wall = obstacles.segments[item]
             if cross(ax, ay, bx, by, wall[0], wall[1], wall[2], wall[3]):
                 return True
         else:
-            disc = place.discs[item - segments]
+            disc = obstacles.discs[item - segments]
             if is_shaded(ax, ay, bx, by, disc[0], disc[1], disc[2]):
                 return True
     return False

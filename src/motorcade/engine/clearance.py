@@ -1,8 +1,8 @@
 """Store until which tick nothing can come near enough to a car to matter.
 
-There are two such ticks: one for other cars, one for the place (walls and obstacles, which do not move). One number,
+There are two such ticks: one for other cars, one for walls and round obstacles, which do not move. One number,
 the field ``clear`` of a car, holds both, 15 bits of each. A sixteenth bit says that the tick holds however the car is
-pushed and steered; without the bit it holds only while the car keeps its present way.
+pushed and steered; without the bit it holds only while the car keeps its displacement.
 """
 
 from motorcade.car.brain import WORD
@@ -22,7 +22,7 @@ _AHEAD = 0x4000
 
 @in_kernel
 def half(tick: int, anyhow: int) -> int:
-    """One half: the 15 lowest bits of a tick, and whether (1 or 0) it holds on any way."""
+    """One half: the 15 lowest bits of a tick, and whether (1 or 0) it holds for any displacement."""
     return (tick << 1 | anyhow) & _HALF
 
 
@@ -39,14 +39,14 @@ def with_others(clear: int, others: int) -> int:
 
 
 @in_kernel
-def with_place(clear: int, place: int) -> int:
-    """``clear`` with a new half for the place."""
-    return int(clear) >> 16 << 16 | place
+def with_obstacles(clear: int, half: int) -> int:
+    """``clear`` with a new half for obstacles."""
+    return int(clear) >> 16 << 16 | half
 
 
 @in_kernel
-def on_another_way(clear: int, tick: int) -> int:
-    """The part of ``clear`` that still holds when the car leaves its way in the tick before ``tick``."""
+def for_any_displacement(clear: int, tick: int) -> int:
+    """The part of ``clear`` that still holds when the car's displacement changes in the tick before ``tick``."""
     mask = (int(clear) & _ANYHOW) * _HALF
     return int(clear) & mask | due_now(tick) & ~mask & 0xFFFFFFFF
 
@@ -58,7 +58,7 @@ def others_due(clear: int, tick: int) -> bool:
 
 
 @in_kernel
-def place_due(clear: int, tick: int) -> bool:
+def obstacles_due(clear: int, tick: int) -> bool:
     """Whether a wall or an obstacle may be near by now."""
     return (tick - (int(clear) >> 1)) & _AHEAD == 0
 
@@ -85,48 +85,48 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         arrays, now: the world and the tick.
 
     Returns:
-        For how many ticks the sensor can't find anything else if the car keeps its way; the distance that it measures
-        (µm); and the push of other cars and the place on the car, in x and y (µm).
+        For how many ticks the sensor can't find anything else if the car keeps its displacement; the distance that it
+        measures (µm); and the push of other cars and obstacles on the car, in x and y (µm).
     """
     cars, rules, world, tick = arrays.cars, arrays.rules, now.world, now.tick
-    others, place_too = others_due(cars.clear[i], tick), place_due(cars.clear[i], tick)
+    others, obstacles_too = others_due(cars.clear[i], tick), obstacles_due(cars.clear[i], tick)
     if look > 0.0:
-        others, place_too = True, True
+        others, obstacles_too = True, True
     gap, restless_gap, place_ticks, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0
     ticks, seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
     if others and rules.collisions:
         gap, restless_gap, push_x, push_y = bodies.others_near(i, world, now.begin, now.end, cars, arrays.cells, rules)
     if (push_x != 0.0 or push_y != 0.0) and int(cars.clear[i]) & 1 == 0:
         # A car that stands may touch a wall, which doesn't push it but holds it.
-        place_too = True
-    if place_too:
-        place_ticks, place_anyhow, ticks, distance, push_x, push_y = bodies.place_near(
-            i, look, push_x, push_y, cars, arrays.place, rules
+        obstacles_too = True
+    if obstacles_too:
+        place_ticks, place_anyhow, ticks, distance, push_x, push_y = bodies.obstacles_near(
+            i, look, push_x, push_y, cars, arrays.obstacles, rules
         )
     is_pushed = push_x != 0.0 or push_y != 0.0
-    # Who follows a line soon leaves its way, and counts as pushed.
+    # Who follows a line soon turns, and counts as pushed.
     pushed = int(is_pushed or (arrays.floor.shape[0] > 0 and cars.memory[WORD, i] >> _FLOOR_AT & 1 != 0))
     if pushed and bodies.stands(i, cars, rules) and int(cars.clear[i]) & bodies.PUSHED == 0:
         wake_near(i, arrays, now)
     if is_pushed:
         # Cars that look after this one in this tick see that it doesn't rest.
-        cars.clear[i] = on_another_way(cars.clear[i], tick + 1) | bodies.PUSHED
+        cars.clear[i] = for_any_displacement(cars.clear[i], tick + 1) | bodies.PUSHED
     if look > 0.0:
         ahead_ticks, seen = bodies.others_ahead(i, world, look, cars, arrays.cells, rules)
         ticks = min(ticks, ahead_ticks)
     if others:
         free = (gap - bodies.ROUNDED_UM) / (2.0 * rules.fastest)
         if pushed == 0:
-            _, _, own = bodies.way_of(i, cars, rules)
+            _, _, own = bodies.displacement_of(i, cars, rules)
             free = (restless_gap - bodies.ROUNDED_UM) / (own + rules.fastest)
             if own > 0.0 and gap < restless_gap:
                 # When one of those that rest sets out, this car is still near enough to be woken, or it looks soon.
                 soon = bodies.REST_UM / (own + rules.fastest) - 1.0
                 free = min(free, (gap - bodies.ROUNDED_UM) / own, soon)
         cars.clear[i] = with_others(cars.clear[i], half(tick + whole_ticks(free), pushed))
-    if place_too:
+    if obstacles_too:
         until = half(tick + whole_ticks(place_anyhow if pushed else place_ticks), pushed)
-        cars.clear[i] = with_place(cars.clear[i], until)
+        cars.clear[i] = with_obstacles(cars.clear[i], until)
     return whole_ticks(ticks), min(distance, seen), push_x, push_y
 
 
@@ -153,7 +153,7 @@ def wake_near(i: int, arrays: Arrays, now: Now) -> None:
 
 @in_kernel
 def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
-    """Whether what car ``i`` of the only world touches will take more than three quarters of its way in this tick.
+    """Whether what car ``i`` of the only world touches takes more than three quarters of its displacement in this tick.
 
     It looks only where something may be near: elsewhere nothing pushes the car.
     """
@@ -161,14 +161,14 @@ def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
     push_x, push_y = 0.0, 0.0
     if rules.collisions and others_due(cars.clear[i], tick):
         _, _, push_x, push_y = bodies.others_near(i, 0, 0, 0, cars, arrays.cells, rules)
-    if place_due(cars.clear[i], tick) or push_x != 0.0 or push_y != 0.0:
-        _, _, _, _, push_x, push_y = bodies.place_near(i, 0.0, push_x, push_y, cars, arrays.place, rules)
+    if obstacles_due(cars.clear[i], tick) or push_x != 0.0 or push_y != 0.0:
+        _, _, _, _, push_x, push_y = bodies.obstacles_near(i, 0.0, push_x, push_y, cars, arrays.obstacles, rules)
     if push_x == 0.0 and push_y == 0.0:
         return False
     whole_x, whole_y = bodies.whole_push(i, push_x, push_y, cars, rules)
-    way_x, way_y, _ = bodies.way_of(i, cars, rules)
-    along = way_x * (way_x + whole_x) + way_y * (way_y + whole_y)
-    return 4.0 * along < way_x * way_x + way_y * way_y
+    displacement_x, displacement_y, _ = bodies.displacement_of(i, cars, rules)
+    along = displacement_x * (displacement_x + whole_x) + displacement_y * (displacement_y + whole_y)
+    return 4.0 * along < displacement_x * displacement_x + displacement_y * displacement_y
 
 
 @in_kernel

@@ -24,7 +24,7 @@ from motorcade.engine.geometry import FAR_UM, cosine, sine
 from motorcade.engine.state import DRIVEN, Buffer, Cars, Floor, Rules
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat
-from motorcade.mats.model import way_of
+from motorcade.mats.model import path_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
 _HALF, _X, _Y, _AROUND, _COUNT, _CORNERS = range(6)
@@ -60,7 +60,7 @@ def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, floa
 
     Returns:
         Which floor sensors of car ``i`` are over dark (1 left plus 2 right), and how far they can at least move before
-        that changes, in µm: in any way, and straight ahead.
+        that changes, in µm: however it drives, and straight ahead.
     """
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
@@ -73,12 +73,12 @@ def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, floa
 @in_kernel
 def ticks_unchanged(wheels: int, any_um: float, ahead_um: float, rules: Rules) -> int:
     """For how many ticks the floor sensors of a car with ``wheels`` see the same, unless something pushes the car."""
-    way, turn = rules.speeds[wheels & 3], abs(float(rules.turns[wheels]))
+    length, turn = rules.speeds[wheels & 3], abs(float(rules.turns[wheels]))
     if wheels == DRIVEN or rules.wheel_noise > 0.0:
         return whole_ticks((any_um - ROUNDED_UM) / rules.floor_step)
     if turn > 0.0:
         return whole_ticks((any_um - ROUNDED_UM) / (turn * rules.floor_turn))
-    return whole_ticks((ahead_um - ROUNDED_UM) / way) if way > 0.0 else MOST_TICKS
+    return whole_ticks((ahead_um - ROUNDED_UM) / length) if length > 0.0 else MOST_TICKS
 
 
 @in_kernel
@@ -90,7 +90,7 @@ def outside_um(
     The left one is ``aside`` of (x, y), the right one as far on the other side; both are looked up together, since most
     of the time goes to marks that are too far from either. The results are at most MARGIN_UM. The distance of a sensor
     is 0 or less where it is on a mark: minus the distance to the mark's edge, or less where marks overlap. The distance
-    from a stretch is a convex function of the way ahead, so no edge is crossed before its tangent is 0.
+    from a stretch is a convex function of the distance ahead, so no edge is crossed before its tangent is 0.
     """
     column = math.floor((x - floor[ORIGIN_X]) * floor[PER_UM])
     row = math.floor((y - floor[ORIGIN_Y]) * floor[PER_UM])
@@ -244,7 +244,7 @@ def _span(here: Corner, there: Corner, reach: float, low: float, high: float) ->
 def marks_of(mat: Mat) -> Iterator[Mark]:
     """Yield the mat's marks."""
     for line in mat.lines:
-        for run in _runs([(_um(x), _um(y)) for x, y in way_of(line)]):
+        for run in _runs([(_um(x), _um(y)) for x, y in path_of(line)]):
             yield Mark(_um(line.width_m / 2) + _TIE_UM, run)
     for x, y, radius in mat.spots:
         yield Mark(_um(radius) + _TIE_UM, [(_um(x), _um(y))] * 2)
@@ -252,10 +252,10 @@ def marks_of(mat: Mat) -> Iterator[Mark]:
         yield Mark(-1.0, [(_um(x), _um(y)) for x, y in corners])
 
 
-def _runs(way: Sequence[Corner]) -> Iterator[Sequence[Corner]]:
-    """Cut a way into runs of at most _MOST_STRETCHES stretches that are about equally long, as a bend's are."""
-    run = list(way[:2])
-    for there in way[2:]:
+def _runs(path: Sequence[Corner]) -> Iterator[Sequence[Corner]]:
+    """Cut a path into runs of at most _MOST_STRETCHES stretches that are about equally long, as a bend's are."""
+    run = list(path[:2])
+    for there in path[2:]:
         usual, length = math.dist(run[0], run[1]), math.dist(run[-1], there)
         if len(run) > _MOST_STRETCHES or not usual / 2 <= length <= usual * 2:
             yield run

@@ -7,7 +7,7 @@ time).
 
 A car has its turn only when something can have happened to it: its word does something new
 (`motorcade.car.next_wakeup`), a frame has ended, or a body may have come near since it last looked around. The other
-cars keep their wheels and their way.
+cars keep their wheels and their displacement.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,7 +33,7 @@ class Sensed(NamedTuple):
     Attributes:
         looked: whether it looked around.
         away: for how many ms none of this can change, but for the floor.
-        push_x, push_y: how other cars and the place push it, in µm.
+        push_x, push_y: how other cars and obstacles push it, in µm.
         floor_um, floor_ahead_um: how far its floor sensors can move before they see something else; see
             `motorcade.engine.floor`.
     """
@@ -124,12 +124,12 @@ class CarTurn(NamedTuple):
         looked, away = senses.looked, senses.away
         if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
             stood = bodies.stands(i, cars, rules)
-            bodies.set_way(i, wheels, cars, rules)
+            bodies.set_displacement(i, wheels, cars, rules)
             if stood and not bodies.stands(i, cars, rules):
                 clearance.wake_near(i, self.arrays, self.now)
-            cars.clear[i] = clearance.on_another_way(cars.clear[i], self.now.tick)
+            cars.clear[i] = clearance.for_any_displacement(cars.clear[i], self.now.tick)
             if looked:
-                # That time was computed for the way that the car has left.
+                # That time was computed for the displacement that the car had.
                 away = 0
         elif looked and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
             away = 0
@@ -219,7 +219,7 @@ def _step_some(begin: int, end: int, first_sender: int, arrays: Arrays, now: Now
         _, _, push_x, push_y = clearance.look_around(i, 0.0, arrays, now)
         clearance.push(i, push_x, push_y, arrays, now)
         if (push_x != 0.0 or push_y != 0.0) and cars.memory[brain.WORD, i] & _SENSES:
-            # Its sensors leave the way that was reckoned with.
+            # Its sensors move otherwise than was computed.
             cars.due[i] = later_ms(now.ms, 1)
     return senders
 
@@ -362,7 +362,7 @@ def run_large(
 def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
     """Make every car look around in its next tick, because its surroundings have changed.
 
-    The car at index ``moved`` also gets the way of its new heading; with ALL every car does, unless wheels have noise.
+    The car at index ``moved`` also gets the displacement of its new heading; with ALL every car, without noise.
     """
     cars, rules = arrays.cars, arrays.rules
     now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
@@ -370,7 +370,7 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
         begin, end = world * per_world, (world + 1) * per_world
         for i in range(begin, end):
             if moved == i or (moved == ALL and rules.wheel_noise == 0.0):
-                bodies.set_way(i, cars.wheels[i], cars, rules)
+                bodies.set_displacement(i, cars.wheels[i], cars, rules)
             cars.due[i] = now
             cars.clear[i] = clearance.due_now(tick)
         _sort(world, begin, end, arrays)

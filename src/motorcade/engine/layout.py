@@ -14,7 +14,19 @@ from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOI
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS, to_heading
-from motorcade.engine.state import MOST_PARTS, NOBODY, SPARE, Around, Buffer, Cars, Cells, People, Place, Rules, Voices
+from motorcade.engine.state import (
+    MOST_PARTS,
+    NOBODY,
+    SPARE,
+    Around,
+    Buffer,
+    Cars,
+    Cells,
+    Obstacles,
+    People,
+    Rules,
+    Voices,
+)
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.words.image import bytes_to_words
@@ -28,7 +40,7 @@ _Disc = tuple[float, float, float]
 
 VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
 _FIELDS = Cars._fields[2:-4]
-_SIGNED = ("x", "y", "way_x", "way_y")
+_SIGNED = ("x", "y", "displacement_x", "displacement_y")
 # Bytes of a car, with events and room for cells; without events it is about half.
 BYTES_A_CAR = 256
 # Cars are sorted by cells again before any of them can have gone farther.
@@ -203,7 +215,7 @@ def voices_of(mat: Mat) -> Voices:
     )
 
 
-def place_of(mat: Mat, rules: Rules, backend: "Backend", look_mm: int = 0) -> Place:
+def obstacles_of(mat: Mat, rules: Rules, backend: "Backend", look_mm: int = 0) -> Obstacles:
     """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it.
 
     ``rules`` comes from `rules_of`; somebody who drives may look ``look_mm`` ahead.
@@ -211,21 +223,22 @@ def place_of(mat: Mat, rules: Rules, backend: "Backend", look_mm: int = 0) -> Pl
     walls, discs = outlines_of(mat)
     reach = _reach(rules, look_mm)
     frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
-    place = Place(
-        segments=backend.allocate("Place.segments", Buffer.of("float64", chain.from_iterable(walls), 4)),
-        discs=backend.allocate("Place.discs", Buffer.of("float64", chain.from_iterable(discs), 3)),
-        frame=backend.allocate("Place.frame", Buffer.of("float64", frame)),
-        first=backend.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), "int32"),
-        items=backend.zeros("Place.items", (0,), "int32"),
-        away=backend.zeros("Place.away", (0,), "float32"),
+    obstacles = Obstacles(
+        segments=backend.allocate("Obstacles.segments", Buffer.of("float64", chain.from_iterable(walls), 4)),
+        discs=backend.allocate("Obstacles.discs", Buffer.of("float64", chain.from_iterable(discs), 3)),
+        frame=backend.allocate("Obstacles.frame", Buffer.of("float64", frame)),
+        first=backend.zeros("Obstacles.first", (int(frame[3] * frame[4]) + 1,), "int32"),
+        items=backend.zeros("Obstacles.items", (0,), "int32"),
+        away=backend.zeros("Obstacles.away", (0,), "float32"),
     )
-    backend.call("count_walls", reach, place)
-    count = int.from_bytes(backend.read(place.first[-1:]), "little")
-    place = place._replace(
-        items=backend.zeros("Place.items", (count,), "int32"), away=backend.zeros("Place.away", (count,), "float32")
+    backend.call("count_walls", reach, obstacles)
+    count = int.from_bytes(backend.read(obstacles.first[-1:]), "little")
+    obstacles = obstacles._replace(
+        items=backend.zeros("Obstacles.items", (count,), "int32"),
+        away=backend.zeros("Obstacles.away", (count,), "float32"),
     )
-    backend.call("list_walls", reach, place)
-    return place
+    backend.call("list_walls", reach, obstacles)
+    return obstacles
 
 
 def outlines_of(mat: Mat) -> tuple[list[_Wall], list[_Disc]]:

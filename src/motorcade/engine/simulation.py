@@ -163,7 +163,7 @@ class Simulation:
     def _set_environment(self, mat: Mat, profile: Profile) -> None:
         backend, rules = self.backend, layout.rules_of(mat, profile, self.images)
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
-        self._place = layout.place_of(mat, rules, backend, self._look_mm)
+        self._place = layout.obstacles_of(mat, rules, backend, self._look_mm)
         self._rules = allocate_all(backend, rules)
         self._floor = backend.allocate("floor", floor.floor_of(mat, rules.floor_aside))
         self._people = allocate_all(backend, layout.people_of(mat, self._parts))

@@ -81,8 +81,8 @@ class Cars(NamedTuple):
     memory: ForBrain  # uint32, (brain.SIZE, cars): the brain's memory; a column per car
     x: Lengths
     y: Lengths
-    way_x: Lengths  # how far it drives in a tick, in 2^-12 µm
-    way_y: Lengths
+    displacement_x: Lengths  # how far it drives in a tick, in 2^-12 µm
+    displacement_y: Lengths
     heading: Words
     number: Words  # within its world
     due: Words  # when its next turn is due, ms
@@ -107,7 +107,7 @@ class Cells(NamedTuple):
     strips: Ints  # (2, MOST_PARTS + 1): of each strip of a large world, how many cars begin a frame, and its first row
 
 
-class Place(NamedTuple):
+class Obstacles(NamedTuple):
     """What does not move: walls and the sides of polygons, round obstacles, and lists of them by cell."""
 
     segments: Floats  # (segments, 4): x0, y0, x1, y1
@@ -200,7 +200,7 @@ class Arrays(NamedTuple):
 
     cars: Cars
     cells: Cells
-    place: Place
+    obstacles: Obstacles
     people: People
     voices: Voices
     driven: Driven

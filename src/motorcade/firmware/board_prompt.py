@@ -108,9 +108,8 @@ class BoardPrompt:
 
     def remove(self, path: str) -> None:
         """Remove a file, if it is there."""
-        with self._converting_errors(path):
-            if self._transport.fs_exists(path):
-                self._transport.fs_rmfile(path)
+        with self._converting_errors(path), contextlib.suppress(FileNotFoundError):
+            self._transport.fs_rmfile(path)
 
     def restart(self) -> None:
         """Reset the board, which then runs its main.py."""

@@ -248,7 +248,7 @@ def playground() -> Mat:
     )
 
 
-def way_of(line: Line) -> list[Point]:
+def path_of(line: Line) -> list[Point]:
     """Return the points of the line's middle, the first again where it is closed.
 
     Arcs become chords that are at most 1 mm off.
@@ -256,19 +256,19 @@ def way_of(line: Line) -> list[Point]:
     points = line.points_m
     if len(points) == 2:
         return list(points)
-    way: list[Point] = []
+    path: list[Point] = []
     count = len(points)
     for at, here in enumerate(points):
         is_end = not line.closed and at in (0, count - 1)
         if is_end or line.bend_m == 0:
-            way.append(here)
+            path.append(here)
         else:
-            way += _bend(points[at - 1], here, points[(at + 1) % count], line.bend_m)
-    return [*way, way[0]] if line.closed else way
+            path += _bend(points[at - 1], here, points[(at + 1) % count], line.bend_m)
+    return [*path, path[0]] if line.closed else path
 
 
 def _bend(before: Point, corner: Point, after: Point, radius_m: float) -> Sequence[Point]:
-    """Return the points of the arc that touches both sides of a corner; the corner itself where the way is straight."""
+    """Return the points of the arc that touches both sides of a corner; the corner where the path is straight."""
     to_before, to_after = _direction(corner, before), _direction(corner, after)
     if to_before is None or to_after is None:
         return (corner,)

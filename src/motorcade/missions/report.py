@@ -56,11 +56,11 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
     data = read_file(path)
     if not is_project(data, path):
         return check_image(mission, data, look)
-    text = read_project(data, path)
+    program, python = read_project(data, path)
     try:
-        return check_program(mission, text.program, look=look)
+        return check_program(mission, program, look=look)
     except ProgramError as problem:
-        raise ProgramError(text.located(problem.diagnostics)) from None
+        raise ProgramError(python.located(problem.diagnostics) if python else problem.diagnostics) from None
 
 
 def files_of(folder: Path) -> list[Path]:

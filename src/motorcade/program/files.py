@@ -1,9 +1,7 @@
 """Programs in files: project files and Python text are read and compiled, images are told from them."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from motorcade.config.profile import Profile, load_profile
 from motorcade.errors import MotorcadeError
@@ -16,17 +14,6 @@ from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes
 # The ending of files with Python text.
 PYTHON = ".py"
 _MOST_BYTES = 1 << 24
-
-
-class ProgramText(NamedTuple):
-    """A program, and where its parts stand in the Python text that it was read from; None for a project file."""
-
-    program: Program
-    python: PythonProgram | None
-
-    def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-        """Return diagnostics of the program with their places in its Python text."""
-        return self.python.located(diagnostics) if self.python else tuple(diagnostics)
 
 
 def read_file(path: Path) -> bytes:
@@ -49,12 +36,16 @@ def is_project(data: bytes, file: Path) -> bool:
     return False
 
 
-def read_project(data: bytes, file: Path) -> ProgramText:
-    """Read the project, or the Python text (*.py), in the bytes of ``file``; execute nothing. Raises ProgramError."""
+def read_project(data: bytes, file: Path) -> tuple[Program, PythonProgram | None]:
+    """Read the project, or the Python text (*.py), in the bytes of ``file``; execute nothing. Raises ProgramError.
+
+    Returns:
+        The program, and where its parts stand in the Python text; None for a project file.
+    """
     if file.suffix != PYTHON:
-        return ProgramText(read_program(data), None)
+        return read_program(data), None
     python = read_python(data)
-    return ProgramText(python.program, python)
+    return python.program, python
 
 
 def compile_project(data: bytes, file: Path) -> tuple[Compiled, Profile]:
@@ -62,14 +53,15 @@ def compile_project(data: bytes, file: Path) -> tuple[Compiled, Profile]:
 
     Raises ProgramError where it is none, or the profile, which may be a file beside it, is not valid.
     """
-    text = read_project(data, file)
+    program, python = read_project(data, file)
     try:
-        profile = load_profile(text.program.profile, file.parent)
+        profile = load_profile(program.profile, file.parent)
     except MotorcadeError as problem:
-        raise ProgramError(text.located([error("bad-profile", "profile", reason=problem)])) from None
-    compiled = compile_program(text.program, profile)
-    if text.python:
-        diagnostics = (*text.python.diagnostics, *text.located(compiled.diagnostics))
+        wrong = [error("bad-profile", "profile", reason=problem)]
+        raise ProgramError(python.located(wrong) if python else wrong) from None
+    compiled = compile_program(program, profile)
+    if python:
+        diagnostics = (*python.diagnostics, *python.located(compiled.diagnostics))
         compiled = replace(compiled, diagnostics=diagnostics)
     return compiled, profile
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from motorcade.engine.moment import Moment
 from motorcade.errors import Phrase
 from motorcade.locales import FIRST, catalogue
-from motorcade.mats.model import way_of
+from motorcade.mats.model import path_of
 from motorcade.runs.recording import LEDS, Description, rgb
 
 _PERSON_M = 0.3
@@ -112,27 +112,27 @@ def draw_mat(axes: Axes, about: Description) -> None:
 
 def _draw_marks(axes: Axes, about: Description) -> None:
     """Draw what is dark on the floor, and a bed under lines: all beds first, so that roads that cross are one."""
-    ways = [(np.array(way_of(line)), line.width_m) for line in about.mat.lines]
-    for way, width_m in ways:
+    paths = [(np.array(path_of(line)), line.width_m) for line in about.mat.lines]
+    for path, width_m in paths:
         if width_m <= _WIDEST_M:
-            _draw_band(axes, way, _ROAD_M, _BED, 0.5)
-    for way, width_m in ways:
-        _draw_band(axes, way, width_m, _DARK, 0.6)
+            _draw_band(axes, path, _ROAD_M, _BED, 0.5)
+    for path, width_m in paths:
+        _draw_band(axes, path, width_m, _DARK, 0.6)
     for x, y, radius_m in about.mat.spots:
         axes.add_patch(Circle((x, y), radius_m, facecolor=_DARK, zorder=0.6))
     for corners in about.mat.patches:
         axes.add_patch(Polygon(corners, facecolor=_DARK, zorder=0.6))
 
 
-def _draw_band(axes: Axes, way: NDArray[np.float64], width_m: float, colour: str, zorder: float) -> None:
-    """Draw a band of a width in metres along a way: a quadrangle for each stretch, a circle at each point."""
-    along = np.diff(way, axis=0)
+def _draw_band(axes: Axes, path: NDArray[np.float64], width_m: float, colour: str, zorder: float) -> None:
+    """Draw a band of a width in metres along a path: a quadrangle for each stretch, a circle at each point."""
+    along = np.diff(path, axis=0)
     length = np.hypot(along[:, 0], along[:, 1])[:, None]
     aside = np.column_stack([-along[:, 1], along[:, 0]]) / np.where(length, length, 1) * width_m / 2
-    begin, end = way[:-1], way[1:]
+    begin, end = path[:-1], path[1:]
     sides = np.stack([begin + aside, end + aside, end - aside, begin - aside], axis=1)
     axes.add_collection(PolyCollection(list(sides), facecolors=colour, linewidths=0, zorder=zorder))
-    _circles(axes, [width_m], zorder, facecolors=colour, linewidths=0).set_offsets(way)
+    _circles(axes, [width_m], zorder, facecolors=colour, linewidths=0).set_offsets(path)
 
 
 def show_box(axes: Axes, box: Box) -> None:

@@ -8,13 +8,12 @@ from collections.abc import Callable
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, Port, sentences
 from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
 from motorcade.upload.transfer import (
     ReadbackTransfer,
-    Retry,
     Transfer,
     UploadTransfer,
     holds_phrase,
@@ -178,8 +177,8 @@ def transfer_of(order: UploadOrder, check_number: int, put: Callable[[world_mess
     def tell(sent: int, notice: world_messages.RetryNotice | None = None) -> None:
         put(world_messages.Progress(sent, size, notice))
 
-    def tell_retry(retry: Retry) -> None:
-        tell(0, world_messages.RetryNotice(retry.number, retry.of, sentences(retry)))
+    def tell_retry(retry: Phrase) -> None:
+        tell(0, world_messages.RetryNotice(**retry.details, sentence=sentences(retry)))
 
     return UploadTransfer(image, baud, order.verify, check_number, tell, tell_retry)
 

@@ -20,12 +20,11 @@ try:
 except ImportError:  # Windows
     TerminalError = OSError  # type: ignore[assignment, misc]
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.timing import monotonic_ms
 from motorcade.upload.transfer import (
     OLD,
     ReadbackTransfer,
-    Retry,
     Transfer,
     UploadTransfer,
     holds_phrase,
@@ -154,7 +153,7 @@ def upload(
     baud: int,
     verify: bool = True,
     progress: Callable[[int], None] = lambda sent_bytes: None,
-    retrying: Callable[[Retry], None] = lambda retry: None,
+    retrying: Callable[[Phrase], None] = lambda retry: None,
 ) -> str:
     """Send ``image`` to the car at ``port`` until the car confirms that it holds it.
 
@@ -179,7 +178,7 @@ def upload(
     return str(outcome.detail)
 
 
-def readback(port: str, baud: int, retrying: Callable[[Retry], None] = lambda retry: None) -> bytes:
+def readback(port: str, baud: int, retrying: Callable[[Phrase], None] = lambda retry: None) -> bytes:
     """The image that the car at ``port`` holds. Raises MotorcadeError."""
     outcome = run(ReadbackTransfer(baud, retrying), port, baud)
     if error := readback_error(port, outcome):

@@ -7,7 +7,6 @@ test) steps the same transfer.
 from abc import ABC, abstractmethod
 from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
-from typing import NamedTuple
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words import upload
@@ -51,22 +50,10 @@ EITHER = "either"
 NEITHER = "neither"
 UNKNOWN = "unknown"
 
-# Why there is another try.
-ASKS_AGAIN = "asks-again"
-SENDS_AGAIN = "sends-again"
-READS_AGAIN = "reads-again"
-
-
-class Retry(NamedTuple):
-    """Another try: the ``number``-th of ``of``, and its reason: ASKS_AGAIN, SENDS_AGAIN or READS_AGAIN."""
-
-    reason: str
-    number: int
-    of: int
-
-    def sentence(self, language: str = "en") -> str:
-        """A sentence for the user, in ``language``."""
-        return Phrase(f"upload-{self.reason}", number=self.number, of=self.of).sentence(language)
+# Why there is another try: the keys of phrases, whose details are the ``number`` of the try, and ``of`` how many.
+ASKS_AGAIN = "upload-asks-again"
+SENDS_AGAIN = "upload-sends-again"
+READS_AGAIN = "upload-reads-again"
 
 
 class CheckRequestEnd(LineEnd):
@@ -108,7 +95,7 @@ class Transfer(ABC):
     Args:
         baud: bits a second of the line, ten to a byte; 0 for a connection of a network, which carries bytes as fast
             as it can, and whose first upload need not wait until the car's receiver resets.
-        retrying: called before each further try.
+        retrying: called before each further try, with its reason.
 
     Attributes:
         outcome: how it ended; None while it goes on.
@@ -116,7 +103,7 @@ class Transfer(ABC):
         rest_ms: how long there is nothing to do unless bytes come.
     """
 
-    def __init__(self, baud: int, retrying: Callable[[Retry], None] = lambda retry: None):
+    def __init__(self, baud: int, retrying: Callable[[Phrase], None] = lambda retry: None):
         self.outcome: Outcome | None = None
         self.holds = ""
         self.rest_ms = 0
@@ -140,7 +127,7 @@ class Transfer(ABC):
         """Yield the number of each try; tell of each further one."""
         for number in range(1, TRIES + 1):
             if number > 1:
-                self._retrying(Retry(reason, number, TRIES))
+                self._retrying(Phrase(reason, number=number, of=TRIES))
             yield number
 
     def _receive(self, end: LineEnd | ReadbackEnd, within_ms: int) -> Generator[bytes, None, Outcome]:
@@ -226,7 +213,7 @@ class UploadTransfer(Transfer):
         verify: bool = True,
         number: int = 0,
         sent: Callable[[int], None] = lambda count: None,
-        retrying: Callable[[Retry], None] = lambda retry: None,
+        retrying: Callable[[Phrase], None] = lambda retry: None,
     ):
         super().__init__(baud, retrying)
         self.holds = OLD

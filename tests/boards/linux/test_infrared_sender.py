@@ -10,7 +10,7 @@ import pytest
 from motorcade.boards.linux.infrared import LircSender, open_sender
 from motorcade.errors import MotorcadeError
 from motorcade.words.infrared import frame_durations_us
-from support.waiting import DEADLINE_S
+from support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="LIRC is Linux's")
 FRAME_BYTES = 67 * 4
@@ -39,7 +39,7 @@ def sender(pipe):
 @pytest.mark.parametrize("frame", [0, 0xFFFFFFFF, 0xE4800001])
 def test_a_frame_is_one_write_of_its_marks_and_spaces(sender, pipe, frame):
     sender.send(frame)
-    assert sender.wait(DEADLINE_S)
+    wait_until(lambda: not sender.is_sending())
     data = os.read(pipe[0], 4096)
     assert list(struct.unpack("=67I", data)) == frame_durations_us(frame)
     assert sender.ended_s == 7.5
@@ -61,15 +61,14 @@ def test_a_car_is_sending_until_the_kernel_has_sent(pipe):
     assert sender.is_sending()
     while filled > 0:
         filled -= len(os.read(pipe[0], min(filled, 4096)))
-    assert sender.wait(DEADLINE_S)
-    assert not sender.is_sending()
+    wait_until(lambda: not sender.is_sending())
     sender.close()
 
 
 def test_a_failing_device_raises_at_the_next_frame(pipe):
     sender = LircSender(os.open(os.devnull, os.O_RDONLY), 560, lambda: 0.0)
     sender.send(0)
-    assert sender.wait(DEADLINE_S)
+    wait_until(lambda: not sender.is_sending())
     with pytest.raises(MotorcadeError, match="infrared sender fails"):
         sender.send(0)
     sender.close()

@@ -8,7 +8,7 @@ import { alongWay, bandAlong, lengthOf, wayOf } from "./ways";
 const EMPTY: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3] };
 const sum = (way: readonly Point[]) => way.reduce(([x, y], [px, py]): Point => [x + px, y + py], [0, 0]);
 
-/** What way_of of motorcade/mats/model.py gives: the number of points, some of them, and the sum of all. */
+/** What path_of of motorcade/mats/model.py gives: the number of points, some of them, and the sum of all. */
 it.each<[string, Line, number, Record<number, Point>, Point]>([
   ["sharp", { points_m: [[0, 0], [1, 0], [1, 1]] }, 3, {}, [2, 1]],
   ["round", { points_m: [[0, 0], [1, 0], [1, 1]], bend_m: 0.3 }, 19, { 1: [0.7, 0], 2: [0.729405, 0.001445], [17]: [1, 0.3] }, [16.10332, 2.89668]],

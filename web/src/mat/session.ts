@@ -137,8 +137,7 @@ export class Session {
 
   shown(frame: number): void {
     this.connection?.send({ do: "shown", frame });
-    const drives = this.playRequested || useMat.getState().state?.playing;
-    if (!drives || (this.picture?.tMs ?? 0) >= DRIVEN_MS) this.resolveDrawn();
+    if (!this.plays || (this.picture?.tMs ?? 0) >= DRIVEN_MS) this.resolveDrawn();
   }
 
   send(command: Command): void {
@@ -150,6 +149,11 @@ export class Session {
     this.playRequested = command.do === "play" || (this.playRequested && command.do !== "pause");
     if (command.do === "play") this.stands = false;
     this.connection?.send(command);
+  }
+
+  /** Whether the world plays, or will as soon as it can. */
+  get plays(): boolean {
+    return this.playRequested || (useMat.getState().state?.playing ?? false);
   }
 
   play(): void {

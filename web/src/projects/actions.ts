@@ -7,6 +7,7 @@ import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
 import { closeDialog, notify, openDialog, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
+import { session } from "../mat/session";
 import { wordsCsv } from "../words/bits";
 import { chooseFile, download, fileName } from "../ui/files";
 import { BLANK, markSaved, markUnsaved, openProject, replaceBy, saveNamed } from "./project";
@@ -89,11 +90,16 @@ export function openSharedLink(): Promise<void> {
     return Promise.resolve();
   }
   return attempt(async () => {
+    const played = session.plays;
     const shared = await projectIn(hash).catch(() => notify(i18next.t("share.damaged"), "error"));
     if (!shared) return;
     history.replaceState(null, "", pathname + search);
     const opened = await request("open", { text: shared.text });
-    if (await replaceBy({ ...opened, name: shared.name })) setTimeout(markUnsaved);
+    // Who has pressed Play meanwhile meant this project.
+    const wanted = !played && session.plays;
+    if (!(await replaceBy({ ...opened, name: shared.name }))) return;
+    if (wanted) session.play();
+    setTimeout(markUnsaved);
   });
 }
 

@@ -71,8 +71,7 @@ class LircSender:
         self._unit_us = unit_us
         self._clock_s = clock_s
         self._frames: SimpleQueue[int | None] = SimpleQueue()
-        self._idle = threading.Event()
-        self._idle.set()
+        self._is_sending = False
         self._problem: OSError | None = None
         self.ended_s = clock_s()
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -82,16 +81,12 @@ class LircSender:
         """Begin to send 32 bits. Raises MotorcadeError where an earlier frame could not be sent."""
         if self._problem is not None:
             raise MotorcadeError("infrared-sender-fails", reason=self._problem)
-        self._idle.clear()
+        self._is_sending = True
         self._frames.put(frame)
 
     def is_sending(self) -> bool:
         """Return whether a frame is on the air."""
-        return not self._idle.is_set()
-
-    def wait(self, timeout_s: float) -> bool:
-        """Wait until the frame has been sent; return False where that takes longer than ``timeout_s``."""
-        return self._idle.wait(timeout_s)
+        return self._is_sending
 
     def close(self) -> None:
         """Finish the frame that has begun and close the device."""
@@ -107,4 +102,4 @@ class LircSender:
             except OSError as problem:
                 self._problem = problem
             self.ended_s = self._clock_s()
-            self._idle.set()
+            self._is_sending = False
