@@ -25,7 +25,7 @@ from timing import Contestant, take_turns
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
 from motorcade.config.profile import built_in_profile
-from motorcade.engine.backend import NAMES, Name
+from motorcade.engine.backend import NAMES, BackendName
 from motorcade.engine.linear_memory import PATH
 from motorcade.engine.world import World
 from support.plain_world import PlainWorld
@@ -59,7 +59,7 @@ def _world(name: str, cars: int) -> World | PlainWorld:
     mat, images = crowd_mat(cars), programs()
     if name == "plain loop":
         return PlainWorld(mat, images, built_in_profile("classroom"), 3)
-    world = World(mat, images, seeds=3, threads=1, kernels=cast(Name, name))
+    world = World(mat, images, seeds=3, threads=1, kernels=cast(BackendName, name))
     world.step()
     world.reset()
     return world

@@ -17,8 +17,8 @@ WENT_AWAY = 9
 # The status of all other errors.
 BAD_REQUEST = 400
 
-Rows = tuple[tuple[int, tuple[str, ...]], ...]
-EXIT_CODES: Rows = (
+_Rows = tuple[tuple[int, tuple[str, ...]], ...]
+EXIT_CODES: _Rows = (
     (PROGRAM_ERROR, ("program-errors",)),
     (PORT_NOT_FOUND, ("gpio-needs-linux", "no-gpio-chip", "another-computer", "watchdog-unusable")),
     (PORT_NOT_FOUND, ("battery-unreadable", "infrared-forbidden", "no-infrared-sender")),
@@ -35,7 +35,7 @@ EXIT_CODES: Rows = (
     (REFUSED, ("car-keys-refused", "car-only-drives")),
     (WENT_AWAY, ("install-cut-off", "hung-up", "away", "takes-no-requests", "went-away")),
 )
-HTTP_STATUSES: Rows = (
+HTTP_STATUSES: _Rows = (
     (401, ("token-needed", "class-session-needed", "teacher-session-needed")),
     (403, ("foreign-host", "foreign-origin", "wrong-token", "wrong-class-code", "wrong-number", "wrong-password")),
     (403, ("wrong-first-key", "class-closed", "cable-of-another", "held-by-another", "not-your-turn")),
@@ -59,7 +59,7 @@ HTTP_STATUSES: Rows = (
 
 
 @cache
-def _by_code(rows: Rows) -> dict[str, int]:
+def _by_code(rows: _Rows) -> dict[str, int]:
     return {code: outcome for outcome, codes in rows for code in codes}
 
 

@@ -18,8 +18,8 @@ from motorcade.engine.world import World
 from motorcade.runs.recording import Description
 from motorcade.words.formats import SWITCHES
 
-Setpoint = tuple[int, int, int]
-NEUTRAL: Setpoint = (90, 1, 0)
+
+NEUTRAL = (90, 1, 0)
 # The most time that a world catches up on a busy computer; beyond that simulated time runs slower.
 _MAX_LAG_S = 0.25
 
@@ -41,7 +41,7 @@ class SimulatedBoard(DriveBoard):
     def __init__(self, has_program: bool) -> None:
         self.has_program = has_program
         self.switched_on: set[str] = set()
-        self.setpoint: Setpoint | None = None
+        self.setpoint: tuple[int, int, int] | None = None
         self.battery: BatteryFile | None = None
         self.ahead_mm = NOTHING_IN_SIGHT_MM
 

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from motorcade.engine.backend import Name
+from motorcade.engine.backend import BackendName
 from motorcade.engine.linear_memory import LinearArray, LinearMemory, parse_arguments
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer, width_of
@@ -55,7 +55,7 @@ OpenInstance = Callable[[], Instance]
 class BrowserKernels(LinearMemory):
     """The kernels in an instance of engine.wasm that belongs to JavaScript."""
 
-    name: Name = "webassembly"
+    name: BackendName = "webassembly"
     threaded = False
 
     def __init__(self, instance: Instance) -> None:

@@ -171,7 +171,7 @@ class Shell:
         return -1 if wait_s is None else wait_s
 
     def close(self, number: int) -> None:
-        """The page has closed a stream; a world stays for the page's next one."""
+        """Forget a stream that the page has closed; a world stays for the page's next one."""
         self._streams.pop(number, None)
 
     def _do(self, number: int, work: Callable[[Stream], list[Any]]) -> Sent:

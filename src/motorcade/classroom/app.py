@@ -262,7 +262,7 @@ async def _show_teacher(running: RunningClass, socket: WebSocket, page: PageSock
 
 
 async def _ignore(message: Nothing) -> None:
-    """Such a page has nothing to say."""
+    """Do nothing: such a page has nothing to say."""
 
 
 def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, pair: PairView | None = None) -> PupilView:

@@ -48,7 +48,7 @@ class CarOptions(NamedTuple):
         keys, revoked: the car's keys for ``tcp``, and the list of drivers' keys that it doesn't take.
     """
 
-    role: options.Role = "leader"
+    role: options.RoleName = "leader"
     number: int = 0
     serial: str = ""
     tcp: str = ""
@@ -71,10 +71,10 @@ class CarParts(NamedTuple):
 @app.command("run")
 def _run(
     pins: options.OptionalFile = None,
-    role: options.Role = "leader",
-    number: options.CarNumber = 0,
+    role: options.RoleName = "leader",
+    number: options.NumberOption = 0,
     board: BoardName = "raspberry-pi",
-    port: options.Port = "",
+    port: options.PortOption = "",
     tcp: str = "",
     insecure_lan: options.InsecureLan = False,
     keys: options.OptionalFile = None,

@@ -29,7 +29,7 @@ _LONGEST_S = 3600.0
 
 app = typer.Typer()
 app.add_typer(pages.remote_app)
-Car = Annotated[str, typer.Argument(metavar="HOST[:PORT]")]
+CarAddress = Annotated[str, typer.Argument(metavar="HOST[:PORT]")]
 TelemetryPort = Annotated[int | None, typer.Option(min=1, max=65535)]
 CarName = Annotated[str | None, typer.Option("--car")]
 # Of the four bytes of a command.
@@ -40,7 +40,7 @@ ByteOrder = Literal["big", "little"]
 def _serve(
     board: BoardName = "simulated",
     host: str = "127.0.0.1",
-    port: options.TcpPort = 5005,
+    port: options.TcpPortOption = 5005,
     telemetry_port: options.OptionalTcpPort = None,
     keys: options.KeysFile = None,
     revoked: Path | None = None,
@@ -52,8 +52,8 @@ def _serve(
     gpio_chip: options.GpioChip = None,
     watchdog: Path | None = None,
     battery: options.OptionalFile = None,
-    role: options.Role = "leader",
-    number: options.CarNumber = 0,
+    role: options.RoleName = "leader",
+    number: options.NumberOption = 0,
     upload_serial: str = "",
     upload_tcp: str = "",
     store: Path | None = None,
@@ -159,7 +159,7 @@ def _open_simulated(
 
 @app.command("connect")
 def _connect(
-    car: Car,
+    car: CarAddress,
     telemetry_port: TelemetryPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
@@ -181,7 +181,7 @@ def _connect(
 
 @app.command("send")
 def _send(
-    car: Car,
+    car: CarAddress,
     commands: Annotated[list[str], typer.Argument(metavar="COMMAND…")],
     telemetry_port: TelemetryPort = None,
     keys: Path | None = None,

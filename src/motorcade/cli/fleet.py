@@ -16,7 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from motorcade.cli.console import progress_bar
-from motorcade.cli.options import DEFAULT_PROFILE, Search, listed
+from motorcade.cli.options import DEFAULT_PROFILE, Lookup, listed
 from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
@@ -38,7 +38,7 @@ _MOST_PROBLEMS = 20
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
 
 
-async def load(image: bytes, names: Sequence[str], search: Search, baud: int, resume: bool, as_json: bool) -> None:
+async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, resume: bool, as_json: bool) -> None:
     """Upload to many cars, and print a verdict for each; end with an exit code unless all have it."""
     checksum = f"{crc32(image):08x}"
     async with _looking(search, names, baud) as (cars, finder):
@@ -70,7 +70,7 @@ async def load(image: bytes, names: Sequence[str], search: Search, baud: int, re
 
 
 @asynccontextmanager
-async def _looking(search: Search, names: Sequence[str] = (), baud: int = 115200) -> AsyncIterator[tuple[Cars, Finder]]:
+async def _looking(search: Lookup, names: Sequence[str] = (), baud: int = 115200) -> AsyncIterator[tuple[Cars, Finder]]:
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
     tls = client_context(search.keys, takes_chips=True) if search.keys else None
@@ -81,14 +81,14 @@ async def _looking(search: Search, names: Sequence[str] = (), baud: int = 115200
             yield cars, finder
 
 
-async def act(search: Search, names: Sequence[str], kind: str, new: str = "") -> None:
+async def act(search: Lookup, names: Sequence[str], kind: str, new: str = "") -> None:
     """Look for these cars, and ask as soon as all are found: `motorcade.fleet.cars.Cars.ask`. Raises MotorcadeError."""
     async with _looking(search, names) as (cars, _):
         await _found(cars, names, search)
         await cars.ask(names, kind, new)
 
 
-async def _found(cars: Cars, names: Sequence[str], search: Search) -> None:
+async def _found(cars: Cars, names: Sequence[str], search: Lookup) -> None:
     """Wait until cars of these names are found and answer. Raises MotorcadeError where they aren't in time."""
     end_s = time.monotonic() + search.seconds
     listened_s = time.monotonic() + search.listen_s
@@ -104,7 +104,7 @@ async def _found(cars: Cars, names: Sequence[str], search: Search) -> None:
     cars.named(names)
 
 
-async def order(kind: str, search: Search, as_json: bool) -> None:
+async def order(kind: str, search: Lookup, as_json: bool) -> None:
     """Stop all cars that are found, or let them go; then tell which haven't confirmed it."""
     async with _looking(search) as (cars, finder):
         begin_s = time.monotonic()
@@ -138,7 +138,7 @@ def _program_names() -> dict[str, str]:
     return names
 
 
-async def print_cars(search: Search) -> None:
+async def print_cars(search: Lookup) -> None:
     """Print what is known of all cars as JSON."""
     programs = _program_names()
     async with _looking(search) as (cars, finder):
@@ -152,7 +152,7 @@ async def print_cars(search: Search) -> None:
     print_json(rows)
 
 
-async def show_cars(search: Search) -> None:
+async def show_cars(search: Lookup) -> None:
     """Draw the live table until Ctrl-C or q; s stops all cars, g lets them go."""
     loop, programs = asyncio.get_running_loop(), _program_names()
     async with _looking(search) as (cars, finder):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import CarNumber, Jobs, JsonInPipes, write_file
+from motorcade.cli.options import Jobs, JsonInPipes, NumberOption, write_file
 from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
@@ -80,7 +80,7 @@ def _search(
     runs: Annotated[int, typer.Option()] = 1000,
     method: Method = "map-elites",
     output: Annotated[Path | None, typer.Option("-o", "--output", file_okay=False)] = None,
-    seed: CarNumber = 0,
+    seed: NumberOption = 0,
     jobs: Jobs = 0,
     scheduler: str = "",
     ahead: Annotated[int, typer.Option(min=1, max=10_000)] = 8,

@@ -26,32 +26,32 @@ _LISTEN_S = 1.5
 Json = Annotated[bool, typer.Option("--json")]
 JsonInPipes = Annotated[bool, typer.Option("--json", callback=wants_json)]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
-Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
+SourceArgument = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]
 Output = Annotated[Path, typer.Option("-o", "--output")]
 OptionalOutput = Annotated[Path | None, typer.Option("-o", "--output")]
-Port = Annotated[str, typer.Option("--port", "-p")]
+PortOption = Annotated[str, typer.Option("--port", "-p")]
 GpioChip = Annotated[int | None, typer.Option(min=0)]
-TcpPort = Annotated[int, typer.Option(min=0, max=65535)]
+TcpPortOption = Annotated[int, typer.Option(min=0, max=65535)]
 OptionalTcpPort = Annotated[int | None, typer.Option(min=0, max=65535)]
 # The profile of an image. A project names its own, so the option has no default.
 ImageProfile = Annotated[str | None, typer.Option("--profile")]
-CarNumber = Annotated[int, typer.Option(min=0, max=(1 << 32) - 1)]
+NumberOption = Annotated[int, typer.Option(min=0, max=(1 << 32) - 1)]
 InsecureLan = Annotated[bool, typer.Option("--insecure-lan")]
-CarList = Annotated[Path | None, typer.Option("--list", exists=True, dir_okay=False)]
+CarListOption = Annotated[Path | None, typer.Option("--list", exists=True, dir_okay=False)]
 KeysFile = Annotated[Path | None, typer.Option(dir_okay=False)]
 LogFile = Annotated[Path | None, typer.Option("--log", dir_okay=False)]
-Cars = Annotated[list[str] | None, typer.Option("--car", metavar="NAME=HOST[:PORT]")]
+CarsOption = Annotated[list[str] | None, typer.Option("--car", metavar="NAME=HOST[:PORT]")]
 Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL")]
 PageKeys = Annotated[Path | None, typer.Option("--https", dir_okay=False)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser")]
 DryRun = Annotated[bool, typer.Option("--dry-run")]
-Seconds = Annotated[float, typer.Option(min=0.1, max=3600)]
+SecondsOption = Annotated[float, typer.Option(min=0.1, max=3600)]
 Jobs = Annotated[int, typer.Option(min=0, max=1024)]
-Role = Literal["leader", "follower"]
+RoleName = Literal["leader", "follower"]
 
 
-class Search(NamedTuple):
+class Lookup(NamedTuple):
     """Where to look for cars.
 
     Attributes:

@@ -43,10 +43,10 @@ RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
 
 @app.command("simulate")
 def _simulate(
-    source: options.Source,
+    source: options.SourceArgument,
     followers: Annotated[int | None, typer.Option(min=0, max=10_000)] = None,
     seconds: Annotated[float, typer.Option(min=0, max=86400)] = 30,
-    seed: options.CarNumber = 0,
+    seed: options.NumberOption = 0,
     mat: Path | None = None,
     record: list[Path] | None = None,
     profile: options.ImageProfile = None,

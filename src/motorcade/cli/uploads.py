@@ -38,13 +38,13 @@ def _ports(as_json: options.JsonInPipes = False) -> None:
 
 @app.command("upload")
 def _upload(
-    source: options.Source,
-    port: options.Port = "",
+    source: options.SourceArgument,
+    port: options.PortOption = "",
     to: Annotated[list[str] | None, typer.Option("--to", metavar="all|NAME")] = None,
     resume: Annotated[bool, typer.Option("--resume")] = False,
-    car_list: options.CarList = None,
+    car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
-    seconds: options.Seconds = 4.0,
+    seconds: options.SecondsOption = 4.0,
     no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
     dry_run: options.DryRun = False,
     profile: options.ImageProfile = None,
@@ -60,7 +60,7 @@ def _upload(
 
         from motorcade.cli.fleet import load
 
-        search = options.Search(car_list, keys, seconds)
+        search = options.Lookup(car_list, keys, seconds)
         asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
         return
     if resume or car_list or keys:
@@ -80,7 +80,7 @@ def _upload(
 
 @app.command("readback")
 def _readback(
-    output: options.Output, port: options.Port = "", profile: str = "classroom", as_json: options.Json = False
+    output: options.Output, port: options.PortOption = "", profile: str = "classroom", as_json: options.Json = False
 ) -> None:
     from motorcade.upload.serial_port import readback
 
@@ -94,8 +94,8 @@ def _readback(
 
 @app.command("install-firmware")
 def _install_firmware(
-    port: options.Port = "",
-    role: options.Role = "leader",
+    port: options.PortOption = "",
+    role: options.RoleName = "leader",
     pins: options.OptionalFile = None,
     number: Annotated[int | None, typer.Option(min=0, max=(1 << 32) - 1)] = None,
     voice_map: options.OptionalFile = None,
@@ -151,8 +151,8 @@ def _install_firmware(
 def _arduino_library(
     output: options.Output,
     pins: options.OptionalFile = None,
-    role: options.Role = "leader",
-    number: options.CarNumber = 1,
+    role: options.RoleName = "leader",
+    number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
     profile: str = "classroom",
     as_json: options.JsonInPipes = False,
@@ -176,9 +176,9 @@ def _arduino_library(
 @cars_app.callback(invoke_without_command=True)
 def _cars(
     context: typer.Context,
-    car_list: options.CarList = None,
+    car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
-    seconds: options.Seconds = 4.0,
+    seconds: options.SecondsOption = 4.0,
     as_json: options.JsonInPipes = False,
 ) -> None:
     if context.invoked_subcommand is None:
@@ -186,22 +186,22 @@ def _cars(
 
         from motorcade.cli.fleet import print_cars, show_cars
 
-        asyncio.run((print_cars if as_json else show_cars)(options.Search(car_list, keys, seconds)))
+        asyncio.run((print_cars if as_json else show_cars)(options.Lookup(car_list, keys, seconds)))
 
 
 @cars_app.command("blink")
 def _blink(
     names: Annotated[list[str], typer.Argument(metavar="NAME…")],
-    car_list: options.CarList = None,
+    car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
-    seconds: options.Seconds = 4.0,
+    seconds: options.SecondsOption = 4.0,
 ) -> None:
     import asyncio
 
     from motorcade.cli.fleet import act
     from motorcade.words.request import BLINK
 
-    asyncio.run(act(options.Search(car_list, keys, seconds), names, BLINK))
+    asyncio.run(act(options.Lookup(car_list, keys, seconds), names, BLINK))
     print(translated("cars-blink", names=", ".join(names)))
 
 
@@ -209,9 +209,9 @@ def _blink(
 def _name(
     port: Annotated[str, typer.Argument(metavar="PORT")],
     name: Annotated[str, typer.Argument(metavar="NAME")],
-    car_list: options.CarList = None,
+    car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
-    seconds: options.Seconds = 4.0,
+    seconds: options.SecondsOption = 4.0,
 ) -> None:
     import asyncio
 
@@ -220,22 +220,22 @@ def _name(
     from motorcade.words.request import NAME
 
     check_name(name)
-    asyncio.run(act(options.Search(car_list, keys, seconds), [port], NAME, name))
+    asyncio.run(act(options.Lookup(car_list, keys, seconds), [port], NAME, name))
     print(translated("car-named", port=port, name=name))
 
 
 def _ordering(kind: str) -> Callable[..., None]:
     def order_all(
-        car_list: options.CarList = None,
+        car_list: options.CarListOption = None,
         keys: options.OptionalFile = None,
-        seconds: options.Seconds = 4.0,
+        seconds: options.SecondsOption = 4.0,
         as_json: options.JsonInPipes = False,
     ) -> None:
         import asyncio
 
         from motorcade.cli.fleet import order
 
-        asyncio.run(order(kind, options.Search(car_list, keys, seconds), as_json))
+        asyncio.run(order(kind, options.Lookup(car_list, keys, seconds), as_json))
 
     return order_all
 

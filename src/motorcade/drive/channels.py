@@ -194,11 +194,11 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         super().connection_made(transport)
 
     def pause_writing(self) -> None:
-        """The client reads slowly: send no telemetry."""
+        """Send no telemetry: the client reads slowly."""
         self._is_slow = True
 
     def resume_writing(self) -> None:
-        """The client has read all: send telemetry again."""
+        """Send telemetry again: the client has read all."""
         self._is_slow = False
 
     def data_received(self, data: bytes) -> None:

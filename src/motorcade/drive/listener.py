@@ -93,7 +93,7 @@ class _Slot:
         self.opening: asyncio.Task[None] | None = None
 
     def whose(self) -> str:
-        """Who has it: somebody who is known, or a network."""
+        """Return who has it: somebody who is known, or a network."""
         return self.protocol.holder or self.network
 
     def end(self) -> None:

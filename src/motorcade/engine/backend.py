@@ -12,9 +12,9 @@ from typing import Any, Literal, Protocol, TypeVar, get_args
 
 from motorcade.engine.state import Buffer, People, Rules, Voices
 
-Name = Literal["native", "webassembly", "interpreted"]
+BackendName = Literal["native", "webassembly", "interpreted"]
 Figures = TypeVar("Figures", People, Rules, Voices)
-NAMES: tuple[Name, ...] = get_args(Name)
+NAMES: tuple[BackendName, ...] = get_args(BackendName)
 # An array as its backend has it: of NumPy, or a `LinearArray` of a browser. Both have `shape`, `view`, rows and slices.
 BackendArray = Any
 
@@ -46,7 +46,7 @@ class Backend(Protocol):
         threaded: whether several threads can share a call, or the phases of `run_large`.
     """
 
-    name: Name
+    name: BackendName
     threaded: bool
 
     def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> BackendArray:

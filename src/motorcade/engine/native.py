@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE
-from motorcade.engine.backend import Name
+from motorcade.engine.backend import BackendName
 from motorcade.engine.kernels import KERNELS, ORDER, SET_OUT, SORT, STRIP_PHASES, TURN
 from motorcade.engine.linear_memory import LinearArray, LinearMemory, module_arguments
 from motorcade.engine.state import MOST_PARTS, Arrays, Buffer
@@ -83,7 +83,7 @@ class NumpyArrays:
 class InterpretedKernels(NumpyArrays):
     """The kernels as plain Python: some hundred times slower than native ones, for a debugger and for comparison."""
 
-    name: Name = "interpreted"
+    name: BackendName = "interpreted"
     threaded = False
 
     def call(self, kernel: str, *arguments: Any) -> None:
@@ -207,7 +207,7 @@ def _name_of(dtype: "np.dtype[Any]") -> str:
 class NativeKernels(NumpyArrays, LinearMemory):
     """The kernels of this computer's library. Raises OSError where it can't be loaded."""
 
-    name: Name = "native"
+    name: BackendName = "native"
     threaded = True
 
     def __init__(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import wasmtime
 from numpy.typing import NDArray
 
-from motorcade.engine.backend import Name
+from motorcade.engine.backend import BackendName
 from motorcade.engine.linear_memory import PATH, LinearMemory, module_arguments
 from motorcade.engine.native import NumpyArrays, as_array
 from motorcade.engine.state import Buffer
@@ -23,7 +23,7 @@ _PAGE = 1 << 16
 class WebAssemblyKernels(NumpyArrays, LinearMemory):
     """The kernels in WebAssembly, for computers that no library of `motorcade.engine.native` is for."""
 
-    name: Name = "webassembly"
+    name: BackendName = "webassembly"
     threaded = False
 
     def __init__(self) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine import events as event_rows
 from motorcade.engine import layout
-from motorcade.engine.backend import NAMES, Backend, Name
+from motorcade.engine.backend import NAMES, Backend, BackendName
 from motorcade.engine.events import EVENT
 from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.engine.native import (
@@ -70,7 +70,7 @@ class World(Simulation):
         seeds: int | Sequence[int] = 0,
         events: bool = False,
         threads: int | None = None,
-        kernels: Name | None = None,
+        kernels: BackendName | None = None,
     ) -> None:
         self.threads = threads or processors()
         cars, worlds = len(mat.starts), len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
@@ -85,7 +85,7 @@ class World(Simulation):
         )
 
     @property
-    def kernels(self) -> Name:
+    def kernels(self) -> BackendName:
         """What runs the cars."""
         return self.backend.name
 
@@ -154,7 +154,7 @@ class World(Simulation):
             super()._call(ticks)
 
 
-def open_backend(name: Name | None = None, needed_bytes: int = 0) -> Backend:
+def open_backend(name: BackendName | None = None, needed_bytes: int = 0) -> Backend:
     """Return what runs one world; for None the library of this computer, or WebAssembly where it can't be used.
 
     Args:

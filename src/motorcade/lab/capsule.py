@@ -40,7 +40,7 @@ _MOTORCADE = {
 }
 
 
-class Difference(NamedTuple):
+class RunDifference(NamedTuple):
     """The first run of a capsule that came out otherwise, and where.
 
     Attributes:
@@ -87,7 +87,7 @@ def write_capsule(path: Path, spec: bytes, plan: Plan, table: Path) -> None:
     replace_file(path, _sealed(written.getvalue()))
 
 
-def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -> tuple[int, Difference | None]:
+def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -> tuple[int, RunDifference | None]:
     """Run a capsule again, all runs or ``sample`` of them, which are spread evenly over all.
 
     Returns:
@@ -122,14 +122,14 @@ def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -
     return done, None if first is None else _difference(plan, first, expected[first["run"]].as_py())
 
 
-def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> Difference:
+def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> RunDifference:
     found, stored = (np.frombuffer(each, "<u8") for each in (row[DIGESTS], expected))
     cell = row["run"] // len(plan.sweep.seeds)
     ticks = checkpoint_ticks(plan.sweep.duration_ms // plan.tick_ms(cell), plan.checkpoints)
     differs = (found != stored).reshape(len(ticks), -1)
     at = int(np.argmax(differs.any(axis=1)))
     same = ticks[at - 1] if at else 0
-    return Difference(row["run"], plan.place(cell), row["seed"], ticks[at], same, int(np.argmax(differs[at])))
+    return RunDifference(row["run"], plan.place(cell), row["seed"], ticks[at], same, int(np.argmax(differs[at])))
 
 
 @contextmanager

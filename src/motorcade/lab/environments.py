@@ -14,14 +14,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from motorcade.lab.stepping import Options, SteppedWorlds, Task
+from motorcade.lab.stepping import EnvironmentSource, Options, SteppedWorlds
 
 Singles = NDArray[np.float32]
 Numbers = NDArray[Any]
 Infos = dict[str, dict[str, Any]]
 
 
-def parallel_env(task: Task, **options: Any) -> "ParallelCars":
+def parallel_env(task: EnvironmentSource, **options: Any) -> "ParallelCars":
     """Make an environment of PettingZoo of a mission, the id of one that comes with Motorcade, or a mat.
 
     The agents are cars; ``options`` are those of `motorcade.lab.stepping.Options`. Raises MotorcadeError: an argument
@@ -30,7 +30,7 @@ def parallel_env(task: Task, **options: Any) -> "ParallelCars":
     return ParallelCars(SteppedWorlds(task, 1, Options(**options)))
 
 
-def vector_env(task: Task, worlds: int, **options: Any) -> "VectorCars":
+def vector_env(task: EnvironmentSource, worlds: int, **options: Any) -> "VectorCars":
     """Make a vector environment of Gymnasium of many worlds; each agent of each world is one of its environments.
 
     Agent a of world w is number w * agents + a, so that arrays take the shape (worlds, agents, …) without a copy. All

@@ -28,7 +28,7 @@ from motorcade.words.formats import CONTROL
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Task = Mission | Mat | str
+EnvironmentSource = Mission | Mat | str
 Actions = Sequence[str] | Literal["words", "wheels"]
 
 # The fields of a control word that an action can set.
@@ -112,7 +112,7 @@ class SteppedWorlds:
         MotorcadeError: an argument isn't allowed, or the world can't be simulated.
     """
 
-    def __init__(self, task: Task, worlds: int, options: Options) -> None:
+    def __init__(self, task: EnvironmentSource, worlds: int, options: Options) -> None:
         program, step_ms = options.program, options.step_ms
         task = built_in_mission(task) if isinstance(task, str) else task
         mission = task if isinstance(task, Mission) else None

@@ -13,7 +13,7 @@ from motorcade.config.check import Text
 from motorcade.errors import MotorcadeError
 from motorcade.mats.geometry import Budget, PointRow, SweepLine
 
-Places = tuple["array[float]", "array[float]"]
+_Positions = tuple["array[float]", "array[float]"]
 _MOST_PLACES = 1 << 24
 _ROUNDING = 1e-9
 # Places of a grid whose row has no obstacle cost as much as one test of a point.
@@ -88,7 +88,7 @@ def _generator(seed: int) -> Random:
     return generator
 
 
-def _in_rows(crowd: Crowd, sweep: SweepLine, budget: Budget) -> Places:
+def _in_rows(crowd: Crowd, sweep: SweepLine, budget: Budget) -> _Positions:
     """Take the lowest free places of a grid, row by row from the left."""
     columns, rows = _fitting(crowd, crowd.spacing_m)
     corner_x, corner_y = crowd.corner_m
@@ -108,7 +108,7 @@ def _in_rows(crowd: Crowd, sweep: SweepLine, budget: Budget) -> Places:
     raise _no_room(crowd, len(x_m))
 
 
-def _at_random(crowd: Crowd, sweep: Callable[[], SweepLine], budget: Budget, generator: Random) -> Places:
+def _at_random(crowd: Crowd, sweep: Callable[[], SweepLine], budget: Budget, generator: Random) -> _Positions:
     """Take random places in the cells of a grid that is as coarse as possible, at most one in each cell."""
     width, height = crowd.size_m
     corner_x, corner_y = crowd.corner_m

@@ -15,9 +15,9 @@ from motorcade.mats.geometry import surfaces
 from motorcade.mats.model import Mat
 from motorcade.missions.goals import (
     FixedWatch,
+    GoalProgress,
     GoalState,
     GoalWatch,
-    Progress,
     car_phrase,
     done_phrase,
     lost_phrase,
@@ -144,7 +144,7 @@ class HeardWatch(SlotWatch):
             if self._heard[car]:
                 why = Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
             return GoalState("lost", self._end_ms(self._missed[car]), why, (car,))
-        progress: Progress = "met" if done >= self._needed else "holds" if self._judged else "open"
+        progress: GoalProgress = "met" if done >= self._needed else "holds" if self._judged else "open"
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
         return GoalState(progress, self._now_ms if progress == "met" else None, why)
 
@@ -185,7 +185,7 @@ class InStepWatch(SlotWatch):
     def judged_state(self, is_over: bool) -> GoalState:
         if self._lost:
             return self._lost
-        progress: Progress = "met" if is_over else "holds" if self._judged else "open"
+        progress: GoalProgress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
         return GoalState(progress, self._now_ms if is_over else None, why)
 

@@ -21,7 +21,7 @@ _HALF_M, _HALF_DEG = 0.5, 45.0
 # The most that a goal can get that is not met.
 MOST_UNMET = 0.99
 # What the watch of a goal says: not yet met, met at present but not for good, met for good, lost for good.
-Progress = Literal["open", "holds", "met", "lost"]
+GoalProgress = Literal["open", "holds", "met", "lost"]
 # When a car must meet a goal.
 TIMES = {"end": judging.END, "some-moment": judging.SOME_MOMENT, "always": judging.ALWAYS}
 
@@ -30,13 +30,13 @@ class GoalState(NamedTuple):
     """How it stands with a goal.
 
     Attributes:
-        progress: see Progress.
+        progress: see `GoalProgress`.
         t_ms: when it was met; where it is lost, a moment at which one can see why; None while neither.
         why: a phrase with numbers.
         cars: the cars that ``why`` is about, where it is not met.
     """
 
-    progress: Progress
+    progress: GoalProgress
     t_ms: int | None
     why: Phrase
     cars: tuple[int, ...] = ()

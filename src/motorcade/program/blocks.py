@@ -14,7 +14,7 @@ from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_f
 
 Workspace = dict[str, Any]
 Block = dict[str, Any]
-Flags = dict[str, bool]
+_Flags = dict[str, bool]
 
 PREFIX = "motorcade_"
 LEADER_HAT = f"{PREFIX}leader"
@@ -83,7 +83,7 @@ def _steps(first: Block | None, path: str, leads: bool, depth: int = 0, inside: 
         inside: whether they are parts of a together.
     """
 
-    def row(first: Block | None, flags: Flags, depth: int) -> Iterator[tuple[Block, Flags, int]]:
+    def row(first: Block | None, flags: _Flags, depth: int) -> Iterator[tuple[Block, _Flags, int]]:
         """Yield each step's block, the settings of the infrared blocks around it, and its depth."""
         for block in _chain(first, path):
             if depth > MOST_DEEP:
@@ -110,7 +110,7 @@ def _steps(first: Block | None, path: str, leads: bool, depth: int = 0, inside: 
     ]
 
 
-def _step(block: Block, flags: Flags, path: str, leads: bool, depth: int, inside: bool) -> dict[str, Any]:
+def _step(block: Block, flags: _Flags, path: str, leads: bool, depth: int, inside: bool) -> dict[str, Any]:
     kind = str(block.get("type")).removeprefix(PREFIX)
     if kind not in KINDS:
         raise _refused("unknown-block", path, block, type=str(block.get("type"))[:40])
@@ -225,7 +225,7 @@ def _object(value: Any, path: str, block: Block = _NOWHERE) -> dict[str, Any]:
     return value
 
 
-def _own_flags(block: Block, path: str) -> Flags:
+def _own_flags(block: Block, path: str) -> _Flags:
     """Return the settings of an infrared block, without those that it does not change."""
     fields = _object(block.get("fields"), path, block)
     flags = {}

@@ -28,6 +28,7 @@ from motorcade.devices.declaration import Column
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.moment import COLUMNS, Moment
 from motorcade.errors import MotorcadeError
+from motorcade.mats.model import Corners
 from motorcade.runs.recording import (
     EVENT_FIELDS,
     LEADER,
@@ -61,7 +62,6 @@ _EMPTY: dict[str, Any] = {
     "metadata": [],
     **{name: [] for name in _PRIMITIVES},
 }
-Corners = tuple[tuple[float, float], ...]
 
 
 def _mat_message(about: Description) -> bytes:

@@ -20,7 +20,7 @@ from motorcade.runs.recording import (
     LEADER,
     LEDS,
     Description,
-    Progress,
+    OnProgress,
     Recording,
     WordColours,
     rgb,
@@ -41,7 +41,7 @@ _MOST_POINTS = 1_000_000
 _FEW_TRACKS = 30
 
 
-def draw_tracks(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
+def draw_tracks(recording: Recording, path: Path, progress: OnProgress = lambda done_ms: None) -> None:
     """Write a picture of the tracks of a run to ``path``, in the format of its ending.
 
     Args:
@@ -110,7 +110,9 @@ def _title(about: Description, t_s: float, drawn: int) -> str:
     return title if drawn == about.cars else picture_text("picture-tracks-some", title=title, count=drawn)
 
 
-def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Progress = lambda done_ms: None) -> None:
+def draw_film(
+    recording: Recording, path: Path, speed: float = 1.0, progress: OnProgress = lambda done_ms: None
+) -> None:
     """Draw a run as a film, a .gif file.
 
     Every recorded moment becomes an image. Where that would be more than 10 images a second, only every second moment
@@ -137,7 +139,7 @@ def draw_film(recording: Recording, path: Path, speed: float = 1.0, progress: Pr
         replace_file(path, _gif_of(chain([first], images), moments_s / step, pictures.palette()))
 
 
-def _images(recording: Recording, pictures: "_Pictures", step: int, progress: Progress) -> Iterator[Pixels]:
+def _images(recording: Recording, pictures: "_Pictures", step: int, progress: OnProgress) -> Iterator[Pixels]:
     for number, moment in enumerate(recording.moments()):
         if number % step == 0:
             yield pictures.draw(moment)

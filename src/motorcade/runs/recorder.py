@@ -19,7 +19,7 @@ from motorcade.runs.recording import (
     PICTURE_ENDINGS,
     Description,
     InMemoryRecording,
-    Progress,
+    OnProgress,
     Recording,
     Sink,
     SpooledRecording,
@@ -51,7 +51,7 @@ def open_recording(path: str | Path) -> Recording:
 
 
 @needs_extra("drawing", "runs")
-def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None, speed: float = 1.0) -> None:
+def draw(recording: Recording, path: Path, progress: OnProgress = lambda done_ms: None, speed: float = 1.0) -> None:
     """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError.
 
     ``speed`` is of a film: simulated seconds in a second of it.
@@ -97,7 +97,7 @@ class Recorder:
         world: "World",
         every_ms: int = EVERY_MS,
         events: bool = True,
-        progress: Progress = lambda done_ms: None,
+        progress: OnProgress = lambda done_ms: None,
     ):
         targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
         self._world, self._events, self._progress, self._every_ms = world, events, progress, every_ms

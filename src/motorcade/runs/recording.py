@@ -44,7 +44,7 @@ _NO_WORD = "#c4c4c4"
 _UNKNOWN = "#6e6e6e"
 _PALER = 0.68
 
-Progress = Callable[[int], None]
+OnProgress = Callable[[int], None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from motorcade.engine.events import EVENT, START
 from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder
-from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, Progress, Sink
+from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, OnProgress, Sink
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import TAGS
 
@@ -157,7 +157,7 @@ def simulate(
     profile: Profile | None = None,
     mat: Mat | None = None,
     record: Iterable[str | Path] = (),
-    progress: Progress = lambda done_ms: None,
+    progress: OnProgress = lambda done_ms: None,
 ) -> Run:
     """Simulate leaders that run ``image``, and their followers.
 

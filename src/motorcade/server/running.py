@@ -231,7 +231,7 @@ class PageConnection(asyncio.Protocol):
         return getattr(self._line, name)
 
     def set_protocol(self, protocol: asyncio.Protocol) -> None:
-        """From now on it is a WebSocket."""
+        """Take a WebSocket in place of HTTP."""
         self._inner, self._frames = protocol, Frames()
 
     def write(self, data: bytes) -> None:

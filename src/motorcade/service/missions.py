@@ -302,7 +302,7 @@ class Referee:
         self.restart()
 
     def restart(self) -> None:
-        """A new run begins."""
+        """Watch a new run."""
         self._watch = MissionWatch(self.mission, self._image)
         # How it stood from which time on; a time is here only where something was new.
         self._times: list[int] = []

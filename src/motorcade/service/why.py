@@ -15,6 +15,7 @@ from motorcade.errors import Phrase
 from motorcade.mats import Mat
 from motorcade.mats.document import cars_of, mat_of
 from motorcade.mats.geometry import Obstacle, Surface, obstructed, surfaces
+from motorcade.mats.model import Point
 from motorcade.program.blocks import INFRARED
 from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
 from motorcade.service.world_messages import ReceivedFrame, Why
@@ -47,7 +48,6 @@ _SIGHT_STEP_M = 0.02
 # The scale of the range's slider.
 _RANGE_STEP_MM = 50
 _FIELDS = {"forward": "FORWARD", "listen": "ACCEPT_IR"}
-Point = tuple[float, float]
 
 
 def why(

@@ -122,7 +122,7 @@ class Ultrasonic:
         echo.irq(self._take_edge, machine.Pin.IRQ_RISING | machine.Pin.IRQ_FALLING, **interrupt)
 
     def _take_edge(self, pin: "Any") -> None:
-        """Time an edge. Runs as an interrupt: short, and without allocation."""
+        """Note when the echo began and ended. Runs as an interrupt: short, and without allocation."""
         if pin.value():
             self._rose_us = self._clock.ticks_us()
         elif self._rose_us:

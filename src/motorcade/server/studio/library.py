@@ -113,7 +113,7 @@ class FolderStorage(Storage):
             folder.rename(deleted / f"{folder.name}.{number}")
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
-        """Of a file that is damaged, or that another program wrote, what is valid counts."""
+        """Return what is valid in the owner's file, which may be damaged or of another program."""
         try:
             document = json.loads((self._owner_folder(owner) / STARS).read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -121,7 +121,7 @@ class FolderStorage(Storage):
         return stars_in(document.get("stars")) if isinstance(document, dict) else {}
 
     def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
-        """One at a time among all threads and processes: whoever read before another wrote would lose its stars."""
+        """Store stars, one at a time among all threads and processes: one would lose what another wrote meanwhile."""
         folder = self._owner_folder(owner)
         if not stars:
             return self.stars(owner).get(mission, [])
