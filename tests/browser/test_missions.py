@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from motorcade.missions.document import built_in_mission, missions
-from support.barriers import serious_barriers
+from support.layout import serious_barriers
 from support.studio_page import PHONE, SHARED
 from support.studio_programs import EXAMPLE
 
