@@ -13,12 +13,18 @@ from scripts.studio_process import StudioProcess, build_page, running_studio
 
 from motorcade.browser.site import site_files, write_site
 from support.browser_profiles import Profiles, launched
-from support.shells import shells_of
 from support.site_server import SiteServer, serving
 from support.studio_page import StudioPage
 
 OpenPage = Callable[..., StudioPage]
 Studio = StudioProcess | SiteServer
+
+# What only a server has, and the tests that need it.
+SERVER_ALONE = {
+    "a server that ends and comes back": ("test_work_continues_after_the_server_crashed_and_came_back",),
+    "a build of its own": ("test_a_third_language_is_one_file",),
+    "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
+}
 
 # So many lines of what a page shows when its test fails, from its top and from its end, where dialogs and notices are.
 TOP_LINES, END_LINES = 25, 15
@@ -75,8 +81,23 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     return report
 
 
+def shells_of(test: str) -> list[str]:
+    """The shells of the studio against which a test runs, by its function's name.
+
+    `make soak` runs all tests of the page against a server and a site, except those that need what a site hasn't.
+    `make test` runs them against the server; `test_site.py`, `test_offline.py` and `test_same_bits.py` know the site
+    alone.
+    """
+    # Not above: conftest.py imports this file before pytest chooses the profile.
+    from support.soak import SOAK
+
+    if any(test in tests for tests in SERVER_ALONE.values()):
+        return ["server"]
+    return ["server", "site"] if SOAK else ["server"]
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Run each test of the studio's page against the shells that `support.shells` lists for it."""
+    """Run each test of the studio's page against the shells that `shells_of` lists for it."""
     if "shell" in metafunc.fixturenames:
         metafunc.parametrize("shell", shells_of(metafunc.function.__name__), scope="session")
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from support.barriers import serious_barriers
 from support.command_line import data
+from support.layout import serious_barriers
 from support.studio_page import StudioPage
 from support.studio_programs import EMPTY, EXAMPLE, LIT, SHELTERED, TOO_LONG
 from support.waiting import wait_until

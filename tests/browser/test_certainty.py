@@ -9,7 +9,7 @@ from typing import Any
 from playwright.sync_api import expect
 
 from motorcade.missions.document import built_in_mission
-from support.barriers import serious_barriers
+from support.layout import serious_barriers
 from support.studio_page import PHONE, StudioPage
 from support.studio_programs import EXAMPLE
 

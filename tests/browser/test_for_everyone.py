@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from support.barriers import serious_barriers
+from support.layout import serious_barriers
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from support.barriers import wait_for_picture
-from support.layout import SIZES, Windows
+from support.layout import SIZES, Windows, wait_for_picture
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
 from support.studio_programs import FOLLOWED, FURNISHED

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from motorcade.missions.document import built_in_mission, missions
-from support.barriers import serious_barriers
+from support.layout import serious_barriers
 from support.studio_page import PHONE, SHARED
 from support.studio_programs import EXAMPLE
 
@@ -14,14 +14,6 @@ from support.studio_programs import EXAMPLE
 def open_map(studio):
     studio.page.get_by_role("button", name=studio.say("missions.title"), exact=True).press("Enter")
     expect(studio.page.locator("[data-mission]")).to_have_count(len(missions()))
-
-
-def run_fast(studio):
-    """Let the cars drive sixteen times as fast."""
-    transport = studio.page.get_by_role("group", name=studio.say("mat.transport"))
-    transport.get_by_role("button", name=studio.say("mat.speed")).press("Enter")
-    studio.page.keyboard.press("End")
-    studio.page.keyboard.press("Enter")
 
 
 def run_to_the_end(studio, progress):
@@ -87,7 +79,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     page.locator("[data-mission=flip-the-lamp]").press("Enter")
     goals = page.locator("li[data-progress]")
     expect(goals).to_have_count(3)
-    run_fast(studio)
+    studio.run_at("16×")
     hint = page.get_by_role("button", name=studio.say("missions.showHint"))
     for _ in range(2):
         expect(hint).to_have_count(0)
@@ -148,7 +140,7 @@ def test_a_mission_of_ones_own_is_written_played_changed_and_deleted(open_own_pa
     assert serious_barriers(page) == []
     editor.get_by_role("button", name="Try it").click()
     expect(page.get_by_role("region", name="Mission: Stay")).to_be_visible()
-    run_fast(studio)
+    studio.run_at("16×")
     run_to_the_end(studio, "★")
     # The mission goes on after a reload.
     page.reload()

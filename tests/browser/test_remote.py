@@ -11,9 +11,8 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from motorcade.locales import catalogue
-from support.barriers import serious_barriers
 from support.browser_profiles import Watched, storing
-from support.layout import Windows
+from support.layout import Windows, serious_barriers
 from support.soak import SOAK
 from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, StudioPage
 from support.studio_programs import FOLLOWED

@@ -76,6 +76,7 @@ def test_a_convoy_follows_a_road_that_was_drawn_with_the_mouse(open_page) -> Non
         studio.drag_out(editor, "sense", block, below=studio.hat(editor))
         studio.type_into(studio.field(studio.block(editor, block), "1"), "12")
     studio.look_up("things")
+    studio.run_at("4×")
     studio.play()
     wait_until(lambda: seconds(studio) >= DRIVEN_S)
     studio.mat_button("pause").click()

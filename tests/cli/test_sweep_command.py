@@ -6,7 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from itertools import product
+from pathlib import Path
 
 import psutil
 import pyarrow.parquet as pq
@@ -16,7 +18,6 @@ from motorcade.experiments import plan as planning
 from motorcade.experiments import run as running
 from motorcade.extras import install_command
 from support.command_line import PARADE, data, refusal, run
-from support.dask_cluster import cluster
 from support.waiting import DEADLINE_S, wait_until
 
 CAR_STEPS = 50_000
@@ -40,6 +41,37 @@ physics.capture_ratio = ["never", 2]
 """
 RUNS = 36
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no Ctrl-C to one process alone")
+Process = subprocess.Popen[bytes]
+
+
+@contextlib.contextmanager
+def _process(folder: Path, *arguments: str) -> Iterator[Process]:
+    """A process of Dask, which imports this checkout and logs into a file."""
+    with (folder / f"{arguments[0]}.log").open("ab") as log:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{arguments[0]}", *arguments[1:], "--no-dashboard"]
+        process = subprocess.Popen(command, stdout=log, stderr=log, cwd=folder)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextlib.contextmanager
+def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[Process]]]:
+    """Run a Dask cluster of processes on this computer.
+
+    Yields the address of its scheduler, and the processes of its workers, which may not have come yet.
+    """
+    where = folder / "scheduler.json"
+    worker = ("worker", "--scheduler-file", str(where), "--nworkers", "1", "--nthreads", "1", "--no-nanny")
+    with contextlib.ExitStack() as running:
+        scheduler = ("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", str(where))
+        began = running.enter_context(_process(folder, *scheduler))
+        processes = [running.enter_context(_process(folder, *worker)) for _ in range(workers)]
+        # The file exists a moment before it holds the address.
+        wait_until(lambda: where.exists() and where.read_bytes(), began)
+        yield json.loads(where.read_bytes())["address"], processes
 
 
 @pytest.fixture(autouse=True)

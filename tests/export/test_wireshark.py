@@ -1,7 +1,10 @@
 """The dissector in tshark shows what Python decodes."""
 
 import random
+import struct
 import subprocess
+from collections.abc import Iterable
+from pathlib import Path
 
 import pytest
 from scripts.exports.wireshark import wireshark
@@ -10,13 +13,38 @@ from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
-from support.captures import RAW_IP, USER0, segments, write_pcap
 
 PORT = 5005
 GOOD = [0x128CB000, 0x12ACB000, 0x1284B000, 0x19614000, 0x10000000, 0x1B4FF800]
 BAD = [0x1B500000, 0x20000000, 0x00000000, 0xFFFFFFFF, 0x10000001]
 IMAGE = bytes.fromhex("01020200 64800000 80280000 c0280000")
 SEPARATOR = "|"
+# Of the classic pcap format; TCP segments are in IPv4.
+RAW_IP, USER0 = 101, 147
+_HOST, _CAR = bytes([10, 0, 0, 1]), bytes([10, 0, 0, 2])
+
+
+def write_pcap(path: Path, link_type: int, packets: Iterable[bytes]) -> None:
+    """Writes ``packets``, a millisecond apart."""
+    data = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 1 << 16, link_type)
+    for number, packet in enumerate(packets):
+        data += struct.pack("<IIII", 1_500_000_000, number * 1000, len(packet), len(packet)) + packet
+    path.write_bytes(data)
+
+
+def segments(pieces: Iterable[bytes], port: int, client_port: int = 40_000, answers: bool = False) -> list[bytes]:
+    """One TCP segment for each of ``pieces``, from a client to ``port``, or from there where it ``answers``."""
+    source, destination = (port, client_port) if answers else (client_port, port)
+    ends = _CAR + _HOST if answers else _HOST + _CAR
+    packets, sequence = [], 1
+    for piece in pieces:
+        # Data offset 5 words; flags PSH and ACK; a window; no checksum, which tshark leaves unchecked.
+        tcp = struct.pack(">HHIIHHHH", source, destination, sequence, 1, 5 << 12 | 0x18, 1 << 14, 0, 0) + piece
+        # Version 4, 5 words of header; don't fragment; 64 hops; TCP.
+        ip = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(tcp), 0, 0x4000, 64, 6, 0) + ends
+        packets.append(ip + tcp)
+        sequence += len(piece)
+    return packets
 
 
 @pytest.fixture(scope="module")

@@ -168,18 +168,17 @@ JOBS = {
 
 @pytest.mark.parametrize("kind", JOBS)
 def test_ten_times_as_much_takes_no_hundred_times_as_long(kind):
-    def took_s(size):
-        """The least CPU time of three."""
-        times_s = []
-        for _ in range(3):
-            began_s = process_time()
-            with suppress(MotorcadeError):
-                job(size)
-            times_s.append(process_time() - began_s)
-        return min(times_s)
-
     size, job = JOBS[kind]
-    assert took_s(10 * size) < MOST_RATIO * max(took_s(size), LEAST_S)
+
+    def took_s(size):
+        """The CPU time of one run."""
+        began_s = process_time()
+        with suppress(MotorcadeError):
+            job(size)
+        return process_time() - began_s
+
+    limit_s = MOST_RATIO * max(min(took_s(size) for _ in range(3)), LEAST_S)
+    assert any(took_s(10 * size) < limit_s for _ in range(3))
 
 
 @pytest.mark.parametrize(

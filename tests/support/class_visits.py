@@ -9,10 +9,9 @@ from urllib.parse import urlsplit
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from motorcade.locales import catalogue
-from support.barriers import serious_barriers
 from support.browser_profiles import Watched, storing
 from support.class_page import PASSWORD
-from support.layout import Windows
+from support.layout import Windows, serious_barriers
 from support.running_studio import started_class
 from support.waiting import wait_until
 

@@ -1,8 +1,7 @@
-"""What doesn't fit a window: parts that are wider than it, cut off, or covered by others."""
+"""What keeps people from using a page: parts that don't fit a window or are covered, and barriers that axe finds."""
 
 from playwright.sync_api import Page
-
-from support.barriers import wait_for_picture
+from scripts.studio_process import ROOT
 
 # Each size of a window that the pages are made for, and those of them that belong to devices without a mouse.
 SIZES = ((390, 844), (768, 1024), (820, 1180), (1024, 768), (1366, 768), (1440, 900))
@@ -85,3 +84,26 @@ class Windows:
         if before and before != self._page.viewport_size:
             self._page.set_viewport_size(before)
         return found
+
+
+_AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+_SERIOUS = """async () => (await axe.run()).violations
+    .filter(({ impact }) => impact === "serious" || impact === "critical")
+    .flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target}: ${failureSummary}`))"""
+
+
+def serious_barriers(page: Page) -> list[str]:
+    """Each barrier on the page as it is now."""
+    # Blockly names a field anew with the picture that shows its new text.
+    wait_for_picture(page)
+    # What fades in has not its own colours yet.
+    page.evaluate("() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished))")
+    if not page.evaluate("() => 'axe' in window"):
+        # As a part of the test's own script, which the page's policy doesn't bind.
+        page.evaluate(_AXE.read_text(encoding="utf-8"))
+    return list(page.evaluate(_SERIOUS))
+
+
+def wait_for_picture(page: Page) -> None:
+    """Wait until what Blockly does with the next picture is done."""
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")

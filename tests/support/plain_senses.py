@@ -1,6 +1,7 @@
 """What a car of the plain world senses: an obstacle, a person, a voice; it checks everything in the world each time."""
 
 import math
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import layout
 from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
 from motorcade.mats import Person
-from motorcade.mats.model import path_of
+from motorcade.mats.model import Line, path_of
 
 if TYPE_CHECKING:
     from support.plain_world import PlainWorld
@@ -53,11 +54,16 @@ def dark_floor(world: "PlainWorld", car: int) -> int:
     return dark
 
 
+@cache
+def _path_um(line: Line) -> list[tuple[int, int]]:
+    """The points of a line in µm: computed once, since each car asks for them in each tick."""
+    return [(round(px * 1e6), round(py * 1e6)) for px, py in path_of(line)]
+
+
 def is_dark(world: "PlainWorld", x: int, y: int) -> bool:
     mat = world.mat
     for line in mat.lines:
-        way = [(round(px * 1e6), round(py * 1e6)) for px, py in path_of(line)]
-        for (x0, y0), (x1, y1) in pairwise(way):
+        for (x0, y0), (x1, y1) in pairwise(_path_um(line)):
             squared = (x1 - x0) ** 2 + (y1 - y0) ** 2
             part = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / squared if squared else 0.0
             part = min(max(part, 0.0), 1.0)

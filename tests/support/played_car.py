@@ -8,7 +8,7 @@ import socket
 import threading
 
 from motorcade.words.request import CHECK_BYTES, check_words, ready_line
-from support.check_requests import read_check
+from support.upload_ends import read_check
 from support.waiting import DEADLINE_S
 
 # One state: forward at 200 mm/s for 1 s.

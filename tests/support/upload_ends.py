@@ -5,7 +5,7 @@ from itertools import pairwise
 from hypothesis import strategies as st
 
 from motorcade.words import request, upload
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import WORD_BYTES, Image, bytes_to_words, image_words, words_to_bytes
 
 NO_PROGRAM = bytes(4)
 OLD = bytes.fromhex("01000000 6a800000")
@@ -75,3 +75,15 @@ def outcome_of(end, data, now_ms):
     """The kind of the outcome of ``end`` once it has ``data``; None while there is none."""
     end.receive_data(data, now_ms)
     return end.outcome and end.outcome.kind
+
+
+def read_check(sent: bytes) -> tuple[int, int] | None:
+    """The checksum and the number of a check request, read as a car does but without its receiver.
+
+    None where it was damaged on the way.
+    """
+    words = bytes_to_words(sent[WORD_BYTES : request.CHECK_BYTES])
+    if any(word & (0xFFFFFFFF ^ 0xFF << request.PAYLOAD_AT) != request.MARKS for word in words):
+        return None
+    payload = bytes(word >> request.PAYLOAD_AT & 0xFF for word in words)
+    return int.from_bytes(payload[:WORD_BYTES], "big"), payload[WORD_BYTES]

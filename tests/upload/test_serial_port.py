@@ -19,11 +19,11 @@ from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES
 from motorcade.words.upload import READBACK_REQUEST
-from support.check_requests import read_check
 from support.driven_car import deaf_port
 from support.played_car import IMAGE, PlayedCar
 from support.pseudo_terminal import PseudoTerminal
 from support.socket_lines import without_pauses
+from support.upload_ends import read_check
 
 CLASSROOM = built_in_profile("classroom")
 OK = b"OK words=2 crc32=fcf9a423\n"

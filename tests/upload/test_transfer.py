@@ -22,8 +22,8 @@ from motorcade.upload.transfer import (
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.request import CHECK_BYTES, check_words, held_checksum, ready_line
 from motorcade.words.upload import IMAGE, MISMATCH, NOT_VERIFIED, REFUSED, SILENT, VERIFIED, ok_line
-from support.check_requests import read_check
 from support.faulty_line import Faults, RealCar, SimpleCar, Way, talk_through
+from support.upload_ends import read_check
 
 BAUD = 115200
 FIRST = bytes.fromhex("01000000 64800000")

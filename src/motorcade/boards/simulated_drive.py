@@ -18,7 +18,6 @@ from motorcade.engine.world import World
 from motorcade.runs.recording import Description
 from motorcade.words.formats import SWITCHES
 
-
 NEUTRAL = (90, 1, 0)
 # The most time that a world catches up on a busy computer; beyond that simulated time runs slower.
 _MAX_LAG_S = 0.25

@@ -2,7 +2,7 @@
 
 A cut leaves the first bytes of a write. On littlefs a closed file is safe, and a
 rename is atomic. On FAT a file is safe after a sync, and a rename removes the old
-file first: a cut can fall in between. A cache keeps all changes until a sync.
+file first: a cut can fall in between.
 """
 
 
@@ -16,17 +16,14 @@ class Flash:
     Args:
         atomic_rename: True for littlefs, False for FAT.
         room: how many bytes all files together may have.
-        is_cached: whether a cut loses all that changed since the last sync.
     """
 
-    def __init__(self, atomic_rename=True, room=1 << 20, is_cached=False):
+    def __init__(self, atomic_rename=True, room=1 << 20):
         self.files = {}
         self.cut_after = None
         self._atomic_rename = atomic_rename
         self._unsafe = set()
         self._room = room
-        self._is_cached = is_cached
-        self._synced = {}
 
     def spend(self, steps=1):
         """Count ``steps`` bytes or changes of a directory; raise PowerCut where the power ends before the last one."""
@@ -66,7 +63,6 @@ class Flash:
     def sync(self):
         self.spend()
         self._unsafe.clear()
-        self._synced = dict(self.files)
 
     def append(self, path, data):
         """Write byte by byte: as many as there is room for and the power lasts for."""
@@ -87,8 +83,6 @@ class Flash:
         for path in self._unsafe:
             self.files[path] = self.files[path][: len(self.files[path]) // 2]
         self._unsafe.clear()
-        if self._is_cached:
-            self.files = dict(self._synced)
 
 
 class _Reading:

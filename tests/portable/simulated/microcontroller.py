@@ -48,7 +48,6 @@ class Microcontroller:
         self.taken = {}
         self._start_us = ticks_ms * 1000
         self._due = []
-        self._order = 0
         # Soft interrupts that wait until the program can be interrupted again; None while it can.
         self._waiting = None
         # Pins whose hard interrupts wait for the end of a change of the flash; None while there is none.
@@ -63,19 +62,21 @@ class Microcontroller:
 
     def at(self, at_us, action, *arguments):
         """Call ``action`` at ``at_us``."""
-        self._order += 1
-        self._due.append((at_us, self._order, action, arguments))
-        # Insert in order, latest first: the next action is then cheap to take, and MicroPython's sort is not stable.
-        place = len(self._due) - 1
-        while place and self._due[place - 1][0] <= at_us:
-            self._due[place - 1], self._due[place] = self._due[place], self._due[place - 1]
-            place -= 1
+        # In order, latest first: the next action is then cheap to take, and MicroPython's sort is not stable.
+        first, last = 0, len(self._due)
+        while first < last:
+            middle = (first + last) // 2
+            if self._due[middle][0] <= at_us:
+                last = middle
+            else:
+                first = middle + 1
+        self._due.insert(first, (at_us, action, arguments))
 
     def pass_time(self, duration_us):
         """Let ``duration_us`` pass."""
         until_us = self.now_us + duration_us
         while self._due and self._due[-1][0] <= until_us:
-            at_us, _, action, arguments = self._due.pop()
+            at_us, action, arguments = self._due.pop()
             self.now_us = max(self.now_us, at_us)
             action(*arguments)
             # The program goes on later by the time that handlers took.
