@@ -89,7 +89,7 @@ def test_the_best_programs_are_projects_whose_grade_the_check_confirms(found, me
     saved = search.save_best(tmp_path)
     assert len(saved) == 3
     for path, candidate in saved:
-        program = read_project(path.read_bytes(), path).program
+        program = read_project(path.read_bytes(), path)[0]
         assert program == candidate.program
         assert check_program(search.mission, program).grade == pytest.approx(candidate.mean.grade, abs=1e-12)
         assert open_file(path.read_text(encoding="utf-8")).mat["size_m"] == [4, 4]
