@@ -1,7 +1,7 @@
 /** The types of messages between the page and its service, under the names that the page uses. */
 
 import type { FORMATS } from "../generated/steps";
-import type { MissionChoice, Project, ProfileFigures } from "../generated/messages";
+import type { MissionChoice, Project } from "../generated/messages";
 
 export type {
   Capabilities,
@@ -13,6 +13,7 @@ export type {
   LibraryEntry as SavedProject,
   MissionChoice,
   Port,
+  ProfileFigures as Profile,
   Project,
   Sentence,
   Version,
@@ -28,8 +29,6 @@ export interface Field {
   readonly high: number;
   readonly low: number;
 }
-export type Profile = Omit<ProfileFigures, "serial" | "servo" | "motor" | "drive">;
-
 export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;
   /** The version of the library that it is. */

@@ -3,7 +3,8 @@ import type { PupilRow, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { byNeed } from "./TeacherPupils";
 import { groundOf } from "../mat/floors";
-import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld, Tiles } from "./drawing";
+import { bytesOf } from "../api/testStream";
+import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld } from "./drawing";
 import { secretOf } from "./secret";
 
 // The first and the third world of list 5: one car, and none.
@@ -14,11 +15,6 @@ const GOLDEN =
   "ffff 0e 04 02" + // no word, wheels, no LED, sends
   "000000" + // up to a multiple of four
   "0200 0000 d0070000"; // place 2, no car, at 2,000 ms
-
-function bytesOf(hex: string): ArrayBuffer {
-  const digits = hex.replaceAll(" ", "");
-  return Uint8Array.from({ length: digits.length / 2 }, (_, k) => parseInt(digits.slice(2 * k, 2 * k + 2), 16)).buffer;
-}
 
 describe("a picture of the wall", () => {
   it("is decoded", () => {
@@ -37,25 +33,6 @@ describe("a picture of the wall", () => {
       const whole = [4, 32].includes(length);
       expect(decoded !== null).toBe(whole);
     }
-  });
-});
-
-describe("the tiles of the wall", () => {
-  const cars = decodeWall(bytesOf(GOLDEN))!.worlds.get(0)!;
-
-  it("draw what came before they were there, until another list comes", () => {
-    const [tiles, drawn] = [new Tiles(), vi.fn()];
-    tiles.show("mia", cars);
-    tiles.ready("mia", drawn);
-    expect(drawn.mock.calls).toEqual([[cars]]);
-    tiles.show("mia", cars);
-    tiles.show("ben", cars);
-    expect(drawn).toHaveBeenCalledTimes(2);
-    tiles.ready("mia", null);
-    tiles.show("mia", cars);
-    tiles.forget();
-    tiles.ready("mia", drawn);
-    expect(drawn).toHaveBeenCalledTimes(2);
   });
 });
 

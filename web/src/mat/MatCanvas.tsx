@@ -8,7 +8,7 @@ import { endAll } from "../ui/areas";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
-import { FURNITURE, listOf, type Mat, type Point } from "./document";
+import { FURNITURE, listOf, type Mat } from "./document";
 import { attachPointers, gripAt, nudgeOf } from "./pointer";
 import { chasedCar, choose, type Chosen, chosenCar, chosenPiece, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
@@ -34,7 +34,6 @@ function connect(scene: Scene): () => void {
   if (session.picture) scene.take(session.picture);
   show();
   const shown = ["chosen", "told", "tracks", "air", "followed", "hello"] as const;
-  let pressed: Point = [0, 0];
   // Of another project, whose cars the camera shows at once.
   let awaited: "hello" | "picture" | null = null;
   return endAll(
@@ -58,18 +57,17 @@ function connect(scene: Scene): () => void {
     }),
     attachPointers(scene.host, scene, {
       gripAt: (point, reachPx) => {
-        pressed = point;
         const { chosen, hello: now, tMs } = useMat.getState();
         const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
         return gripAt(sight, point, reachPx / scene.camera.scale);
       },
-      onChoose: (grip) => {
+      onChoose: (grip, at) => {
         if (grip && "car" in grip) {
           tapCar(grip.car);
           return;
         }
         choose(grip && { piece: grip.piece });
-        tapZone(grip ? null : pressed, useMission.getState().mission?.zones ?? []);
+        tapZone(grip ? null : at, useMission.getState().mission?.zones ?? []);
       },
       onDrag: (grip, to, by) => {
         if (useMat.getState().asked) useMat.setState({ asked: null });
@@ -77,7 +75,6 @@ function connect(scene: Scene): () => void {
       },
       onDrop: endEdit,
       isDrawing: () => useMat.getState().drawing,
-      onSketch: (stroke) => scene.sketch(stroke),
       onStroke: drawRoad,
     }),
   );

@@ -14,7 +14,6 @@ import type { Move } from "./dance";
 import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
 import { withFloor } from "./floors";
 import { Drawings, hasFastWebGl } from "./graphics";
-import type { Sight } from "./sight";
 import { makeTextures } from "./textures";
 import { areWordsDue } from "../words/compiling";
 import { ZoneLayer } from "./zoneLayer";
@@ -28,6 +27,9 @@ const MOST_PASSED_MS = 50;
 function isContrast(): boolean {
   return useSettings.getState().theme === "contrast" || matchMedia("(forced-colors: active)").matches;
 }
+
+/** What a view from another side draws. */
+export type Sight = ReturnType<Scene["sight"]>;
 
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;
@@ -256,8 +258,8 @@ export class Scene {
     this.draw();
   }
 
-  /** What is to be seen now. */
-  sight(): Sight {
+  /** What is to be seen now, for a view from another side. */
+  sight() {
     const { mat, zonesNow: zones, leads, carM, colours, theme, floor } = this;
     const { drawn, picture } = this.motion;
     const waves = this.air.waves(drawn, performance.now());

@@ -58,8 +58,6 @@ export function leaveDraft(): void {
   comeBack();
 }
 
-let edits = 0;
-
 /** Change the draft. Edits with the same name one after another are undone together. */
 export function editDraft(changes: Partial<Draft>, name: string | null = null): void {
   const { draft: before } = useDraft.getState();
@@ -69,7 +67,7 @@ export function editDraft(changes: Partial<Draft>, name: string | null = null): 
     if (useDraft.getState().draft) useDraft.setState({ draft: shown });
   };
   useDraft.setState({ draft });
-  record({ key: `mission ${name ?? ++edits}`, undo: show(before), redo: show(draft) });
+  record({ key: name && `mission ${name}`, undo: show(before), redo: show(draft) });
 }
 
 /** A goal of a kind with the values that it has unless given; a number that is needed begins as small as it may be. */
