@@ -4,7 +4,7 @@ import "pixi.js/unsafe-eval";
 import { CanvasRenderer, Container, type Renderer, Ticker, WebGLRenderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
-import { watchSize } from "../ui/areas";
+import { isCalm, watchSize } from "../ui/areas";
 import { AirLayer } from "./airLayer";
 import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
@@ -75,7 +75,6 @@ export class Scene {
   private cameraMs = 0;
   private carM = 0.15;
   private first = 0;
-  private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   private constructor(
     private readonly renderer: Renderer,
@@ -87,7 +86,7 @@ export class Scene {
     this.furniture = new FurnitureLayer(textures, theme);
     this.zones = new ZoneLayer(theme);
     this.tracks = new TrackLayer(theme);
-    this.air = new AirLayer(theme, () => this.calm.matches);
+    this.air = new AirLayer(theme, isCalm);
     this.cars = new CarLayer(textures, theme);
     this.world.addChild(this.furniture.floor, this.zones.view, this.tracks.view, this.air.view, this.cars.view, this.furniture.above);
     this.stage.addChild(this.world);
@@ -210,7 +209,7 @@ export class Scene {
     this.air.take(picture, now, {
       // Who begins has not met lost messages yet.
       onLost: (car, collided) => useSettings.getState().level !== "start" && this.cars.lose(car, collided, now),
-      onHeard: (car) => this.calm.matches || this.cars.hear(car, now),
+      onHeard: (car) => isCalm() || this.cars.hear(car, now),
     });
     this.undrawn = true;
     this.draw();
@@ -308,7 +307,7 @@ export class Scene {
     this.furniture.draw(scale, picture?.tMs ?? 0);
     this.zones.draw(scale);
     const grows = this.air.draw(drawn, scale, now);
-    this.cars.still = this.calm.matches;
+    this.cars.still = isCalm();
     const fades = this.cars.draw(drawn, picture, scale, now);
     if (!this.covered) this.renderer.render(this.stage);
     this.drawMs += (performance.now() - now - this.drawMs) / 8;
@@ -330,7 +329,7 @@ export class Scene {
     else this.wanted = this.wish();
     const { wanted } = this;
     if (!wanted || isSame(this.camera, wanted)) return false;
-    const softly = this.wasFramed && !this.calm.matches;
+    const softly = this.wasFramed && !isCalm();
     this.wasFramed = true;
     this.camera = softly ? between(this.camera, wanted, 1 - Math.exp(-Math.min(passed, MOST_PASSED_MS) / FOLLOW_MS)) : wanted;
     return true;

@@ -14,14 +14,13 @@ import {
 } from "../api/world";
 import type { Playing } from "../pair/store";
 import { useStudio } from "../state/studio";
-import { endAll } from "../ui/areas";
+import { endAll, isCalm } from "../ui/areas";
 import { EventStore } from "../timeline/events";
 import { runningBlocks, sameRunning } from "./account";
 import { beginning, type Placed } from "./cars";
 import type { Mat } from "./document";
 import { chosenCar, useMat } from "./store";
 
-const CALM = "(prefers-reduced-motion: reduce)";
 const BEGINNING_KEY = "motorcade.world.beginning";
 const SEED_KEY = "motorcade.world.seed";
 const SYNC_MS = 120;
@@ -96,7 +95,7 @@ export class Session {
         else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
       }),
     );
-    this.playRequested = useStudio.getState().isOpening && !matchMedia(CALM).matches;
+    this.playRequested = useStudio.getState().isOpening && !isCalm();
     this.connection = new WorldConnection(this.name, {
       onPicture: (picture) => this.receivePicture(picture),
       onAnswer: (answer) => this.receive(answer),
