@@ -70,15 +70,12 @@ export function editDraft(changes: Partial<Draft>, name: string | null = null): 
   record({ key: name && `mission ${name}`, undo: show(before), redo: show(draft) });
 }
 
-/** A goal of a kind with the values that it has unless given; a number that is needed begins as small as it may be. */
+/** A goal of a kind with the values with which the editor begins. */
 export function newGoal(kind: GoalKind, zone = ""): DraftGoal {
   const goal: DraftGoal = { kind, star: 1 };
   for (const field of GOAL_KINDS[kind]) {
-    if (field.optional && field.name !== "least_m") continue;
-    if ("first" in field) goal[field.name] = field.first;
-    else if (field.input === "zone") goal.zone = zone;
-    else if (field.input === "led") goal.led = 0;
-    else if ("least" in field) goal[field.name] = Math.max(field.least, Math.min(1, field.most));
+    if (field.input === "zone") goal.zone = zone;
+    else if ("first" in field) goal[field.name] = field.first;
   }
   return goal;
 }

@@ -153,11 +153,6 @@ export function runsOf(word: CompiledWord): { field: Field; bits: string; isSet:
   return fieldsOf(word).map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
 }
 
-const cell = (value: string | number) => {
-  const text = String(value);
-  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-};
-
 /** A line for each word: its index, part, bytes, bits, and every field of both formats. */
 export function wordsCsv(words: readonly CompiledWord[]): string {
   const fields: readonly Field[] = [...FORMATS.header.filter(({ name }) => name !== "reserved"), ...FORMATS.control];
@@ -168,5 +163,5 @@ export function wordsCsv(words: readonly CompiledWord[]): string {
     parseInt(word.hex, 16).toString(2).padStart(32, "0"),
     ...fields.map(({ name }) => (PLACES[kindOf(word)].has(name) ? valueOf(word, name) : "")),
   ]);
-  return [["index", "part", "hex", "bits", ...fields.map(({ name }) => name)], ...lines].map((line) => line.map(cell).join(",") + "\r\n").join("");
+  return [["index", "part", "hex", "bits", ...fields.map(({ name }) => name)], ...lines].map((line) => line.join(",") + "\r\n").join("");
 }
