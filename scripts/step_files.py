@@ -23,6 +23,8 @@ _ORDER = {
     "together": Block("order", "M4 6h16M4 12h16M4 18h16M8 3v18"),
     "repeat": Block("order", "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"),
 }
+# The groups of fields that no step fills, where they aren't called as their field.
+_GROUPS = {"leader_states": "count", "follower_words": "count", "accept_ir": "infrared", "forward": "infrared"}
 _BEGIN = "<!-- This section is written by scripts/generate.py from the declarations in program/steps.py. -->"
 _END = "<!-- End of the section. -->"
 
@@ -38,7 +40,6 @@ def step_types() -> str:
         "CATEGORIES": categories,
         "HAT_IN_START": [name.upper() for name in SETTINGS_IN_START],
         "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
-        "WORD_FIELDS": _word_fields(),
         "HUES": groups,
         "PYTHON_CALLS": [_call(name, kind) for kind in KINDS.values() for name in kind.names],
         "PYTHON_SETTINGS": [name for name, schema in COMMON.items() if schema["type"] == "boolean"],
@@ -118,8 +119,13 @@ def _call(name: str, kind: type[Step]) -> dict[str, Any]:
 
 
 def _bits(word_format: WordFormat) -> list[dict[str, Any]]:
-    """Of each field: its name, its first bit and its last bit."""
-    return [{"name": field.name, "high": field.high, "low": field.low} for field in word_format.fields]
+    """Of each field: its name, its first and its last bit, its group, and what its value means where steps fill it."""
+    filled = _word_fields()
+    return [
+        {"name": each.name, "high": each.high, "low": each.low}
+        | filled.get(each.name, {"group": _GROUPS.get(each.name, each.name)})
+        for each in word_format.fields
+    ]
 
 
 def _word_fields() -> dict[str, dict[str, Any]]:

@@ -23,12 +23,8 @@ export type {
 
 export type EditorName = "leader" | "followers";
 export const EDITORS: readonly EditorName[] = ["leader", "followers"];
-/** A field of a word: its first and its last bit. */
-export interface Field {
-  readonly name: (typeof FORMATS)[keyof typeof FORMATS][number]["name"];
-  readonly high: number;
-  readonly low: number;
-}
+/** A field of a word: its bits, the group that also determines its colour, and what its value means. */
+export type Field = (typeof FORMATS)[keyof typeof FORMATS][number];
 export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;
   /** The version of the library that it is. */
