@@ -156,7 +156,7 @@ export function MatCanvas() {
   const { t } = useTranslation();
   const words = useWords();
   const host = useRef<HTMLDivElement>(null);
-  const [scene, setScene] = useState<Scene | null>(null);
+  const scene = useMat((now) => now.scene);
   const [camera, setCamera] = useState<Camera | null>(null);
   const [held, setHeld] = useState(false);
   const [failure, setFailure] = useState<Error | null>(null);
@@ -164,8 +164,7 @@ export function MatCanvas() {
   useEffect(() => {
     let ended = false;
     let scale = 0;
-    let made: Scene | null = null;
-    let disconnect: (() => void) | null = null;
+    let end: (() => void) | null = null;
     void Scene.create(host.current!, {
       onCamera: (now) => {
         // Only where it differs: until it draws the scale bar again, React keeps each update that it is told of.
@@ -176,16 +175,12 @@ export function MatCanvas() {
       onHeld: setHeld,
     }).then((created) => {
       if (ended) { created.destroy(); return; }
-      made = created;
-      disconnect = connect(created);
-      setScene(created);
+      end = endAll(connect(created), () => created.destroy(), () => useMat.setState({ scene: null }));
       useMat.setState({ scene: created });
     }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
     return () => {
       ended = true;
-      disconnect?.();
-      made?.destroy();
-      useMat.setState({ scene: null });
+      end?.();
     };
   }, []);
 

@@ -46,7 +46,7 @@ export class CarLayer {
   private rigs: Rig[] = [];
   private lostAt = new Float64Array();
   private diameter = 150;
-  private leads: ReadonlySet<number> = new Set();
+  leads: ReadonlySet<number> = new Set();
   private contrast = false;
   /** The cars with a ring around them. */
   ringed: readonly number[] = [];

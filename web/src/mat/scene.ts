@@ -60,9 +60,7 @@ export class Scene {
   private readonly ends: (() => void)[] = [];
   private readonly drawnListeners = new Set<() => void>();
   private theme: MatTheme;
-  private zonesNow: readonly MissionZone[] = [];
   private all = false;
-  private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
   private readonly drawings = new Drawings(() => (areWordsDue() ? this.draw() : this.drawNow()));
@@ -130,9 +128,8 @@ export class Scene {
     if (this.motion.picture?.cars !== cars) this.motion.forget();
     this.carM = 2 * radius_m;
     this.first = leads[0] ?? 0;
-    this.leads = new Set(leads);
     this.wanted = null;
-    this.cars.setCars(cars, this.leads, radius_m);
+    this.cars.setCars(cars, new Set(leads), radius_m);
     this.air.setCars(leads);
     this.air.setRange(range_m);
     this.tracks.clear();
@@ -148,7 +145,7 @@ export class Scene {
   }
 
   setZones(zones: readonly MissionZone[], all: boolean): void {
-    [this.zonesNow, this.all] = [zones, all];
+    this.all = all;
     this.zones.setZones(zones);
     this.draw();
   }
@@ -259,8 +256,10 @@ export class Scene {
 
   /** What is to be seen now, for a view from another side. */
   sight() {
-    const { mat, zonesNow: zones, leads, carM, colours, theme, floor } = this;
+    const { mat, carM, colours, theme, floor } = this;
     const { drawn, picture } = this.motion;
+    const { zones } = this.zones;
+    const { leads } = this.cars;
     const waves = this.air.waves(drawn, performance.now());
     return { mat, zones, drawn, picture, leads, carM, colours, theme, floor, contrast: isContrast(), waves };
   }
@@ -339,7 +338,7 @@ export class Scene {
   private wish(): Camera | null {
     const { x, y } = this.motion.drawn;
     if (this.motion.picture === null) return null;
-    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zonesNow.map(boxOfZone), roads: this.mat && boxOfRoads(this.mat), mat: this.mat && boxOfMat(this.mat), all: this.all };
+    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zones.zones.map(boxOfZone), roads: this.mat && boxOfRoads(this.mat), mat: this.mat && boxOfMat(this.mat), all: this.all };
     return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
 

@@ -25,7 +25,7 @@ export class ZoneLayer {
   readonly view = new Container();
   private readonly areas = new Graphics();
   private readonly names = new Container<Text>();
-  private zones: readonly MissionZone[] = [];
+  zones: readonly MissionZone[] = [];
   private drawnFor = "";
 
   constructor(private theme: MatTheme) {
