@@ -1,20 +1,22 @@
 /** Two runs on one timeline: where they part, why, and both stages at any time. */
 
-import { type CSSProperties, useCallback, useEffect, useMemo, useState } from "react";
+import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import i18next from "i18next";
 import { useTranslation } from "react-i18next";
 import type { Picture } from "../api/world";
-import { WorldCanvas } from "../classroom/WorldCanvas";
+import { boxOf, drawWorld, INKS } from "../classroom/drawing";
 import type { WallWorld } from "../generated/classroom";
 import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage } from "../i18n";
-import { colourOfWord, colourWords } from "../mat/colours";
+import type { Box } from "../mat/camera";
+import { colourOfWord, colourWords, readInks } from "../mat/colours";
 import fields from "../mat/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
 import { useStudio, useWords } from "../state/studio";
 import { clock } from "../timeline/events";
+import { watchSize } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
 import { playFrom, trials, useTrials } from "./trials";
@@ -100,6 +102,8 @@ export function Comparison({ names, onClose }: ComparisonProps) {
 
 /** One of the two stages. */
 function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car: number | null; label: string }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<Box | null>(null);
   const mat = useStudio((now) => now.mat);
   const hello = useMat((now) => now.hello);
   const zones = useMission(({ mission }) => mission?.zones);
@@ -107,8 +111,20 @@ function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car:
     (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? 0.075, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
     [mat, hello, zones],
   );
-  const nameOf = useCallback((each: number) => (each === car ? String(each) : undefined), [car]);
-  return <WorldCanvas className={css.stage} world={world} cars={picture} label={label} nameOf={nameOf} />;
+  useEffect(() => {
+    const element = canvas.current!;
+    const draw = () => {
+      element.width = Math.round(element.clientWidth * devicePixelRatio);
+      element.height = Math.round(element.clientHeight * devicePixelRatio);
+      const context = element.getContext("2d");
+      if (!context) return;
+      box.current = boxOf(world, picture, box.current);
+      drawWorld(context, element, { world, cars: picture, box: box.current, inks: readInks(element, INKS) }, (each) => (each === car ? String(each) : undefined));
+    };
+    draw();
+    return watchSize(element, draw);
+  }, [world, picture, car]);
+  return <canvas ref={canvas} className={css.stage} role="img" aria-label={label} />;
 }
 
 /** So much time before and after the parting is shown. */

@@ -1,22 +1,57 @@
-/** All stages as tiles. */
+/** A world on a canvas, and all stages as tiles. */
 
-import { type ReactNode, useEffect, useRef, useState } from "react";
-import { create } from "zustand";
+import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
 import type { MatView, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
-import { type Cars, columnsFor, decodeWall } from "./drawing";
+import type { Box } from "../mat/camera";
+import { readInks } from "../mat/colours";
+import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, INKS, Tiles } from "./drawing";
 import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
-import { WorldCanvas } from "./WorldCanvas";
 
-/** What the worlds show, by pupil: one that stands still is sent once, maybe before it has a tile. */
-const useShown = create<Record<string, Cars>>(() => ({}));
-
-interface TileProps {
+interface CanvasProps {
   world: WallWorld;
   label: string;
+  /** What its cars show comes by these, under the world's pupil. */
+  tiles: Tiles;
+  nameOf?: (car: number) => string | undefined;
+}
+
+/** A world on a canvas, as large as there is room. */
+export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<Box | null>(null);
+  const last = useRef<Cars | undefined>(undefined);
+  const draw = useCallback(
+    (cars?: Cars) => {
+      const element = canvas.current;
+      const context = element?.getContext("2d");
+      if (!element || !context) return;
+      last.current = cars ?? last.current;
+      box.current = boxOf(world, last.current, box.current);
+      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: readInks(element, INKS) }, nameOf);
+    },
+    [world, nameOf],
+  );
+  useEffect(() => {
+    const element = canvas.current!;
+    return watchSize(element, () => {
+      element.width = Math.round(element.clientWidth * devicePixelRatio);
+      element.height = Math.round(element.clientHeight * devicePixelRatio);
+      draw();
+    });
+  }, [draw]);
+  useEffect(() => {
+    tiles.ready(world.pupil, draw);
+    draw();
+    return () => tiles.ready(world.pupil, null);
+  }, [draw, tiles, world.pupil]);
+  return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
+}
+
+interface TileProps extends CanvasProps {
   /** Its own page. */
   href: string;
   state?: string;
@@ -24,23 +59,22 @@ interface TileProps {
 }
 
 /** A world that leads to its own page, and what stands below it. */
-function Tile({ world, label, href, state, children }: TileProps) {
-  const cars = useShown((shown) => shown[world.pupil]);
+function Tile({ href, state, children, ...canvas }: TileProps) {
   return (
-    <li className={css.tile} data-state={state} data-world={world.pupil}>
+    <li className={css.tile} data-state={state} data-world={canvas.world.pupil}>
       <a href={href}>
-        <WorldCanvas className={css.world} world={world} cars={cars} label={label} />
+        <WorldCanvas {...canvas} />
         <span className={css.tileName}>{children}</span>
       </a>
     </li>
   );
 }
 
-function PupilTile({ world, pupil }: { world: WallWorld; pupil: PupilRow }) {
+function PupilTile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
   const t = useTexts();
   const state = !pupil.online ? "away" : pupil.hand_s !== null ? "hand" : pupil.stuck_s !== null ? "stuck" : "works";
   return (
-    <Tile world={world} label={t("stageOf", { name: pupil.name })} href={`/wall?pupil=${encodeURIComponent(pupil.id)}`} state={state}>
+    <Tile world={world} tiles={tiles} label={t("stageOf", { name: pupil.name })} href={`/wall?pupil=${encodeURIComponent(pupil.id)}`} state={state}>
       <Avatar name={pupil.avatar} />
       <b>{pupil.name}</b>
       {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
@@ -72,6 +106,7 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
   const t = useTexts();
   const inLanguage = useSentences();
   const [wall, setWall] = useState<Wall | null>(null);
+  const [tiles] = useState(() => new Tiles());
   /** The worlds whose tiles are on the screen; null until that is known. */
   const seen = useRef<ReadonlySet<string> | null>(null);
   const tell = useRef<(drawn: boolean) => void>(() => undefined);
@@ -85,18 +120,19 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
       onAnswer: (answer) => {
         if (answer.is !== "wall") return;
         listed = answer;
+        tiles.forget();
         setWall(answer);
       },
       onBytes: (bytes) => {
         const picture = decodeWall(bytes);
-        if (picture && picture.number === listed?.number)
-          useShown.setState(Object.fromEntries([...picture.worlds].map(([place, cars]) => [listed!.worlds[place]?.pupil ?? SHARED, cars])));
+        if (picture?.number === listed?.number)
+          picture?.worlds.forEach((cars, place) => tiles.show(listed!.worlds[place]?.pupil ?? SHARED, cars));
         // The answer says that there is time for the next picture.
         requestAnimationFrame(() => tell.current(true));
       },
     });
     return () => stream.close();
-  }, []);
+  }, [tiles]);
   const byId = new Map(pupils.map((pupil) => [pupil.id, pupil]));
   const shared = wall?.worlds.find((world) => world.pupil === SHARED);
   const shown = (wall?.worlds ?? []).filter((world) => byId.has(world.pupil));
@@ -120,13 +156,13 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
   return (
     <ul ref={list} className={css.tiles} style={{ "--columns": columns } as React.CSSProperties}>
       {shared && (
-        <Tile world={shared} label={t("matTitle")} href="/mat">
+        <Tile world={shared} tiles={tiles} label={t("matTitle")} href="/mat">
           <b>{t("matTitle")}</b>
           <span>{inLanguage(mat.title)}</span>
         </Tile>
       )}
       {shown.map((world) => (
-        <PupilTile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} />
+        <PupilTile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} tiles={tiles} />
       ))}
     </ul>
   );

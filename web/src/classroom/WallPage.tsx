@@ -6,13 +6,12 @@ import type { ClassView, TeacherAbout, TeacherAnswer, Wall, WallWorld } from "..
 import type { Goals, Sentence } from "../generated/messages";
 import { askTeacher, Stream } from "./ask";
 import { Avatar } from "./Avatar";
-import type { Cars } from "./drawing";
+import { Tiles } from "./drawing";
 import { HowToJoin } from "./TeacherClass";
 import { Action, Frame, titleOr } from "./Frame";
-import { AllStages } from "./Stages";
+import { AllStages, WorldCanvas } from "./Stages";
 import css from "./class.module.css";
 import { type Key, useSentences, useTexts } from "./texts";
-import { WorldCanvas } from "./WorldCanvas";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
 
@@ -65,12 +64,17 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
   const [playing, setPlaying] = useState(false);
   const [open, setOpen] = useState(true);
   const [refused, setRefused] = useState<Sentence | null>(null);
-  const [cars, setCars] = useState<Cars>();
+  const [tiles] = useState(() => new Tiles());
   const stream = useRef<Stream<Answer | Wall> | null>(null);
   useEffect(() => {
+    let shown: WallWorld | null = null;
     const opened = new Stream<Answer | Wall>(path, {
       onAnswer: (answer) => {
-        if (answer.is === "wall") setWorld(answer.worlds[0] ?? null);
+        if (answer.is === "wall") {
+          shown = answer.worlds[0] ?? null;
+          tiles.forget();
+          setWorld(shown);
+        }
         if (answer.is === "goals") setGoals(answer);
         if (answer.is === "state") setPlaying(answer.playing);
         if (answer.is === "error") setRefused(answer.sentence);
@@ -78,14 +82,14 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
       onBytes: (bytes) => {
         const picture = decodePicture(bytes);
         if (!picture) return;
-        setCars(picture);
+        if (shown) tiles.show(shown.pupil, picture);
         requestAnimationFrame(() => opened.send({ do: "shown", frame: picture.frame }));
       },
       onLink: setOpen,
     });
     stream.current = opened;
     return () => opened.close();
-  }, [path]);
+  }, [path, tiles]);
   // A list that React makes anew with each message must not draw the world anew.
   const key = names?.join("\n") ?? "";
   const nameOf = useCallback((car: number) => key.split("\n")[world?.leads.indexOf(car) ?? -1], [key, world]);
@@ -94,7 +98,7 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
       {!open && <p className={css.notice}>{t("linkLost")}</p>}
       {refused && <p className={css.notice}>{inLanguage(refused)}</p>}
       {world ? (
-        <WorldCanvas className={css.world} world={world} cars={cars} label={label} nameOf={nameOf} />
+        <WorldCanvas world={world} label={label} nameOf={nameOf} tiles={tiles} />
       ) : (
         <p className={css.notice}>{t("noWorldYet")}</p>
       )}

@@ -3,7 +3,6 @@
 import type { TeacherRequests, PupilRequests } from "../generated/classroom";
 import { LastingStream, openSocket, post as postTo } from "../api/connection";
 import { RefusedError, UnreachableError } from "../api/service";
-import { endAll, listen } from "../ui/areas";
 import type { WorkFile } from "./workFiles";
 
 /** The page that gives a session, by the error that asks for one. */
@@ -82,7 +81,6 @@ const SILENT_MS = 6000;
 /** A WebSocket of the class's server, opened again whenever it is lost; `close` ends it. */
 export class Stream<Answer extends Told> {
   private readonly stream: LastingStream<Answer>;
-  private readonly endWatch: () => void;
   private heardAt = Date.now();
 
   constructor(
@@ -98,10 +96,14 @@ export class Stream<Answer extends Told> {
       onClose: () => listeners.onLink?.(false),
     });
     this.stream.reopen();
-    // Begin anew where the device comes back and a silent connection may be one that is lost.
-    const wake = () => !document.hidden && Date.now() - this.heardAt >= SILENT_MS && this.stream.reopen();
-    this.endWatch = endAll(listen(window, ["online"], wake), listen(document, ["visibilitychange"], wake));
+    window.addEventListener("online", this.wake);
+    document.addEventListener("visibilitychange", this.wake);
   }
+
+  /** Begin anew where the device comes back and a silent connection may be one that is lost. */
+  private readonly wake = (): void => {
+    if (!document.hidden && Date.now() - this.heardAt >= SILENT_MS) this.stream.reopen();
+  };
 
   private hear(): void {
     this.heardAt = Date.now();
@@ -121,7 +123,8 @@ export class Stream<Answer extends Told> {
   }
 
   close(): void {
-    this.endWatch();
+    window.removeEventListener("online", this.wake);
+    document.removeEventListener("visibilitychange", this.wake);
     this.stream.close();
   }
 }

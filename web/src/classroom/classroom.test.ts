@@ -2,9 +2,9 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PupilRow, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { byNeed } from "./TeacherPupils";
-import { groundOf } from "../mat/floors";
 import { bytesOf } from "../api/testStream";
-import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld } from "./drawing";
+import { groundOf } from "../mat/floors";
+import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld, Tiles } from "./drawing";
 import { secretOf } from "./secret";
 
 // The first and the third world of list 5: one car, and none.
@@ -33,6 +33,25 @@ describe("a picture of the wall", () => {
       const whole = [4, 32].includes(length);
       expect(decoded !== null).toBe(whole);
     }
+  });
+});
+
+describe("the tiles of the wall", () => {
+  const cars = decodeWall(bytesOf(GOLDEN))!.worlds.get(0)!;
+
+  it("draw what came before they were there, until another list comes", () => {
+    const [tiles, drawn] = [new Tiles(), vi.fn()];
+    tiles.show("mia", cars);
+    tiles.ready("mia", drawn);
+    expect(drawn.mock.calls).toEqual([[cars]]);
+    tiles.show("mia", cars);
+    tiles.show("ben", cars);
+    expect(drawn).toHaveBeenCalledTimes(2);
+    tiles.ready("mia", null);
+    tiles.show("mia", cars);
+    tiles.forget();
+    tiles.ready("mia", drawn);
+    expect(drawn).toHaveBeenCalledTimes(2);
   });
 });
 

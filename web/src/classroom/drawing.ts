@@ -39,6 +39,29 @@ export function decodeWall(bytes: ArrayBuffer): { number: number; worlds: Map<nu
   return { number: view.getUint32(0, true), worlds };
 }
 
+/** What draws the worlds of pupils, and what they show: a world that stands still is sent once, maybe before it has a tile. */
+export class Tiles {
+  private readonly draws = new Map<string, (cars: Cars) => void>();
+  private readonly shown = new Map<string, Cars>();
+
+  ready(pupil: string, draw: ((cars: Cars) => void) | null): void {
+    const cars = this.shown.get(pupil);
+    if (draw) this.draws.set(pupil, draw);
+    else this.draws.delete(pupil);
+    if (cars) draw?.(cars);
+  }
+
+  show(pupil: string, cars: Cars): void {
+    this.shown.set(pupil, cars);
+    this.draws.get(pupil)?.(cars);
+  }
+
+  /** Another list came: all worlds are sent anew. */
+  forget(): void {
+    this.shown.clear();
+  }
+}
+
 const [GAP_PX, NAME_PX, LEAST_TILE_PX] = [10, 40, 150];
 /** Width of a tile's world, its height being 1. */
 const TILE_RATIO = 1.5;
