@@ -82,6 +82,12 @@ it("a box gets a corner, behind its last one too", () => {
   expect(withPointAfter(MAT, BOX, 2).polygon![0]!.corners_m).toEqual([[0, 0], [1, 0], [1, 1], [0.5, 0.5]]);
 });
 
+it("a road goes on in its direction at its end, unless it is closed", () => {
+  const road = { points_m: [[0, 0], [1, 0]] } as const;
+  const last = (closed: boolean) => withPointAfter({ ...MAT, line: [{ ...road, closed }] }, { kind: "line", place: 0 }, 1).line![0]!.points_m.at(-1);
+  expect([last(false), last(true)]).toEqual([[1.5, 0], [0.5, 0]]);
+});
+
 it("a path without its first point begins at 0 s again", () => {
   expect(pathOf(withoutPoint(MAT, WALKER, 0))).toEqual([[0, 1, 0], [4, 0, 0]]);
 });
