@@ -24,9 +24,15 @@ def goal_kinds() -> str:
 
 
 def _field(name: str, schema: Schema, is_optional: bool) -> dict[str, Any]:
-    field: dict[str, Any] = {"name": name, "input": name if name in _OWN else "number", "optional": is_optional}
-    if "default" in schema:
-        field["first"] = schema["default"]
+    """A key of a goal; ``first``, what a new goal of the editor has: a number that is needed, as small as it may be."""
+    field: dict[str, Any] = {"name": name, "input": name if name in _OWN else "number"}
+    if not is_optional or name == "least_m":
+        if "default" in schema:
+            field["first"] = schema["default"]
+        elif name == "led":
+            field["first"] = 0
+        elif field["input"] == "number":
+            field["first"] = max(schema["minimum"], min(1, schema["maximum"]))
     if field["input"] == "number":
         field |= {"least": schema["minimum"], "most": schema["maximum"], "whole": schema["type"] == "integer"}
     return field

@@ -59,6 +59,8 @@ _PLAIN = {
     types.NoneType: "null",
     types.AnyType: "unknown",
 }
+# What no page reads of a profile.
+_UNREAD = {"ProfileFigures": {"idle_state_ms", "infrared", "serial", "body", "floor", "servo", "motor", "drive"}}
 _UNIONS = {
     **dict.fromkeys(("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer", "CarsAnswer"), world_messages),
     **dict.fromkeys(("TrialMessage", "TrialAnswer"), trials),
@@ -116,7 +118,7 @@ class _Writer:
             if not kind.fields and not getattr(kind, "tag_field", None):
                 self.interfaces[name] = f"/** {_summary(kind.cls)} */\nexport type {name} = Record<string, never>;\n"
                 return name
-            listed = [self._field(kind.cls, each) for each in kind.fields]
+            listed = [self._field(kind.cls, each) for each in kind.fields if each.name not in _UNREAD.get(name, ())]
             if isinstance(kind, types.StructType) and kind.tag_field:
                 listed.insert(0, f'{kind.tag_field}: "{kind.tag}"')
             self.interfaces[name] = f"/** {_summary(kind.cls)} */\n{interface(name, listed)}"
@@ -159,7 +161,6 @@ def _service_types() -> tuple[_Writer, str]:
     what = "Every request: `POST /api/<name>` with its message gives its answer."
     table = _table(writer, "Requests", what, {name: request[:2] for name, request in REQUESTS.items()})
     writer.type_of(types.type_info(messages.ErrorAnswer))
-    writer.type_of(types.type_info(world_messages.UploadOrder))
     writer.type_of(types.type_info(world_messages.CarsOrder))
     return writer, table
 
@@ -192,7 +193,6 @@ def class_types() -> str:
     unions = [
         writer.union(name, getattr(class_messages, name)) for name in ("ClassAnswer", "TeacherAnswer", "WallAnswer")
     ]
-    writer.type_of(types.type_info(class_messages.DrawnWall))
     body = [*writer.interfaces.values(), *unions, *tables]
     imported = sorted(name for name in (*writer.imported, "Sentence", "MatDocument"))
     head = _CLASS_HEAD.replace("{names}", ", ".join(imported))

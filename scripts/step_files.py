@@ -18,11 +18,13 @@ from motorcade.words.formats import CONTROL, HEADER
 
 _HEAD = """/** The kinds of steps, and the fields of both kinds of words. Written by scripts/generate.py; don't edit. */
 """
-# The blocks that hold others, and no hue of a word.
+# The blocks that hold others.
 _ORDER = {
-    "together": (Block("order", "M4 6h16M4 12h16M4 18h16M8 3v18"), 0),
-    "repeat": (Block("order", "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"), 0),
+    "together": Block("order", "M4 6h16M4 12h16M4 18h16M8 3v18"),
+    "repeat": Block("order", "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"),
 }
+# The groups of fields that no step fills, where they aren't called as their field.
+_GROUPS = {"leader_states": "count", "follower_words": "count", "accept_ir": "infrared", "forward": "infrared"}
 _BEGIN = "<!-- This section is written by scripts/generate.py from the declarations in program/steps.py. -->"
 _END = "<!-- End of the section. -->"
 
@@ -31,13 +33,13 @@ def step_types() -> str:
     """The kinds of steps as TypeScript."""
     step_kinds = _step_kinds()
     categories = list(dict.fromkeys(kind["category"] for kind in step_kinds))
-    groups = {kind["group"]: kind["hue"] for kind in step_kinds if "group" in kind}
+    hues = {each.kind: device.hue for device in DEVICES for each in device.steps}
+    groups = {kind.group: hues[kind.kind] for kind in KINDS.values() if kind.group}
     parts = {
         "STEP_KINDS": step_kinds,
         "CATEGORIES": categories,
         "HAT_IN_START": [name.upper() for name in SETTINGS_IN_START],
         "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
-        "WORD_FIELDS": _word_fields(),
         "HUES": groups,
         "PYTHON_CALLS": [_call(name, kind) for kind in KINDS.values() for name in kind.names],
         "PYTHON_SETTINGS": [name for name, schema in COMMON.items() if schema["type"] == "boolean"],
@@ -48,20 +50,20 @@ def step_types() -> str:
 def _step_kinds() -> list[dict[str, Any]]:
     """The blocks of all kinds of steps, in the order of the page's toolbox.
 
-    ``holds`` says whether other steps stand inside the block. ``group``, ``hue`` and ``sets``, the fields of the word
-    that are the same in each step of the kind, are absent where the kind has no bits of a word.
+    ``holds`` says whether other steps stand inside the block. ``group`` and ``sets``, the fields of the word that
+    are the same in each step of the kind, are absent where the kind has no bits of a word.
     """
-    declared = {each.kind: (each.block, device.hue) for device in DEVICES for each in device.steps} | _ORDER
+    declared = {each.kind: each.block for device in DEVICES for each in device.steps} | _ORDER
     return [
         {
             "kind": kind.kind,
-            "category": declared[kind.kind][0].drawer,
-            "icon": declared[kind.kind][0].icon,
+            "category": declared[kind.kind].drawer,
+            "icon": declared[kind.kind].icon,
             "in_start": kind.in_start,
             "accompanies": kind.accompanies,
             "holds": kind in (TogetherStep, RepeatStep),
             "fields": [_input(each) for each in own_fields(kind)],
-            **({"group": kind.group, "hue": declared[kind.kind][1], "sets": kind.sets} if kind.group else {}),
+            **({"group": kind.group, "sets": kind.sets} if kind.group else {}),
         }
         for kind in KINDS.values()
     ]
@@ -91,7 +93,7 @@ def _input(field: Field[Any]) -> dict[str, Any]:
 
 
 def _call(name: str, kind: type[Step]) -> dict[str, Any]:
-    """A step's name in Python, what it takes, and an example; a parameter without a default must be given."""
+    """A step's name in Python, what it takes, and an example, which gives each parameter without a default."""
     own = {each.name: each.metadata for each in own_fields(kind)}
     parameters: list[dict[str, Any]] = []
     example: list[str] = []
@@ -100,11 +102,10 @@ def _call(name: str, kind: type[Step]) -> dict[str, Any]:
             example += ["forward(1)", "led(0, 1)"]
         elif each.kind is each.POSITIONAL_OR_KEYWORD:
             schema = own[each.name]["schema"]
-            default = {} if each.default is each.empty else {"default": each.default}
             menu = {"menu": own[each.name]["menu"]} if "menu" in own[each.name] else {}
             least_most = {"least": schema["minimum"], "most": schema["maximum"]}
-            parameters.append({"name": each.name, **least_most, **default, **menu})
-            if not default:
+            parameters.append({"name": each.name, **least_most, **menu})
+            if each.default is each.empty:
                 example.append(str(first_value(kind, each.name)))
             elif menu:
                 example.append(f"{each.name}={schema['maximum']}")
@@ -112,16 +113,19 @@ def _call(name: str, kind: type[Step]) -> dict[str, Any]:
         "name": name,
         "kind": kind.kind,
         "signature": f"{name}({_arguments(name)})",
-        "holds": kind in (TogetherStep, RepeatStep),
-        "accompanies": kind.accompanies,
         "parameters": parameters,
         "example": f"{name}({', '.join(example)})",
     }
 
 
 def _bits(word_format: WordFormat) -> list[dict[str, Any]]:
-    """Of each field: its name, its first bit and its last bit."""
-    return [{"name": field.name, "high": field.high, "low": field.low} for field in word_format.fields]
+    """Of each field: its name, its first and its last bit, its group, and what its value means where steps fill it."""
+    filled = _word_fields()
+    return [
+        {"name": each.name, "high": each.high, "low": each.low}
+        | filled.get(each.name, {"group": _GROUPS.get(each.name, each.name)})
+        for each in word_format.fields
+    ]
 
 
 def _word_fields() -> dict[str, dict[str, Any]]:

@@ -1,3 +1,6 @@
 /** What jsdom lacks of a browser. */
 
+import { vi } from "vitest";
+
 globalThis.matchMedia = (media) => Object.assign(new EventTarget(), { media, matches: false }) as MediaQueryList;
+globalThis.Path2D = vi.fn() as never;

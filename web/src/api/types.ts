@@ -1,7 +1,7 @@
 /** The types of messages between the page and its service, under the names that the page uses. */
 
 import type { FORMATS } from "../generated/steps";
-import type { MissionChoice, Project, ProfileFigures } from "../generated/messages";
+import type { MissionChoice, Project } from "../generated/messages";
 
 export type {
   Capabilities,
@@ -13,6 +13,7 @@ export type {
   LibraryEntry as SavedProject,
   MissionChoice,
   Port,
+  ProfileFigures as Profile,
   Project,
   Sentence,
   Version,
@@ -22,14 +23,8 @@ export type {
 
 export type EditorName = "leader" | "followers";
 export const EDITORS: readonly EditorName[] = ["leader", "followers"];
-/** A field of a word: its first and its last bit. */
-export interface Field {
-  readonly name: (typeof FORMATS)[keyof typeof FORMATS][number]["name"];
-  readonly high: number;
-  readonly low: number;
-}
-export type Profile = Omit<ProfileFigures, "serial" | "servo" | "motor" | "drive">;
-
+/** A field of a word: its bits, the group that also determines its colour, and what its value means. */
+export type Field = (typeof FORMATS)[keyof typeof FORMATS][number];
 export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;
   /** The version of the library that it is. */

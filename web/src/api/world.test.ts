@@ -1,4 +1,4 @@
-import type { Stream, StreamListeners } from "./service";
+import { bytesOf, PlayedStream } from "./testStream";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import {
   decodePicture,
@@ -31,13 +31,6 @@ const GOLDEN =
   "05 05 0000" + // lost, in a collision
   "000080a2 00000000"; // the word a2800000 of car 0
 
-function bytesOf(hex: string): ArrayBuffer {
-  const digits = hex.replaceAll(" ", "");
-  const bytes = new Uint8Array(digits.length / 2);
-  bytes.forEach((_, place) => (bytes[place] = parseInt(digits.slice(2 * place, 2 * place + 2), 16)));
-  return bytes.buffer;
-}
-
 describe("a picture's bytes", () => {
   it("are read as they lie", () => {
     const bytes = bytesOf(GOLDEN);
@@ -60,31 +53,6 @@ describe("a picture's bytes", () => {
   });
 });
 
-class MockStream implements Stream {
-  static made: MockStream[] = [];
-  isOpen = false;
-  sent: unknown[] = [];
-  constructor(readonly listeners: StreamListeners) {
-    MockStream.made.push(this);
-  }
-  open() {
-    this.isOpen = true;
-    this.listeners.onOpen();
-  }
-  send(data: unknown): boolean {
-    if (this.isOpen) this.sent.push(data);
-    return this.isOpen;
-  }
-  close() {
-    this.isOpen = false;
-  }
-  /** The other end ends it. */
-  end() {
-    this.isOpen = false;
-    this.listeners.onClose();
-  }
-}
-
 describe("a connection", () => {
   const links: Link[] = [];
   const pictures: Picture[] = [];
@@ -92,59 +60,59 @@ describe("a connection", () => {
     new WorldConnection(
       "ab".repeat(16),
       { onPicture: (picture) => pictures.push(picture), onAnswer: vi.fn(), onLink: (link) => links.push(link) },
-      (stream) => new MockStream(stream),
+      (stream) => new PlayedStream(stream),
     );
   beforeEach(() => {
     vi.useFakeTimers();
-    MockStream.made = [];
+    PlayedStream.all = [];
     links.length = pictures.length = 0;
   });
   afterEach(() => vi.useRealTimers());
 
   it("comes back with the same session, waiting longer each time", () => {
     connect();
-    MockStream.made[0]!.open();
-    MockStream.made[0]!.end();
+    PlayedStream.all[0]!.open();
+    PlayedStream.all[0]!.end();
     vi.advanceTimersByTime(1.25 * 500);
-    expect(MockStream.made).toHaveLength(2);
-    MockStream.made[1]!.end();
+    expect(PlayedStream.all).toHaveLength(2);
+    PlayedStream.all[1]!.end();
     vi.advanceTimersByTime(0.74 * 1000);
-    expect(MockStream.made).toHaveLength(2);
+    expect(PlayedStream.all).toHaveLength(2);
     vi.advanceTimersByTime(0.52 * 1000);
-    expect(MockStream.made).toHaveLength(3);
+    expect(PlayedStream.all).toHaveLength(3);
     expect(links).toEqual(["connecting", "open", "lost", "connecting", "lost", "connecting"]);
   });
 
   it("leaves its world to the window that took it over until it is asked back", () => {
     const connection = connect();
-    MockStream.made[0]!.open();
-    MockStream.made[0]!.listeners.onMessage('{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}');
-    expect(MockStream.made[0]!.isOpen).toBe(false);
+    PlayedStream.all[0]!.open();
+    PlayedStream.all[0]!.say({ is: "error", code: "taken-over", message: { en: "", zh: "" } });
+    expect(PlayedStream.all[0]!.isOpen).toBe(false);
     expect(links.at(-1)).toBe("elsewhere");
     vi.advanceTimersByTime(60_000);
-    expect(MockStream.made).toHaveLength(1);
+    expect(PlayedStream.all).toHaveLength(1);
     connection.comeBack();
-    expect(MockStream.made).toHaveLength(2);
+    expect(PlayedStream.all).toHaveLength(2);
   });
 
   it("takes its world back when somebody comes back to its tab", () => {
     connect();
-    MockStream.made[0]!.open();
+    PlayedStream.all[0]!.open();
     document.dispatchEvent(new Event("visibilitychange"));
-    expect(MockStream.made).toHaveLength(1);
-    MockStream.made[0]!.listeners.onMessage('{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}');
+    expect(PlayedStream.all).toHaveLength(1);
+    PlayedStream.all[0]!.say({ is: "error", code: "taken-over", message: { en: "", zh: "" } });
     document.dispatchEvent(new Event("visibilitychange"));
     document.dispatchEvent(new Event("visibilitychange"));
-    expect(MockStream.made).toHaveLength(2);
+    expect(PlayedStream.all).toHaveLength(2);
   });
 
   it("says nothing while it is lost, and hands on pictures", () => {
     const connection = connect();
     expect(connection.send({ do: "pause" })).toBe(false);
-    MockStream.made[0]!.open();
+    PlayedStream.all[0]!.open();
     expect(connection.send({ do: "pause" })).toBe(true);
-    expect(MockStream.made[0]!.sent).toEqual(['{"do":"pause"}']);
-    MockStream.made[0]!.listeners.onMessage(bytesOf(GOLDEN));
+    expect(PlayedStream.all[0]!.messages).toEqual([{ do: "pause" }]);
+    PlayedStream.all[0]!.say(bytesOf(GOLDEN));
     expect(pictures.map(({ frame }) => frame)).toEqual([7]);
   });
 
@@ -152,7 +120,7 @@ describe("a connection", () => {
     const connection = connect();
     connection.close();
     vi.advanceTimersByTime(60_000);
-    expect(MockStream.made).toHaveLength(1);
+    expect(PlayedStream.all).toHaveLength(1);
   });
 });
 

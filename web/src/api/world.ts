@@ -80,11 +80,11 @@ const SESSION_KEY = "motorcade.world";
 const GIVEN_AWAY = ["taken-over", "session-was-idle"];
 
 /** The session of this window's world: the same after a reload, another one in another window. */
-export function sessionOfWindow(storage: Storage = sessionStorage): string {
-  const stored = storage.getItem(SESSION_KEY);
+export function sessionOfWindow(): string {
+  const stored = sessionStorage.getItem(SESSION_KEY);
   if (stored !== null && /^[0-9a-f]{32}$/.test(stored)) return stored;
   const session = uniqueName();
-  storage.setItem(SESSION_KEY, session);
+  sessionStorage.setItem(SESSION_KEY, session);
   return session;
 }
 

@@ -42,7 +42,7 @@ function drawn(word: CompiledWord, times: number, shape: Shape): SVGElement {
     for (let left = bits; left; ) {
       const part = left.slice(0, most - (at % most));
       const [x, y] = [(at % most) * bitPx, Math.floor(at / most) * linePx];
-      element("rect", { x, y, width: part.length * bitPx - 1, height: linePx - 1, style: `fill: ${colourOf(field.name)}` }, group);
+      element("rect", { x, y, width: part.length * bitPx - 1, height: linePx - 1, style: `fill: ${colourOf(field)}` }, group);
       // Each digit at its own place: fonts differ in how wide they are.
       const places = Array.from(part, (_, k) => x + (k + 0.5) * bitPx - 0.5).join(" ");
       element("text", { x: places, y: y + linePx / 2, class: isSet ? css.bitsSet! : css.bitsUnset! }, group).textContent = part;

@@ -70,14 +70,10 @@ export function markRunning(running: ReadonlyMap<EditorName, readonly string[]>)
   for (const [editor, workspace] of liveWorkspaces()) {
     const now = new Set(running.get(editor));
     const before = lit.get(editor) ?? new Set<string>();
-    const each = (ids: ReadonlySet<string>, others: ReadonlySet<string>, act: (block: BlockSvg) => void) => {
-      for (const id of ids) {
-        const block = others.has(id) ? null : workspace.getBlockById(id);
-        if (block) act(block);
-      }
-    };
-    each(before, now, (block) => setClass(block, "motorcade-running", false));
-    each(now, before, (block) => setClass(block, "motorcade-running", true));
+    for (const id of new Set([...before, ...now])) {
+      const block = before.has(id) === now.has(id) ? null : workspace.getBlockById(id);
+      if (block) setClass(block, "motorcade-running", now.has(id));
+    }
     lit.set(editor, now);
   }
 }

@@ -3,6 +3,7 @@
 import { useEffect, useEffectEvent, useId, useState } from "react";
 import type { ClassProgress } from "../generated/classroom";
 import { MOST_BYTES, MOST_FILES } from "../generated/classroom";
+import { listen } from "../ui/areas";
 import { chooseFile, chooseFiles, choosesFolders, download, fileName } from "../ui/files";
 import { askReport, type ReportOrder } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
@@ -24,23 +25,19 @@ export function MissionOptions({ missions }: { missions: ClassProgress["missions
 function useDrop(onDrop: (data: DataTransfer) => void): boolean {
   const [over, setOver] = useState(false);
   const drop = useEffectEvent(onDrop);
-  useEffect(() => {
-    const listening = new AbortController();
-    const listen = (kind: "dragover" | "dragleave" | "drop", listener: (event: DragEvent) => void) =>
-      window.addEventListener(kind, (event) => event.dataTransfer?.types.includes("Files") && listener(event), { signal: listening.signal });
-    listen("dragover", (event) => {
-      // Else the browser would open the file in place of this page.
-      event.preventDefault();
-      setOver(true);
-    });
-    listen("dragleave", ({ relatedTarget }) => relatedTarget ?? setOver(false));
-    listen("drop", (event) => {
-      event.preventDefault();
-      setOver(false);
-      drop(event.dataTransfer!);
-    });
-    return () => listening.abort();
-  }, []);
+  useEffect(
+    () =>
+      listen(window, ["dragover", "dragleave", "drop"], (event) => {
+        const { type, dataTransfer, relatedTarget } = event as DragEvent;
+        if (!dataTransfer?.types.includes("Files")) return;
+        // Else the browser would open the file in place of this page.
+        if (type !== "dragleave") event.preventDefault();
+        if (type === "dragover") setOver(true);
+        else if (type === "drop" || !relatedTarget) setOver(false);
+        if (type === "drop") drop(dataTransfer);
+      }),
+    [],
+  );
   return over;
 }
 

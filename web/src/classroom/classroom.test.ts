@@ -2,6 +2,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PupilRow, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { byNeed } from "./TeacherPupils";
+import { bytesOf } from "../api/testStream";
 import { groundOf } from "../mat/floors";
 import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld, Tiles } from "./drawing";
 import { secretOf } from "./secret";
@@ -14,11 +15,6 @@ const GOLDEN =
   "ffff 0e 04 02" + // no word, wheels, no LED, sends
   "000000" + // up to a multiple of four
   "0200 0000 d0070000"; // place 2, no car, at 2,000 ms
-
-function bytesOf(hex: string): ArrayBuffer {
-  const digits = hex.replaceAll(" ", "");
-  return Uint8Array.from({ length: digits.length / 2 }, (_, k) => parseInt(digits.slice(2 * k, 2 * k + 2), 16)).buffer;
-}
 
 describe("a picture of the wall", () => {
   it("is decoded", () => {

@@ -138,9 +138,6 @@ export interface WallWorld {
   goals: MissionGoal[];
 }
 
-/** The page has drawn a picture of the wall (``drawn``), and its screen shows the places ``seen`` of a list. */
-export interface DrawnWall { drawn?: boolean; number?: number; seen?: number[] | null }
-
 export type ClassAnswer = PupilView | Goodbye | Refused;
 
 export type TeacherAnswer = ClassView | Goodbye | Refused;

@@ -40,70 +40,7 @@ export interface ProfileFigures {
   speeds_mm_s: number[];
   turn_rates_deg_s: number[];
   avoid_radii_mm: number[];
-  idle_state_ms: number;
-  infrared: Infrared;
-  serial: Serial;
-  body: Body;
-  floor: FloorSensors;
-  servo: Servo;
-  motor: DriveMotor;
-  drive: DriveLimits;
   seconds: Seconds;
-}
-
-/** Range of a frame, its unit, the pauses between frames, and how tagged words are passed on. */
-export interface Infrared {
-  range_mm: number;
-  unit_us: number;
-  gap_ms: number;
-  relay_period_ms: number;
-  sense_ms: number;
-  first_interval_ms: number;
-  last_interval_ms: number;
-  redundancy: number;
-  forget_ms: number;
-}
-
-/** The serial line; always 8 data bits, no parity, 1 stop bit. */
-export interface Serial { baud: number }
-
-/** The car's size and what its sensors reach; angles are half of the cone, in degrees. */
-export interface Body {
-  diameter_mm: number;
-  wheel_base_mm: number;
-  ultrasonic_cone_deg: number;
-  ultrasonic_range_mm: number;
-  pir_range_mm: number;
-  pir_half_angle_deg: number;
-}
-
-/** The two floor sensors: how far in front of the axle they are, and how far from each other. */
-export interface FloorSensors { ahead_mm: number; apart_mm: number }
-
-/** The steering servo's period and pulse widths, and how far it turns the front wheels at 0 and 180 degrees. */
-export interface Servo {
-  period_ms: number;
-  pulse_0_deg_us: number;
-  pulse_90_deg_us: number;
-  pulse_180_deg_us: number;
-  steering_deg: number;
-}
-
-/** The drive motor's largest PWM duty. */
-export interface DriveMotor { pwm_max: number }
-
-/** Limits of a car that is steered over a network; see docs/profiles.md. */
-export interface DriveLimits {
-  failsafe_ms: number;
-  watchdog_ms: number;
-  hand_over_ms: number;
-  commands_per_s: number;
-  stale_ms: number;
-  arming: boolean;
-  acceleration_max_mm_per_s2: number;
-  obstacle_stop_mm: number;
-  battery_low_mv: number;
-  battery_charged_mv: number;
 }
 
 /** The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``. */
@@ -359,15 +296,6 @@ export interface Imported { projects: ImportedProject[]; stars: number; left_out
 
 /** A project of the file: the name under which it is stored, and how many versions were added. */
 export interface ImportedProject { name: string; stored_as: string; versions: number }
-
-/** Send an image to the car at a port, or (``readback``) read the image that it holds. */
-export interface UploadOrder {
-  port?: string;
-  image?: string | null;
-  verify?: boolean;
-  readback?: boolean;
-  profile?: string;
-}
 
 /** Blink or load the cars at some ports and addresses, or stop all cars, or let all go. */
 export interface CarsOrder {

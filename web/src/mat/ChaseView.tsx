@@ -1,5 +1,6 @@
 import { useEffect, useRef } from "react";
 import { useTranslation } from "react-i18next";
+import { isCalm, sharpContext } from "../ui/areas";
 import { shortestTurn } from "./carLayer";
 import { ChasePainter } from "./chasePainter";
 import { eyeBehind } from "./perspective";
@@ -9,7 +10,6 @@ import css from "./mat.module.css";
 
 /** In this time the camera turns most of the way that its car has turned. */
 const TURN_MS = 260;
-const CALM = "(prefers-reduced-motion: reduce)";
 
 /** The stage as seen from behind a car; null while it is seen from above. */
 export function ChaseView() {
@@ -33,19 +33,12 @@ function Chase({ scene, car }: { scene: Scene; car: number }) {
       const sight = scene.sight();
       const { x, y, heading: headings } = sight.drawn;
       if (car >= x.length) return;
-      const left = heading === null || matchMedia(CALM).matches ? 0 : shortestTurn(headings[car]! - heading);
+      const left = heading === null || isCalm() ? 0 : shortestTurn(headings[car]! - heading);
       // The rest of a turn after this picture.
       const rest = Math.abs(left) < 0.002 ? 0 : left * Math.exp(-Math.min(100, now - before) / TURN_MS);
       heading = headings[car]! - rest;
       before = now;
-      const { width, height } = scene.size;
-      const fine = Math.min(2, devicePixelRatio);
-      if (canvas.width !== Math.round(width * fine) || canvas.height !== Math.round(height * fine)) {
-        canvas.width = Math.round(width * fine);
-        canvas.height = Math.round(height * fine);
-      }
-      const g = canvas.getContext("2d")!;
-      g.setTransform(fine, 0, 0, fine, 0, 0);
+      sharpContext(canvas, scene.size.width, scene.size.height);
       painter.paint(sight, eyeBehind(x[car]!, y[car]!, heading), scene.size);
       if (rest !== 0) scene.draw();
     };

@@ -1,10 +1,10 @@
 /** Short runs of examples and blocks, which scripts/clips.py simulates, and how they are shown. */
 
 import { useEffect, useRef, useState } from "react";
+import { isCalm } from "../ui/areas";
 import type { Mat, Point } from "./document";
 import { Picture, type Placed } from "./Picture";
 
-const CALM = "(prefers-reduced-motion: reduce)";
 /** What moves by itself must stop by itself within this time (WCAG 2.2.2). */
 const BY_ITSELF_MS = 5_000;
 const DRAWN_EVERY_MS = 40;
@@ -31,7 +31,7 @@ export function ClipPicture({ clip, moves: isMoved = false, size }: ClipPictureP
     return () => observer.disconnect();
   }, []);
   useEffect(() => {
-    if (!(moves || isInView) || matchMedia(CALM).matches) return;
+    if (!(moves || isInView) || isCalm()) return;
     const began = performance.now() - shown.current;
     const until = moves ? Infinity : performance.now() + BY_ITSELF_MS;
     let request = 0;

@@ -6,7 +6,7 @@ import { type CarDetails, type LossReason, LOSS_REASONS, NO_INDEX } from "../api
 import { FORMATS } from "../generated/steps";
 import { CarStops } from "../certainty/StopTools";
 import { useStudio, useWords } from "../state/studio";
-import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
+import { bitsOf, colourOf, fieldMeaning, isTold, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourOfWord, colourWords } from "./colours";
 import { lastFrameText } from "./Narration";
@@ -181,12 +181,12 @@ function Fields({ hex, leads }: FieldsProps) {
   const profileFigures = useStudio((studio) => studio.profileFigures);
   if (!profileFigures) return null;
   const word: CompiledWord = { hex, part: leads ? "leader" : "followers", block: null };
-  const shown = FORMATS.control.filter(({ name }) => groupOf(name) !== "reserved" && groupOf(name) !== "parity");
+  const shown = FORMATS.control.filter(isTold);
   return (
     <ul className={css.fields}>
       {shown.map((field) => (
         <li key={field.name} data-set={valueOf(word, field.name) !== 0 || undefined}>
-          <code style={{ background: colourOf(field.name) }}>{bitsOf(word, field)}</code>
+          <code style={{ background: colourOf(field) }}>{bitsOf(word, field)}</code>
           <span>{fieldMeaning(word, field, profileFigures)}</span>
         </li>
       ))}

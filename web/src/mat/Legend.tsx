@@ -7,6 +7,7 @@ import { findText } from "../blocks/workspaces";
 import { useSettings } from "../state/settings";
 import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
+import { MARKS } from "./carPaint";
 import { colourWords, hexColour } from "./colours";
 import { session } from "./session";
 import css from "./mat.module.css";
@@ -18,9 +19,6 @@ function heldWords(picture: Picture | null): string {
   for (const index of picture?.index ?? []) if (index !== NO_INDEX) held.add(index);
   return [...held].sort((a, b) => a - b).slice(0, MOST_COLOURS).join();
 }
-
-/** As the stage draws them at a car that lost a message. */
-const MARKS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
 
 /** What the colours of the cars mean: the blocks whose words they hold now. Closed, only the colours show. */
 export function Legend() {

@@ -8,7 +8,7 @@ import { endAll } from "../ui/areas";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
-import { FURNITURE, listOf, type Mat, type Point } from "./document";
+import { FURNITURE, listOf, type Mat } from "./document";
 import { attachPointers, gripAt, nudgeOf } from "./pointer";
 import { chasedCar, choose, type Chosen, chosenCar, chosenPiece, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
@@ -34,7 +34,6 @@ function connect(scene: Scene): () => void {
   if (session.picture) scene.take(session.picture);
   show();
   const shown = ["chosen", "told", "tracks", "air", "followed", "hello"] as const;
-  let pressed: Point = [0, 0];
   // Of another project, whose cars the camera shows at once.
   let awaited: "hello" | "picture" | null = null;
   return endAll(
@@ -58,18 +57,17 @@ function connect(scene: Scene): () => void {
     }),
     attachPointers(scene.host, scene, {
       gripAt: (point, reachPx) => {
-        pressed = point;
         const { chosen, hello: now, tMs } = useMat.getState();
         const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
         return gripAt(sight, point, reachPx / scene.camera.scale);
       },
-      onChoose: (grip) => {
+      onChoose: (grip, at) => {
         if (grip && "car" in grip) {
           tapCar(grip.car);
           return;
         }
         choose(grip && { piece: grip.piece });
-        tapZone(grip ? null : pressed, useMission.getState().mission?.zones ?? []);
+        tapZone(grip ? null : at, useMission.getState().mission?.zones ?? []);
       },
       onDrag: (grip, to, by) => {
         if (useMat.getState().asked) useMat.setState({ asked: null });
@@ -77,7 +75,6 @@ function connect(scene: Scene): () => void {
       },
       onDrop: endEdit,
       isDrawing: () => useMat.getState().drawing,
-      onSketch: (stroke) => scene.sketch(stroke),
       onStroke: drawRoad,
     }),
   );
@@ -159,7 +156,7 @@ export function MatCanvas() {
   const { t } = useTranslation();
   const words = useWords();
   const host = useRef<HTMLDivElement>(null);
-  const [scene, setScene] = useState<Scene | null>(null);
+  const scene = useMat((now) => now.scene);
   const [camera, setCamera] = useState<Camera | null>(null);
   const [held, setHeld] = useState(false);
   const [failure, setFailure] = useState<Error | null>(null);
@@ -167,8 +164,7 @@ export function MatCanvas() {
   useEffect(() => {
     let ended = false;
     let scale = 0;
-    let made: Scene | null = null;
-    let disconnect: (() => void) | null = null;
+    let end: (() => void) | null = null;
     void Scene.create(host.current!, {
       onCamera: (now) => {
         // Only where it differs: until it draws the scale bar again, React keeps each update that it is told of.
@@ -179,16 +175,12 @@ export function MatCanvas() {
       onHeld: setHeld,
     }).then((created) => {
       if (ended) { created.destroy(); return; }
-      made = created;
-      disconnect = connect(created);
-      setScene(created);
+      end = endAll(connect(created), () => created.destroy(), () => useMat.setState({ scene: null }));
       useMat.setState({ scene: created });
     }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
     return () => {
       ended = true;
-      disconnect?.();
-      made?.destroy();
-      useMat.setState({ scene: null });
+      end?.();
     };
   }, []);
 

@@ -1,5 +1,6 @@
 import type { Ref } from "react";
 import type { MissionZone } from "../generated/messages";
+import { type Box, boxOfMat, boxOfPoints, grown } from "./camera";
 import { hexColour, LEDS } from "./colours";
 import { floorOf, type Mat, personAt, type Point } from "./document";
 import { groundOf } from "./floors";
@@ -34,7 +35,7 @@ interface PictureProps {
 
 /** A mat from above, drawn from its data: a picture that always fits, also of a mission that a teacher wrote. */
 export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx, onPoint, ref }: PictureProps) {
-  const [left, bottom, right, top] = boxOf(mat, zones);
+  const { left, bottom, right, top } = boxOf(mat, zones);
   const size = Math.max(right - left, (top - bottom) * 1.6);
   const car = Math.max(CAR_M, size / 16);
   const points = (corners: readonly (readonly number[])[]) => corners.map(([x, y]) => `${x},${-y!}`).join(" ");
@@ -98,13 +99,11 @@ function placed({ at_m, heading_deg = 0, role }: NonNullable<Mat["car"]>[number]
   return { at: at_m, headingDeg: heading_deg, isLeader: role === "leader" };
 }
 
-/** Left, bottom, right and top of what is there, with some air. */
-function boxOf(mat: Mat, zones: readonly MissionZone[]): [number, number, number, number] {
-  if (mat.size_m) return [0, 0, mat.size_m[0], mat.size_m[1]];
+/** The box around what is there, with some air. */
+function boxOf(mat: Mat, zones: readonly MissionZone[]): Box {
   const corners = zones.flatMap(({ corners_m, centre_m }) => (centre_m ? [centre_m] : corners_m));
   const points = [...corners, ...(mat.car ?? []).map(({ at_m }) => at_m)];
-  const [x, y] = [points.map((point) => point[0]), points.map((point) => point[1])];
-  return [Math.min(...x) - 0.5, Math.min(...y) - 0.5, Math.max(...x) + 0.5, Math.max(...y) + 0.5];
+  return boxOfMat(mat) ?? grown(boxOfPoints(points) ?? { left: 0, bottom: 0, right: 0, top: 0 }, 0.5);
 }
 
 /** As many points as there are cars, evenly over an area; the picture doesn't know where exactly they stand. */

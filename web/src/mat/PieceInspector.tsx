@@ -3,7 +3,7 @@ import { useTranslation } from "react-i18next";
 import { PieceStop } from "../certainty/StopTools";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
-import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
+import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { RoadInspector } from "./RoadTools";
 import { choose, chosenPiece, editMat, useMat } from "./store";
@@ -52,24 +52,24 @@ function Points({ id }: { id: PieceId }) {
   const mat = useStudio(({ mat }) => mat);
   const piece = pieceOf(mat, id);
   if (!piece) return null;
-  const points = handlesOf(id.kind, piece);
-  const path = id.kind === "person" ? (piece as Person).path : null;
+  const points = handlesOf(piece);
+  const person = "path" in piece ? piece : null;
   return (
     <div className={fields.points}>
-      {path && (
+      {person && (
         <ToolSwitch
           label={t("mat.repeats")}
-          isSelected={(piece as Person).repeats ?? false}
+          isSelected={person.repeats ?? false}
           onChange={(repeats) => editMat(changed(mat, id, { repeats }))}
         />
       )}
       {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
         <div key={handle} className={fields.row} role="group" aria-label={t("mat.point", { number: handle + 1 })}>
           <b aria-hidden="true">{handle + 1}</b>
-          {path && (
+          {person && (
             <Quantity
               label={t("mat.pointTime")}
-              value={path[handle]![0]}
+              value={person.path[handle]![0]}
               step={0.1}
               // A path begins at 0 s.
               isDisabled={handle === 0}

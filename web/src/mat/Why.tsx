@@ -10,7 +10,7 @@ import { useStudio, useWords } from "../state/studio";
 import { IconButton, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
 import { WordBits } from "../words/WordBits";
-import { showBits } from "./actions";
+import { toggleBits } from "./actions";
 import { toScreen } from "./camera";
 import { carryOut, changesBlocks, remedyOf } from "./remedies";
 import { session } from "./session";
@@ -48,8 +48,8 @@ function useWordOf(car: number | null): CompiledWord | null {
   const [index, setIndex] = useState(NO_INDEX);
   useEffect(() => {
     const look = (picture: Picture | null) => {
-      const now = car === null || !picture ? NO_INDEX : (picture.index[car] ?? NO_INDEX);
-      setIndex(picture && car !== null && !(picture.flags[car]! & Flag.runs) ? NO_INDEX : now);
+      const runs = picture && car !== null && picture.flags[car]! & Flag.runs;
+      setIndex(runs ? picture.index[car]! : NO_INDEX);
     };
     look(session.picture);
     return session.listen(look);
@@ -109,7 +109,7 @@ export function CarCard() {
       {asked === "bits" && word && <WordBits word={word} profile={profile} />}
       {asked === "story" && details && <WhyAnswer details={details} />}
       {word && (
-        <Button className={buttons.link} onPress={() => showBits(asked === "story")}>
+        <Button className={buttons.link} onPress={toggleBits}>
           {t(asked === "story" ? "mat.showBits" : "mat.hideBits")}
         </Button>
       )}

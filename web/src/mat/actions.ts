@@ -5,7 +5,7 @@ import { poseIn } from "../api/world";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
-import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed, removedCar, withCar } from "./cars";
+import { carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, listOf, type Mat, moved, type PieceId, type Point, removed, reshaped, rounded } from "./document";
 import type { Grip } from "./pointer";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, type Tile, TILES, turnedRoad, withRoad, withTile } from "./roads";
@@ -39,8 +39,8 @@ function putCar(car: number, [x, y]: Point, headingDeg: number): void {
   if (isFixed()) return;
   const at_m: Point = [rounded(x), rounded(y)];
   const mat = isBeginning() ? separate() : null;
-  const old = mat?.car?.[car];
-  const changed = mat && old ? withCar(mat, car, { ...old, at_m, heading_deg: headingDeg }) : null;
+  const cars = mat?.car ?? [];
+  const changed = mat && cars[car] ? { ...mat, car: cars.with(car, { ...cars[car], at_m, heading_deg: headingDeg }) } : null;
   session.move(car, { x_m: at_m[0], y_m: at_m[1], heading_deg: headingDeg }, changed);
   if (changed) editMat(changed, `car ${car}`);
 }
@@ -147,9 +147,10 @@ export function putConvoy(id: PieceId): void {
 }
 
 function addCar(car: Car): void {
-  const { mat, number } = addedCar(separate() ?? useStudio.getState().mat, car);
-  editMat(mat);
-  choose({ car: number });
+  const mat = separate() ?? useStudio.getState().mat;
+  const cars = mat.car ?? [];
+  editMat({ ...mat, car: [...cars, car] });
+  choose({ car: cars.length });
 }
 
 export function removeChosen(): void {
@@ -160,7 +161,7 @@ export function removeChosen(): void {
   else {
     const each = separate();
     if (!each) return;
-    editMat(removedCar(each, chosen.car));
+    editMat({ ...each, car: (each.car ?? []).toSpliced(chosen.car, 1) });
   }
   choose(null);
 }
@@ -200,14 +201,12 @@ export function askWhy(car: number): void {
 /** The first tap lets a car tell its word, another shows the word's bits. */
 export function tapCar(car: number): void {
   const { asked } = useMat.getState();
-  if (asked && chosenCar() === car) showBits(asked === "story");
+  if (asked && chosenCar() === car) toggleBits();
   else askWhy(car);
 }
 
-/** Let the car that was asked show the bits of its word, or tell it. */
-export function showBits(on: boolean): void {
-  useMat.setState({ asked: on ? "bits" : "story" });
-}
+/** Let the car that was asked show the bits of its word, or tell it again. */
+export const toggleBits = () => useMat.setState(({ asked }) => ({ asked: asked === "story" ? "bits" : "story" }));
 
 /** Let the cars drive: at once, or as soon as there are any, unless another project is opened before. */
 export function playWhenReady(): void {

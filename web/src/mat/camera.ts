@@ -84,6 +84,9 @@ export function boxAround(x: ArrayLike<number>, y: ArrayLike<number>): Box | nul
   return box;
 }
 
+/** The box around points; null around none. */
+export const boxOfPoints = (points: readonly (readonly number[])[]): Box | null => boxAround(points.map(([x]) => x!), points.map(([, y]) => y!));
+
 export interface Cast {
   x: ArrayLike<number>;
   y: ArrayLike<number>;
@@ -106,7 +109,7 @@ export const grown = (box: Box, by: number): Box => ({ left: box.left - by, bott
 
 /** The box around boxes; null around none. */
 export const around = (boxes: readonly Box[]): Box | null =>
-  boxAround(boxes.flatMap(({ left, right }) => [left, right]), boxes.flatMap(({ bottom, top }) => [bottom, top]));
+  boxOfPoints(boxes.flatMap(({ left, bottom, right, top }) => [[left, bottom], [right, top]]));
 
 const leastScale = ({ carM, zones = [] }: Pick<Cast, "carM" | "zones">): number => (zones.length ? SHORTEST_TO_ZONES_PX : SHORTEST_PX) / carM;
 
@@ -168,9 +171,9 @@ export function isSame(a: Camera, b: Camera): boolean {
 export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box {
   const sized = boxOfMat(mat);
   if (sized) return sized;
-  const points: Point[] = FURNITURE.flatMap((kind) => listOf(mat, kind).flatMap((piece) => handlesOf(kind, piece)));
+  const points = FURNITURE.flatMap((kind) => listOf(mat, kind).flatMap((piece) => handlesOf(piece)));
   for (let k = 0; k < x.length; k++) points.push([x[k]!, y[k]!]);
-  const box = boxAround(points.map(([px]) => px), points.map(([, py]) => py));
+  const box = boxOfPoints(points);
   return box ? grown(box, 0.5) : { left: -2, bottom: -1.5, right: 2, top: 1.5 };
 }
 
@@ -181,14 +184,13 @@ export function boxOfMat({ size_m }: Mat): Box | null {
 
 /** The box around the lines on the floor; null where there are none. */
 export function boxOfRoads(mat: Mat): Box | null {
-  const points = listOf(mat, "line").flatMap(({ points_m }) => points_m);
-  return boxAround(points.map(([x]) => x), points.map(([, y]) => y));
+  return boxOfPoints(listOf(mat, "line").flatMap(({ points_m }) => points_m));
 }
 
 /** The box around a zone of a mission. */
 export function boxOfZone({ corners_m, centre_m, radius_m }: MissionZone): Box {
   if (centre_m) return grown({ left: centre_m[0]!, right: centre_m[0]!, bottom: centre_m[1]!, top: centre_m[1]! }, radius_m!);
-  return boxAround(corners_m.map((corner) => corner[0]!), corners_m.map((corner) => corner[1]!))!;
+  return boxOfPoints(corners_m)!;
 }
 
 /** A round length whose bar is about `wishedPx` long. */

@@ -46,7 +46,7 @@ export class CarLayer {
   private rigs: Rig[] = [];
   private lostAt = new Float64Array();
   private diameter = 150;
-  private leads: ReadonlySet<number> = new Set();
+  leads: ReadonlySet<number> = new Set();
   private contrast = false;
   /** The cars with a ring around them. */
   ringed: readonly number[] = [];
@@ -285,21 +285,17 @@ function placesOf(cars: number): Drawn {
 
 export class Motion {
   private before: Picture | null = null;
-  private now: Picture | null = null;
+  picture: Picture | null = null;
   private arrivedAt = 0;
   private interval = 33;
   drawn: Drawn = placesOf(0);
 
-  get picture(): Picture | null {
-    return this.now;
-  }
-
   take(picture: Picture, atMs: number): void {
-    const continues = this.now?.cars === picture.cars && !picture.fresh && !picture.past && !this.now.past;
-    this.before = continues ? this.now : null;
+    const continues = this.picture?.cars === picture.cars && !picture.fresh && !picture.past && !this.picture.past;
+    this.before = continues ? this.picture : null;
     // A long pause between two pictures must not slow the next drawing down.
     if (continues) this.interval += (Math.min(100, Math.max(16, atMs - this.arrivedAt)) - this.interval) / 4;
-    this.now = picture;
+    this.picture = picture;
     this.arrivedAt = atMs;
     if (this.drawn.x.length !== picture.cars) {
       this.drawn = placesOf(picture.cars);
@@ -308,15 +304,15 @@ export class Motion {
 
   /** Forget the pictures: there are other cars now. */
   forget(): void {
-    this.before = this.now = null;
+    this.before = this.picture = null;
     this.drawn = placesOf(0);
   }
 
   /** Compute `drawn` for this moment; true if a later moment would differ. */
   advance(atMs: number): boolean {
-    if (!this.now) return false;
+    if (!this.picture) return false;
     const share = this.before ? Math.min(1, (atMs - this.arrivedAt) / this.interval) : 1;
-    between(this.before ?? this.now, this.now, share, this.drawn);
+    between(this.before ?? this.picture, this.picture, share, this.drawn);
     return share < 1;
   }
 }

@@ -126,21 +126,19 @@ export function follower(g: CanvasRenderingContext2D) {
   body(g, [0.34, 0.62, 0.62, 0.34]);
 }
 
+/** Fill a path, given as in SVG, and stroke its rim. */
+function shape(g: CanvasRenderingContext2D, path: string, fill: string | CanvasGradient, width: number, ink = DARK) {
+  const outline = new Path2D(path);
+  g.fillStyle = fill;
+  g.strokeStyle = ink;
+  g.lineWidth = width;
+  g.fill(outline);
+  g.stroke(outline);
+}
+
 /** A leader differs from followers by its shape too: a pointed nose, and the star around its beacon. */
 export function leader(g: CanvasRenderingContext2D) {
-  g.beginPath();
-  g.moveTo(1, 0);
-  g.bezierCurveTo(0.92, 0.5, 0.7, 0.68, 0.4, 0.68);
-  g.lineTo(-0.66, 0.68);
-  g.quadraticCurveTo(-0.94, 0.66, -0.94, 0.36);
-  g.lineTo(-0.94, -0.36);
-  g.quadraticCurveTo(-0.94, -0.66, -0.66, -0.68);
-  g.lineTo(0.4, -0.68);
-  g.bezierCurveTo(0.7, -0.68, 0.92, -0.5, 1, 0);
-  g.closePath();
-  g.fillStyle = bodyFill(g);
-  g.fill();
-  rim(g, 0.1);
+  shape(g, "M1 0C.92.5.7.68.4.68H-.66Q-.94.66-.94.36V-.36Q-.94-.66-.66-.68H.4C.7-.68.92-.5 1 0z", bodyFill(g), 0.1);
   star(g, -0.36, 0, 0.5);
 }
 
@@ -156,27 +154,25 @@ function star(g: CanvasRenderingContext2D, x: number, y: number, radius: number)
 }
 
 /** A leader in high contrast: a white shape that takes the colour of a word, and differs without it. */
-export function arrow(g: CanvasRenderingContext2D) {
-  g.beginPath();
-  g.moveTo(0.98, 0);
-  g.lineTo(-0.86, 0.9);
-  g.lineTo(-0.46, 0);
-  g.lineTo(-0.86, -0.9);
-  g.closePath();
-  g.fillStyle = g.strokeStyle = "#fff";
-  g.lineWidth = 0.08;
-  g.fill();
-  g.stroke();
-}
+export const arrow = (g: CanvasRenderingContext2D) => shape(g, "M.98 0-.86.9-.46 0-.86-.9z", "#fff", 0.08, "#fff");
 
 /** A follower there; the wedge in it shows their heading. */
 export function ring(g: CanvasRenderingContext2D) {
   dot(g, "#fff", 0, 0, 0.72);
   g.fillStyle = "#000";
-  g.beginPath();
-  g.moveTo(0.62, 0);
-  g.lineTo(0.12, 0.36);
-  g.lineTo(0.12, -0.36);
-  g.closePath();
-  g.fill();
+  g.fill(new Path2D("M.62 0 .12.36.12-.36z"));
+}
+
+/** At a car that lost a message. */
+export const MARKS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
+
+export function mark(name: keyof typeof MARKS) {
+  return (g: CanvasRenderingContext2D) => {
+    const path = new Path2D(MARKS[name]);
+    for (const [colour, width] of [[DARK, 0.5], ["#fff", 0.28]] as const) {
+      g.strokeStyle = colour;
+      g.lineWidth = width;
+      g.stroke(path);
+    }
+  };
 }

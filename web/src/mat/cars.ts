@@ -43,19 +43,6 @@ export function oneByOne(mat: Mat, at: Placed, leads: ReadonlySet<number>): Mat 
   return { ...without(mat, "crowd"), car };
 }
 
-export function withCar(mat: Mat, number: number, car: Car): Mat {
-  return { ...mat, car: (mat.car ?? []).with(number, car) };
-}
-
-export function addedCar(mat: Mat, car: Car): { mat: Mat; number: number } {
-  const cars = mat.car ?? [];
-  return { mat: { ...mat, car: [...cars, car] }, number: cars.length };
-}
-
-export function removedCar(mat: Mat, number: number): Mat {
-  return { ...mat, car: (mat.car ?? []).toSpliced(number, 1) };
-}
-
 /** Change the number of followers: first in crowds, then among cars placed one by one. `spare`: area for each cell. */
 export function withFollowers(mat: Mat, wished: number, spare = ROOM_TO_SPARE): Mat {
   const single = mat.car ?? [];
@@ -118,7 +105,7 @@ export function grown(mat: Mat, factor: number): Mat {
 
 function shifted(mat: Mat, dx: number, dy: number): Mat {
   const by = ([x, y]: Point): Point => [rounded(x + dx), rounded(y + dy)];
-  let result = FURNITURE.reduce((changed, kind) => withList(changed, kind, listOf(mat, kind).map((piece) => mapPoints(kind, piece, by))), mat);
+  let result = FURNITURE.reduce((changed, kind) => withList(changed, kind, listOf(mat, kind).map((piece) => mapPoints(piece, by))), mat);
   if (mat.voice) {
     result = { ...result, voice: mat.voice.map((voice) => (voice.centre_m ? { ...voice, centre_m: by(voice.centre_m) } : voice)) };
   }

@@ -10,7 +10,7 @@ import { listOf, type Mat, type Point } from "./document";
 import { floorMarks, skyOver } from "./floors";
 import { cornersOf, roadMarks } from "./marks";
 import { aheadOf, circleAt, type Eye } from "./perspective";
-import type { Sight } from "./sight";
+import type { Sight } from "./scene";
 import { DARK, LAMPS } from "./carPaint";
 
 const FARTHEST_M = 14;

@@ -6,7 +6,7 @@ import type { ChasePen } from "./chasePen";
 import { hexColour } from "./colours";
 import { type FloorName, type Mat, personAt, type Point } from "./document";
 import { carBefore, circleAt } from "./perspective";
-import type { Sight } from "./sight";
+import type { Sight } from "./scene";
 import { BRICKS } from "./things";
 import { ringOf } from "./ways";
 

@@ -1,8 +1,8 @@
 /** Edits of a mat document: each returns a new document and leaves the old one unchanged. */
 
-import { type Disc, FLAT, type FloorName, type Line, type Mat, type Person, type Point, type Polygon, SHAPES, type Wall } from "../generated/world";
+import { FLAT, type FloorName, type Line, type Mat, type Person, type Point, SHAPES } from "../generated/world";
 
-export { FLOOR_NAMES, SHAPES } from "../generated/world";
+export { FLOOR_NAMES } from "../generated/world";
 export type { Car, Crowd, Disc, FloorName, Line, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
 
 export type FurnitureKind = keyof typeof SHAPES;
@@ -50,8 +50,10 @@ export function withList(mat: Mat, kind: FurnitureKind, pieces: readonly Piece[]
   return pieces.length ? { ...mat, [kind]: pieces } : without(mat, kind);
 }
 
-function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat {
-  return withList(mat, kind, listOf(mat, kind).with(place, piece));
+/** The mat with a piece changed; the same mat where it has no such piece. */
+function edited(mat: Mat, id: PieceId, change: (piece: Piece) => Piece): Mat {
+  const piece = pieceOf(mat, id);
+  return piece ? withList(mat, id.kind, listOf(mat, id.kind).with(id.place, change(piece))) : mat;
 }
 
 /** Round metres to whole millimetres. */
@@ -63,63 +65,47 @@ function shift([x, y]: Point, dx: number, dy: number): Point {
   return [rounded(x + dx), rounded(y + dy)];
 }
 
-/** The points of a piece that can be dragged; a round one has one, on its rim. */
-export function handlesOf(kind: FurnitureKind, piece: Piece): Point[] {
-  switch (SHAPES[kind]) {
-    case "ends":
-      return [(piece as Wall).from_m, (piece as Wall).to_m];
-    case "corners":
-    case "line":
-      return [...pointsOf(piece as Polygon | Line)];
-    case "walk":
-      return (piece as Person).path.map(([, x, y]) => [x, y]);
-    case "round": {
-      const { centre_m, radius_m } = piece as Disc;
-      return [[centre_m[0] + radius_m, centre_m[1]]];
-    }
-  }
-}
-
-/** The piece with each of its points changed; of a round one its centre. */
-export function mapPoints(kind: FurnitureKind, piece: Piece, change: (point: Point, place: number) => Point): Piece {
-  switch (SHAPES[kind]) {
-    case "ends":
-      return { from_m: change((piece as Wall).from_m, 0), to_m: change((piece as Wall).to_m, 1) };
-    case "corners":
-    case "line":
-      return withPoints(piece as Polygon | Line, pointsOf(piece as Polygon | Line).map(change));
-    case "walk":
-      return { ...(piece as Person), path: (piece as Person).path.map(([t, x, y], place) => [t, ...change([x, y], place)] as const) };
-    case "round":
-      return { ...(piece as Disc), centre_m: change((piece as Disc).centre_m, 0) };
-  }
-}
-
-function pointsOf(piece: Polygon | Line): readonly Point[] {
+/** The points that make a piece; of a round one its centre. */
+function pointsOf(piece: Piece): readonly Point[] {
+  if ("path" in piece) return piece.path.map(([, x, y]): Point => [x, y]);
+  if ("from_m" in piece) return [piece.from_m, piece.to_m];
+  if ("centre_m" in piece) return [piece.centre_m];
   return "corners_m" in piece ? piece.corners_m : piece.points_m;
 }
 
-function withPoints(piece: Polygon | Line, points: readonly Point[]): Polygon | Line {
-  return "corners_m" in piece ? { ...piece, corners_m: points } : { ...piece, points_m: points };
+/** The points of a piece that can be dragged; a round one has one, on its rim. */
+export function handlesOf(piece: Piece): readonly Point[] {
+  return "centre_m" in piece ? [[piece.centre_m[0] + piece.radius_m, piece.centre_m[1]]] : pointsOf(piece);
+}
+
+/** The piece with each of its points changed; of a round one its centre. */
+export function mapPoints(piece: Piece, change: (point: Point, place: number) => Point): Piece {
+  if ("path" in piece) return { ...piece, path: piece.path.map(([t, x, y], place) => [t, ...change([x, y], place)] as const) };
+  if ("from_m" in piece) return { from_m: change(piece.from_m, 0), to_m: change(piece.to_m, 1) };
+  if ("centre_m" in piece) return { ...piece, centre_m: change(piece.centre_m, 0) };
+  return withPoints(piece, pointsOf(piece).map(change));
+}
+
+/** A piece of any number of points with these; another piece as it is. */
+function withPoints(piece: Piece, points: readonly Point[]): Piece {
+  if ("corners_m" in piece) return { ...piece, corners_m: points };
+  return "points_m" in piece ? { ...piece, points_m: points } : piece;
 }
 
 export function moved(mat: Mat, id: PieceId, dx: number, dy: number): Mat {
-  const piece = pieceOf(mat, id);
-  return piece ? withPiece(mat, id, mapPoints(id.kind, piece, (point) => shift(point, dx, dy))) : mat;
+  return edited(mat, id, (piece) => mapPoints(piece, (point) => shift(point, dx, dy)));
 }
 
 const SMALLEST_M = 0.02;
 
 /** Drag one of a piece's handles to a point. */
 export function reshaped(mat: Mat, id: PieceId, handle: number, [x, y]: Point): Mat {
-  const piece = pieceOf(mat, id);
-  if (!piece) return mat;
-  if (SHAPES[id.kind] === "round") {
-    const [cx, cy] = (piece as Disc).centre_m;
-    return withPiece(mat, id, { ...(piece as Disc), radius_m: rounded(Math.max(SMALLEST_M, Math.hypot(x - cx, y - cy))) });
-  }
   const point: Point = [rounded(x), rounded(y)];
-  return withPiece(mat, id, mapPoints(id.kind, piece, (old, place) => (place === handle ? point : old)));
+  return edited(mat, id, (piece) => {
+    if (!("centre_m" in piece)) return mapPoints(piece, (old, place) => (place === handle ? point : old));
+    const [cx, cy] = piece.centre_m;
+    return { ...piece, radius_m: rounded(Math.max(SMALLEST_M, Math.hypot(x - cx, y - cy))) };
+  });
 }
 
 /** A person who walks to a point and back, so that the path can be repeated without a jump. */
@@ -146,10 +132,12 @@ export function newPiece(kind: FurnitureKind, [x, y]: Point): Piece {
   return NEW_PIECES[SHAPES[kind]](x, y);
 }
 
-export function added(mat: Mat, kind: FurnitureKind, at: Point): { mat: Mat; id: PieceId } {
+function appended(mat: Mat, kind: FurnitureKind, piece: Piece): { mat: Mat; id: PieceId } {
   const pieces = listOf(mat, kind);
-  return { mat: withList(mat, kind, [...pieces, newPiece(kind, at)]), id: { kind, place: pieces.length } };
+  return { mat: withList(mat, kind, [...pieces, piece]), id: { kind, place: pieces.length } };
 }
+
+export const added = (mat: Mat, kind: FurnitureKind, at: Point) => appended(mat, kind, newPiece(kind, at));
 
 export function removed(mat: Mat, { kind, place }: PieceId): Mat {
   return withList(mat, kind, listOf(mat, kind).toSpliced(place, 1));
@@ -159,10 +147,7 @@ const BESIDE_M = 0.2;
 
 export function duplicated(mat: Mat, id: PieceId): { mat: Mat; id: PieceId } {
   const piece = pieceOf(mat, id);
-  if (!piece) return { mat, id };
-  const copy = mapPoints(id.kind, piece, (point) => shift(point, BESIDE_M, -BESIDE_M));
-  const pieces = listOf(mat, id.kind);
-  return { mat: withList(mat, id.kind, [...pieces, copy]), id: { kind: id.kind, place: pieces.length } };
+  return piece ? appended(mat, id.kind, mapPoints(piece, (point) => shift(point, BESIDE_M, -BESIDE_M))) : { mat, id };
 }
 
 /** Where a person is at a moment, as docs/mats.md says. */
@@ -211,16 +196,13 @@ export function canLose({ kind }: PieceId, points: number): boolean {
 
 /** Add a point after this one: halfway to the next, or a little farther on at the end. */
 export function withPointAfter(mat: Mat, id: PieceId, at: number): Mat {
-  const piece = pieceOf(mat, id);
-  if (!piece || !canGrow(id)) return mat;
-  if (id.kind === "person") {
-    const { path } = piece as Person;
-    return withPiece(mat, id, { ...(piece as Person), path: path.toSpliced(at + 1, 0, stepAfter(path, at)) });
-  }
-  const points = pointsOf(piece as Polygon | Line);
-  const isEnd = at === points.length - 1 && id.kind === "line" && !(piece as Line).closed;
-  const fresh = isEnd ? onwards(points[at - 1]!, points[at]!) : halfway(points[at]!, points[(at + 1) % points.length]!);
-  return withPiece(mat, id, withPoints(piece as Polygon | Line, points.toSpliced(at + 1, 0, fresh)));
+  return edited(mat, id, (piece) => {
+    if ("path" in piece) return { ...piece, path: piece.path.toSpliced(at + 1, 0, stepAfter(piece.path, at)) };
+    const points = pointsOf(piece);
+    const isEnd = at === points.length - 1 && "points_m" in piece && !piece.closed;
+    const fresh = isEnd ? onwards(points[at - 1]!, points[at]!) : halfway(points[at]!, points[(at + 1) % points.length]!);
+    return withPoints(piece, points.toSpliced(at + 1, 0, fresh));
+  });
 }
 
 function onwards([ax, ay]: Point, [bx, by]: Point): Point {
@@ -240,30 +222,28 @@ function stepAfter(path: Person["path"], at: number): Step {
 }
 
 export function withoutPoint(mat: Mat, id: PieceId, at: number): Mat {
-  const piece = pieceOf(mat, id);
-  if (!piece || !canGrow(id)) return mat;
-  if (id.kind === "person") {
-    const left = (piece as Person).path.toSpliced(at, 1);
+  return edited(mat, id, (piece) => {
+    if (!("path" in piece)) return withPoints(piece, pointsOf(piece).toSpliced(at, 1));
+    const left = piece.path.toSpliced(at, 1);
     // A path begins at 0 s, whichever point is its first.
     const begin = left[0]?.[0] ?? 0;
-    return withPiece(mat, id, { ...(piece as Person), path: left.map(([t, x, y]) => [rounded(t - begin), x, y] as const) });
-  }
-  return withPiece(mat, id, withPoints(piece as Polygon | Line, pointsOf(piece as Polygon | Line).toSpliced(at, 1)));
+    return { ...piece, path: left.map(([t, x, y]) => [rounded(t - begin), x, y] as const) };
+  });
 }
 
 /** Change the time of a person's point; later points move by the same time. */
 export function retimed(mat: Mat, id: PieceId, at: number, seconds: number): Mat {
-  const person = pieceOf(mat, id) as Person | undefined;
-  const before = person?.path[at - 1];
-  if (!person || !before) return mat;
-  const time = rounded(Math.min(LONGEST_S, Math.max(before[0] + SHORTEST_S, seconds)));
-  const later = time - person.path[at]![0];
-  const path = person.path.map(([t, x, y], place) => [place < at ? t : rounded(t + later), x, y] as const);
-  return withPiece(mat, id, { ...person, path });
+  return edited(mat, id, (piece) => {
+    const path = "path" in piece ? piece.path : [];
+    const before = path[at - 1];
+    if (!before) return piece;
+    const time = rounded(Math.min(LONGEST_S, Math.max(before[0] + SHORTEST_S, seconds)));
+    const later = time - path[at]![0];
+    return { ...piece, path: path.map(([t, x, y], place) => [place < at ? t : rounded(t + later), x, y] as const) };
+  });
 }
 
 /** Change what a piece has beside its points: how wide a line is, whether a walk is repeated. */
 export function changed(mat: Mat, id: PieceId, change: Omit<Partial<Line>, "points_m"> | Omit<Partial<Person>, "path">): Mat {
-  const piece = pieceOf(mat, id);
-  return piece ? withPiece(mat, id, { ...piece, ...change }) : mat;
+  return edited(mat, id, (piece) => ({ ...piece, ...change }));
 }

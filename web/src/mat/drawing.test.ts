@@ -202,24 +202,8 @@ const MAT: Mat = {
   name: "Table",
   wall: [{ from_m: [0, 0], to_m: [2, 0] }],
   disc: [{ centre_m: [5, 5], radius_m: 0.5 }],
-  polygon: [
-    {
-      corners_m: [
-        [3, 0],
-        [4, 0],
-        [4, 1],
-        [3, 1],
-      ],
-    },
-  ],
-  person: [
-    {
-      path: [
-        [0, 0, 5],
-        [10, 1, 5],
-      ],
-    },
-  ],
+  polygon: [{ corners_m: [[3, 0], [4, 0], [4, 1], [3, 1]] }],
+  person: [{ path: [[0, 0, 5], [10, 1, 5]] }],
 };
 const CARS = { x: Float32Array.of(1, 1.1), y: Float32Array.of(1, 1), heading: Float32Array.of(0, 0) };
 const SIGHT: Sight = { mat: MAT, drawn: CARS, radiusM: 0.075, chosen: null, tMs: 5000 };

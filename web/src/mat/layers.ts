@@ -1,7 +1,7 @@
 /** The mat's floor, furniture and people, and the handles of the chosen piece. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
-import { type Disc, type FloorName, handlesOf, type Line, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Point, type Polygon, SHAPES } from "./document";
+import { type FloorName, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Point } from "./document";
 import type { Textures } from "./textures";
 import type { MatTheme } from "./colours";
 import { floorMarks } from "./floors";
@@ -104,21 +104,12 @@ export class FurnitureLayer {
   private drawHandles(mat: Mat, scale: number): void {
     const g = this.handles.clear();
     const piece = this.chosen && pieceOf(mat, this.chosen);
-    if (!this.chosen || !piece) return;
+    if (!piece) return;
     const around = { width: 3 / scale, color: this.theme.accent };
-    const { kind } = this.chosen;
-    const shape = SHAPES[kind];
-    if (shape === "corners") g.poly(mm((piece as Polygon).corners_m)).stroke(around);
-    if (shape === "line") g.poly(mm(wayOf(piece as Line)), false).stroke(around);
-    if (shape === "round") {
-      const { centre_m, radius_m } = piece as Disc;
-      g.circle(centre_m[0] * 1000, centre_m[1] * 1000, radius_m * 1000).stroke(around);
-    }
-    const points = handlesOf(kind, piece);
-    if (shape === "ends" || shape === "walk") {
-      points.forEach(([x, y], place) => (place ? g.lineTo(x * 1000, y * 1000) : g.moveTo(x * 1000, y * 1000)));
-      g.stroke(around);
-    }
+    const points = handlesOf(piece);
+    if ("centre_m" in piece) g.circle(piece.centre_m[0] * 1000, piece.centre_m[1] * 1000, piece.radius_m * 1000);
+    else if (points.length > 1) g.poly(mm("points_m" in piece ? wayOf(piece) : points), "corners_m" in piece);
+    g.stroke(around);
     for (const [x, y] of points) g.circle(x * 1000, y * 1000, HANDLE_PX / scale).fill(this.theme.floor).stroke(around);
   }
 
@@ -156,7 +147,8 @@ function drawMarks(g: Graphics, marks: readonly Mark[]): void {
   });
 }
 
-const mm = (points: readonly Point[]): number[] => points.flatMap(([x, y]) => [x * 1000, y * 1000]);
+/** Points in millimetres, as x and y of each. */
+export const mm = (points: readonly (readonly number[])[]): number[] => points.flatMap(([x, y]) => [x! * 1000, y! * 1000]);
 
 const STEP_M = 0.04;
 const LIFTED_M = 1;

@@ -1,7 +1,7 @@
 /** Mouse, pen and fingers on the mat: find what lies under them, drag it or the mat itself, and zoom. */
 
 import { panned, toWorld, zoomed } from "./camera";
-import { FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
+import { FURNITURE, handlesOf, listOf, type Mat, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
 import type { Drawn } from "./carLayer";
 import { ROAD_M } from "./marks";
 import { distanceToPiece } from "./room";
@@ -29,7 +29,7 @@ export function gripAt(sight: Sight, point: Point, reach: number): Grip | null {
   const car = carAt(sight, point, reach);
   if (car !== null) return { car };
   for (const kind of FURNITURE.toReversed()) {
-    const place = listOf(mat, kind).findLastIndex((piece) => distanceTo(kind, piece, point, sight.tMs) <= reach);
+    const place = listOf(mat, kind).findLastIndex((piece) => distanceTo(piece, point, sight.tMs) <= reach);
     if (place >= 0) return { piece: { kind, place } };
   }
   return null;
@@ -37,7 +37,7 @@ export function gripAt(sight: Sight, point: Point, reach: number): Grip | null {
 
 function handleAt(mat: Mat, id: PieceId, point: Point, reach: number): number {
   const piece = pieceOf(mat, id);
-  return piece ? handlesOf(id.kind, piece).findIndex((each) => distance(each, point) <= reach) : -1;
+  return piece ? handlesOf(piece).findIndex((each) => distance(each, point) <= reach) : -1;
 }
 
 function carAt({ drawn, radiusM }: Sight, [x, y]: Point, reach: number): number | null {
@@ -65,20 +65,19 @@ export function nudgeOf({ key, shiftKey }: { key: string; shiftKey: boolean }): 
 
 const PERSON_M = 0.2;
 
-function distanceTo(kind: PieceId["kind"], piece: Piece, point: Point, tMs: number): number {
-  if (kind === "person") return distance(personAt(piece as Person, tMs), point) - PERSON_M;
-  return distanceToPiece(kind, piece, point) - (kind === "line" ? ROAD_M / 2 : 0);
+function distanceTo(piece: Piece, point: Point, tMs: number): number {
+  if ("path" in piece) return distance(personAt(piece, tMs), point) - PERSON_M;
+  return distanceToPiece(piece, point) - ("points_m" in piece ? ROAD_M / 2 : 0);
 }
 
 interface PointerActions {
   gripAt: (point: Point, reachPx: number) => Grip | null;
-  onChoose: (grip: Grip | null) => void;
+  /** What was tapped, or will be dragged, and where. */
+  onChoose: (grip: Grip | null, at: Point) => void;
   onDrag: (grip: Grip, to: Point, by: Point) => void;
   onDrop: () => void;
   /** Whether a drag draws instead. */
   isDrawing: () => boolean;
-  /** What is drawn so far; null for no more. */
-  onSketch: (stroke: readonly Point[] | null) => void;
   onStroke: (stroke: readonly Point[]) => void;
 }
 
@@ -142,7 +141,7 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
 
   function drag(before: Finger, finger: Finger) {
     if (!dragging && begun && Math.hypot(finger.x - begun.x, finger.y - begun.y) < CLICK_PX) return;
-    if (!dragging && grip) actions.onChoose(grip);
+    if (!dragging && grip) actions.onChoose(grip, last);
     dragging = true;
     if (grip) {
       const to = world(finger);
@@ -162,7 +161,7 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
 
   function sketch(points: Point[] | null) {
     stroke = points;
-    actions.onSketch(points);
+    scene.sketch(points);
   }
 
   function up(event: PointerEvent) {
@@ -174,7 +173,7 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
       begun = null;
       return;
     }
-    if (!dragging && event.type === "pointerup") actions.onChoose(grip);
+    if (!dragging && event.type === "pointerup") actions.onChoose(grip, last);
     else actions.onDrop();
     grip = begun = null;
   }

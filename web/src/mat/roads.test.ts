@@ -46,14 +46,14 @@ describe("a road drawn by hand", () => {
   it("keeps few points, all within what a hand may miss", () => {
     const points = simplified(round(0.5), 0.05);
     expect(points.length).toBeLessThan(12);
-    for (const at of round(0.5)) expect(distanceToPiece("line", { points_m: points }, at)).toBeLessThanOrEqual(0.05);
+    for (const at of round(0.5)) expect(distanceToPiece({ points_m: points }, at)).toBeLessThanOrEqual(0.05);
   });
 
   it("is closed where it ends near its beginning, and its bends are round enough to drive", () => {
     const road = roadOf(EMPTY, round(0.98))!;
     expect(road.closed).toBe(true);
     const way = wayOf(road);
-    for (const at of round(0.9)) expect(distanceToPiece("line", road, at)).toBeLessThan(0.1);
+    for (const at of round(0.9)) expect(distanceToPiece(road, at)).toBeLessThan(0.1);
     expect(lengthOf(way)).toBeCloseTo(2 * Math.PI, 0);
   });
 

@@ -84,20 +84,12 @@ function joined(old: Line, fresh: Line, reachM: number): Line | null {
 
 /** Add a road; one whose end is near another's becomes one with it. */
 export function withRoad(mat: Mat, road: Line, reachM: number): { mat: Mat; id: PieceId } {
-  let lines = listOf(mat, "line");
-  let line = road;
-  for (let again = true; again; ) {
-    again = false;
-    for (const [at, other] of lines.entries()) {
-      const both = joined(other, line, reachM);
-      if (!both) continue;
-      lines = lines.toSpliced(at, 1);
-      line = both;
-      again = true;
-      break;
-    }
+  const lines = listOf(mat, "line");
+  for (const [at, other] of lines.entries()) {
+    const both = joined(other, road, reachM);
+    if (both) return withRoad(withList(mat, "line", lines.toSpliced(at, 1)), both, reachM);
   }
-  if (line.closed) line = straightened(line);
+  const line = road.closed ? straightened(road) : road;
   return { mat: withList(mat, "line", [...lines, line]), id: { kind: "line", place: lines.length } };
 }
 
@@ -139,7 +131,7 @@ function tileAt(mat: Mat, tile: Tile, at: Point): Line[] {
 /** Whether no road crosses the square of the grid that holds a point, and it is on the mat. */
 export function hasRoomForTile(mat: Mat, at: Point): boolean {
   const middle = middleOfTile(at);
-  return isOnMat(mat, middle, HALF_M) && listOf(mat, "line").every((line) => distanceToPiece("line", line, middle) > HALF_M / 2);
+  return isOnMat(mat, middle, HALF_M) && listOf(mat, "line").every((line) => distanceToPiece(line, middle) > HALF_M / 2);
 }
 
 /** Lay a tile; its lines become one with those that they meet. */

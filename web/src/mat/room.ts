@@ -1,6 +1,6 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
-import { type Disc, FURNITURE, type FurnitureKind, handlesOf, isFlat, type Line, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, SHAPES, type Wall } from "./document";
+import { FURNITURE, type FurnitureKind, handlesOf, isFlat, listOf, type Mat, newPiece, type Piece, type Point } from "./document";
 import { distance, LINE_M, stretchesOf } from "./ways";
 
 /** Kept free around everything, in metres. */
@@ -31,22 +31,14 @@ export function isInside(corners: readonly Point[], [x, y]: Point): boolean {
 }
 
 /** From a point to the nearest part of a piece, of a line to its middle; negative or 0 inside it. Nobody stumbles over a person. */
-export function distanceToPiece(kind: FurnitureKind, piece: Piece, point: Point): number {
-  switch (SHAPES[kind]) {
-    case "walk":
-      return Infinity;
-    case "ends":
-      return distanceToLine((piece as Wall).from_m, (piece as Wall).to_m, point);
-    case "round":
-      return distance((piece as Disc).centre_m, point) - (piece as Disc).radius_m;
-    case "line":
-      return Math.min(...stretchesOf(piece as Line).map(([from, to]) => distanceToLine(from, to, point)));
-    case "corners": {
-      const { corners_m } = piece as Polygon;
-      if (isInside(corners_m, point)) return 0;
-      return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
-    }
-  }
+export function distanceToPiece(piece: Piece, point: Point): number {
+  if ("path" in piece) return Infinity;
+  if ("from_m" in piece) return distanceToLine(piece.from_m, piece.to_m, point);
+  if ("centre_m" in piece) return distance(piece.centre_m, point) - piece.radius_m;
+  if ("points_m" in piece) return Math.min(...stretchesOf(piece).map(([from, to]) => distanceToLine(from, to, point)));
+  const { corners_m } = piece;
+  if (isInside(corners_m, point)) return 0;
+  return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
 }
 
 /** How far ahead of a car's middle its floor sensors look, and how far from there one of them may be, in metres. */
@@ -57,7 +49,7 @@ const ASIDE_M = 0.05;
 export function seesDark(mat: Mat, { x, y, heading }: { x: ArrayLike<number>; y: ArrayLike<number>; heading: ArrayLike<number> }, car: number): boolean {
   const at: Point = [x[car]! + LOOK_AHEAD_M * Math.cos(heading[car]!), y[car]! + LOOK_AHEAD_M * Math.sin(heading[car]!)];
   const widthOf = (piece: Piece) => ("points_m" in piece ? (piece.width_m ?? LINE_M) : 0);
-  return FURNITURE.some((kind) => isFlat(kind) && listOf(mat, kind).some((piece) => distanceToPiece(kind, piece, at) <= widthOf(piece) / 2 + ASIDE_M));
+  return FURNITURE.some((kind) => isFlat(kind) && listOf(mat, kind).some((piece) => distanceToPiece(piece, at) <= widthOf(piece) / 2 + ASIDE_M));
 }
 
 /** The first car that stands beside its mat, which is allowed where the edge is open; null where none does. */
@@ -75,14 +67,14 @@ export function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
 export function hasRoomForCar(mat: Mat, { cars, radiusM }: Standing, at: Point): boolean {
   const air = radiusM + AIR_M;
   if (!isOnMat(mat, at, air) || cars.some((car) => distance(car, at) < air + radiusM)) return false;
-  return FURNITURE.every((kind) => isFlat(kind) || listOf(mat, kind).every((piece) => distanceToPiece(kind, piece, at) >= air));
+  return FURNITURE.every((kind) => isFlat(kind) || listOf(mat, kind).every((piece) => distanceToPiece(piece, at) >= air));
 }
 
 /** Whether new furniture fits here: on the mat, and on no car. Pieces of furniture may touch each other. */
 export function hasRoomForPiece(mat: Mat, { cars, radiusM }: Standing, kind: FurnitureKind, at: Point): boolean {
   const piece = newPiece(kind, at);
-  if (!handlesOf(kind, piece).every((point) => isOnMat(mat, point, 0))) return false;
-  return isFlat(kind) || cars.every((car) => distanceToPiece(kind, piece, car) >= radiusM + AIR_M);
+  if (!handlesOf(piece).every((point) => isOnMat(mat, point, 0))) return false;
+  return isFlat(kind) || cars.every((car) => distanceToPiece(piece, car) >= radiusM + AIR_M);
 }
 
 /** The free point nearest to the wished one, in rings around it; the wished one where none is free. */

@@ -4,7 +4,7 @@ import "pixi.js/unsafe-eval";
 import { CanvasRenderer, Container, type Renderer, Ticker, WebGLRenderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
-import { watchSize } from "../ui/areas";
+import { isCalm, watchSize } from "../ui/areas";
 import { AirLayer } from "./airLayer";
 import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
@@ -14,7 +14,6 @@ import type { Move } from "./dance";
 import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
 import { withFloor } from "./floors";
 import { Drawings, hasFastWebGl } from "./graphics";
-import type { Sight } from "./sight";
 import { makeTextures } from "./textures";
 import { areWordsDue } from "../words/compiling";
 import { ZoneLayer } from "./zoneLayer";
@@ -28,6 +27,9 @@ const MOST_PASSED_MS = 50;
 function isContrast(): boolean {
   return useSettings.getState().theme === "contrast" || matchMedia("(forced-colors: active)").matches;
 }
+
+/** What a view from another side draws. */
+export type Sight = ReturnType<Scene["sight"]>;
 
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;
@@ -58,9 +60,7 @@ export class Scene {
   private readonly ends: (() => void)[] = [];
   private readonly drawnListeners = new Set<() => void>();
   private theme: MatTheme;
-  private zonesNow: readonly MissionZone[] = [];
   private all = false;
-  private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
   private readonly drawings = new Drawings(() => (areWordsDue() ? this.draw() : this.drawNow()));
@@ -73,7 +73,6 @@ export class Scene {
   private cameraMs = 0;
   private carM = 0.15;
   private first = 0;
-  private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   private constructor(
     private readonly renderer: Renderer,
@@ -85,7 +84,7 @@ export class Scene {
     this.furniture = new FurnitureLayer(textures, theme);
     this.zones = new ZoneLayer(theme);
     this.tracks = new TrackLayer(theme);
-    this.air = new AirLayer(theme, () => this.calm.matches);
+    this.air = new AirLayer(theme, isCalm);
     this.cars = new CarLayer(textures, theme);
     this.world.addChild(this.furniture.floor, this.zones.view, this.tracks.view, this.air.view, this.cars.view, this.furniture.above);
     this.stage.addChild(this.world);
@@ -129,9 +128,8 @@ export class Scene {
     if (this.motion.picture?.cars !== cars) this.motion.forget();
     this.carM = 2 * radius_m;
     this.first = leads[0] ?? 0;
-    this.leads = new Set(leads);
     this.wanted = null;
-    this.cars.setCars(cars, this.leads, radius_m);
+    this.cars.setCars(cars, new Set(leads), radius_m);
     this.air.setCars(leads);
     this.air.setRange(range_m);
     this.tracks.clear();
@@ -147,7 +145,7 @@ export class Scene {
   }
 
   setZones(zones: readonly MissionZone[], all: boolean): void {
-    [this.zonesNow, this.all] = [zones, all];
+    this.all = all;
     this.zones.setZones(zones);
     this.draw();
   }
@@ -208,7 +206,7 @@ export class Scene {
     this.air.take(picture, now, {
       // Who begins has not met lost messages yet.
       onLost: (car, collided) => useSettings.getState().level !== "start" && this.cars.lose(car, collided, now),
-      onHeard: (car) => this.calm.matches || this.cars.hear(car, now),
+      onHeard: (car) => isCalm() || this.cars.hear(car, now),
     });
     this.undrawn = true;
     this.draw();
@@ -256,10 +254,12 @@ export class Scene {
     this.draw();
   }
 
-  /** What is to be seen now. */
-  sight(): Sight {
-    const { mat, zonesNow: zones, leads, carM, colours, theme, floor } = this;
+  /** What is to be seen now, for a view from another side. */
+  sight() {
+    const { mat, carM, colours, theme, floor } = this;
     const { drawn, picture } = this.motion;
+    const { zones } = this.zones;
+    const { leads } = this.cars;
     const waves = this.air.waves(drawn, performance.now());
     return { mat, zones, drawn, picture, leads, carM, colours, theme, floor, contrast: isContrast(), waves };
   }
@@ -306,7 +306,7 @@ export class Scene {
     this.furniture.draw(scale, picture?.tMs ?? 0);
     this.zones.draw(scale);
     const grows = this.air.draw(drawn, scale, now);
-    this.cars.still = this.calm.matches;
+    this.cars.still = isCalm();
     const fades = this.cars.draw(drawn, picture, scale, now);
     if (!this.covered) this.renderer.render(this.stage);
     this.drawMs += (performance.now() - now - this.drawMs) / 8;
@@ -328,7 +328,7 @@ export class Scene {
     else this.wanted = this.wish();
     const { wanted } = this;
     if (!wanted || isSame(this.camera, wanted)) return false;
-    const softly = this.wasFramed && !this.calm.matches;
+    const softly = this.wasFramed && !isCalm();
     this.wasFramed = true;
     this.camera = softly ? between(this.camera, wanted, 1 - Math.exp(-Math.min(passed, MOST_PASSED_MS) / FOLLOW_MS)) : wanted;
     return true;
@@ -338,7 +338,7 @@ export class Scene {
   private wish(): Camera | null {
     const { x, y } = this.motion.drawn;
     if (this.motion.picture === null) return null;
-    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zonesNow.map(boxOfZone), roads: this.mat && boxOfRoads(this.mat), mat: this.mat && boxOfMat(this.mat), all: this.all };
+    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zones.zones.map(boxOfZone), roads: this.mat && boxOfRoads(this.mat), mat: this.mat && boxOfMat(this.mat), all: this.all };
     return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
 

@@ -46,7 +46,6 @@ function opened() {
       return { send: (data) => sent.push(JSON.parse(data as string) as { do: string }) > 0, close: vi.fn() };
     },
   });
-  vi.stubGlobal("matchMedia", () => ({ matches: false }));
   const session = new Session();
   session.open();
   const hello = (cars: number, resumed = false) => page!.onMessage(JSON.stringify({ is: "hello", session: session.name, resumed, cars }));
@@ -58,10 +57,7 @@ function opened() {
     page!.onMessage(view.buffer);
   };
   const state = (playing: boolean) => page!.onMessage(JSON.stringify({ is: "state", playing, speed: 1, seed: 0, t_ms: 5000, shown_ms: null }));
-  const end = () => {
-    session.close();
-    vi.unstubAllGlobals();
-  };
+  const end = () => session.close();
   return { session, sent, hello, picture, state, end };
 }
 

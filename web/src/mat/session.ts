@@ -14,14 +14,13 @@ import {
 } from "../api/world";
 import type { Playing } from "../pair/store";
 import { useStudio } from "../state/studio";
-import { endAll } from "../ui/areas";
+import { endAll, isCalm } from "../ui/areas";
 import { EventStore } from "../timeline/events";
 import { runningBlocks, sameRunning } from "./account";
 import { beginning, type Placed } from "./cars";
 import type { Mat } from "./document";
 import { chosenCar, useMat } from "./store";
 
-const CALM = "(prefers-reduced-motion: reduce)";
 const BEGINNING_KEY = "motorcade.world.beginning";
 const SEED_KEY = "motorcade.world.seed";
 const SYNC_MS = 120;
@@ -29,13 +28,6 @@ const SEEK_MS = 25;
 const SHOW_EVERY_MS = 120;
 /** A car that has driven for so long is seen to drive. */
 const DRIVEN_MS = 100;
-
-/** A hash of a text (FNV-1a), with its length. */
-function hashOf(text: string): string {
-  let hash = 0x811c9dc5;
-  for (let k = 0; k < text.length; k++) hash = Math.imul(hash ^ text.charCodeAt(k), 0x01000193);
-  return `${text.length}:${hash >>> 0}`;
-}
 
 /** What changes how a world is played: a partner's page does the same. */
 const CONDUCTED: readonly Command["do"][] = ["play", "pause", "step", "reset", "seek"];
@@ -103,7 +95,7 @@ export class Session {
         else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
       }),
     );
-    this.playRequested = useStudio.getState().isOpening && !matchMedia(CALM).matches;
+    this.playRequested = useStudio.getState().isOpening && !isCalm();
     this.connection = new WorldConnection(this.name, {
       onPicture: (picture) => this.receivePicture(picture),
       onAnswer: (answer) => this.receive(answer),
@@ -185,13 +177,13 @@ export class Session {
   move(car: number, pose: Pose, mat: Mat | null): void {
     this.send({ do: "move", car, ...pose });
     if (!mat || !this.sent) return;
-    this.sent = { ...this.sent, beginning: this.hashOfBeginning(mat), mat };
+    this.sent = { ...this.sent, beginning: this.beginningWith(mat), mat };
     this.movedStarts = true;
   }
 
-  private hashOfBeginning(mat: Mat): string {
+  private beginningWith(mat: Mat): string {
     const { compiled, profile, mission } = useStudio.getState();
-    return hashOf(JSON.stringify([compiled?.image ?? null, profile, beginning(mat), mission]));
+    return JSON.stringify([compiled?.image ?? null, profile, beginning(mat), mission]);
   }
 
   private syncNow(): void {
@@ -199,7 +191,7 @@ export class Session {
     const { mat, rangeMm, compiled } = useStudio.getState();
     // After a reload the connection to the running world is back before its program is compiled.
     if (!this.sent || (this.resumed && !compiled)) return;
-    if (this.sent.beginning !== this.hashOfBeginning(mat)) {
+    if (this.sent.beginning !== this.beginningWith(mat)) {
       this.begin(this.playRequested || (!this.stands && (useMat.getState().state?.playing ?? false)));
     } else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
       useMat.setState({ problem: null });
@@ -214,7 +206,7 @@ export class Session {
     const { seed } = useMat.getState();
     useMat.setState({ problem: null, goals: null });
     this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
-    this.sent = { beginning: this.hashOfBeginning(mat), mat, rangeMm };
+    this.sent = { beginning: this.beginningWith(mat), mat, rangeMm };
     sessionStorage.setItem(BEGINNING_KEY, this.sent.beginning!);
     this.movedStarts = false;
     this.starts = null;

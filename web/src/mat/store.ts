@@ -102,9 +102,6 @@ export function chosenPiece({ chosen }: MatState): PieceId | null {
   return chosen && "piece" in chosen ? chosen.piece : null;
 }
 
-/** Number edits without a name, none of which joins another. */
-let edits = 0;
-
 /** Whether a mission fixes mat, cars and infrared; says so where somebody wants to change them. */
 export function isFixed(): boolean {
   if (!useStudio.getState().mission) return false;
@@ -122,5 +119,5 @@ export function editMat(mat: Mat, name: string | null = null): void {
     useStudio.setState({ mat: shown });
   };
   useStudio.setState({ mat });
-  record({ key: `mat ${name ?? ++edits}`, undo: show(before), redo: show(mat) });
+  record({ key: name && `mat ${name}`, undo: show(before), redo: show(mat) });
 }

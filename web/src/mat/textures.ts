@@ -1,7 +1,7 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
-import { arrow, beacon, DARK, dot, face, fade, follower, leader, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
+import { arrow, beacon, DARK, dot, face, fade, follower, leader, mark, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
 import { pageFont } from "./colours";
 
 const SIZE = 128;
@@ -27,38 +27,6 @@ function led(g: CanvasRenderingContext2D) {
   fade(g, 0.4, { 0: "rgba(255,255,255,0.75)", 1: "rgba(255,255,255,0)" });
   dot(g, "#fff", 0, 0, 0.45);
   rim(g, 0.12);
-}
-
-function strokeTwice(g: CanvasRenderingContext2D, path: () => void) {
-  for (const [colour, width] of [
-    [DARK, 0.5],
-    ["#fff", 0.28],
-  ] as const) {
-    g.strokeStyle = colour;
-    g.lineWidth = width;
-    g.beginPath();
-    path();
-    g.stroke();
-  }
-}
-
-function collision(g: CanvasRenderingContext2D) {
-  strokeTwice(g, () => {
-    g.moveTo(-0.6, -0.6);
-    g.lineTo(0.6, 0.6);
-    g.moveTo(-0.6, 0.6);
-    g.lineTo(0.6, -0.6);
-  });
-}
-
-function missed(g: CanvasRenderingContext2D) {
-  strokeTwice(g, () => {
-    g.moveTo(0, -0.62);
-    g.lineTo(0.62, 0);
-    g.lineTo(0, 0.62);
-    g.lineTo(-0.62, 0);
-    g.closePath();
-  });
 }
 
 function person(g: CanvasRenderingContext2D) {
@@ -101,8 +69,8 @@ export function makeTextures() {
     glow: draw(glow, 64),
     beacon: draw(beacon, 48),
     led: draw(led, 64),
-    collision: draw(collision, 64),
-    missed: draw(missed, 64),
+    collision: draw(mark("collision"), 64),
+    missed: draw(mark("missed"), 64),
     person: draw(person),
   };
 }

@@ -5,6 +5,7 @@ import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { boxOfZone } from "./camera";
 import { type MatTheme, pageFont } from "./colours";
+import { mm } from "./layers";
 
 // Legible on each floor, by day and by night.
 const NAME_STYLE: Partial<TextStyleOptions> = {
@@ -24,7 +25,7 @@ export class ZoneLayer {
   readonly view = new Container();
   private readonly areas = new Graphics();
   private readonly names = new Container<Text>();
-  private zones: readonly MissionZone[] = [];
+  zones: readonly MissionZone[] = [];
   private drawnFor = "";
 
   constructor(private theme: MatTheme) {
@@ -59,10 +60,7 @@ export class ZoneLayer {
     for (const zone of this.zones) {
       const { title, corners_m, centre_m, radius_m } = zone;
       if (centre_m) g.circle(centre_m[0]! * 1000, centre_m[1]! * 1000, radius_m! * 1000);
-      else {
-        corners_m.forEach(([x, y], place) => (place ? g.lineTo(x! * 1000, y! * 1000) : g.moveTo(x! * 1000, y! * 1000)));
-        g.closePath();
-      }
+      else g.poly(mm(corners_m));
       g.fill({ color: this.theme.accent, alpha: 0.18 }).stroke({ width: 2 / scale, color: this.theme.accent, alpha: 0.9 });
       const name = this.names.addChild(new Text({ text: inLanguage(title), style: { ...NAME_STYLE, fontFamily: pageFont() } }));
       // The world's y axis goes up.

@@ -7,11 +7,11 @@ import { FORMATS } from "../generated/steps";
 import { attempt } from "../projects/actions";
 import { loadProject } from "../projects/project";
 import { useStudio, useWords } from "../state/studio";
-import { colourOf, groupOf } from "../words/bits";
+import { colourOf, isTold } from "../words/bits";
 import css from "./missions.module.css";
 
 /** The fields that a pupil may flip: neither reserved bits nor the parity, which images write as 0. */
-const FIELDS = FORMATS.control.filter(({ name }) => !["reserved", "parity"].includes(groupOf(name)));
+const FIELDS = FORMATS.control.filter(isTold);
 
 /** Flip a bit of a word; the blocks then say what the new word means. */
 async function flip(words: readonly CompiledWord[], place: number, bit: number): Promise<void> {
@@ -50,7 +50,7 @@ function Bits({ words, place, field }: { words: readonly CompiledWord[]; place: 
   const word = parseInt(words[place]!.hex, 16);
   const title = t(`fields.${field.name}`);
   return (
-    <span className={css.field} title={title} style={{ "--bits": colourOf(field.name) } as CSSProperties}>
+    <span className={css.field} title={title} style={{ "--bits": colourOf(field) } as CSSProperties}>
       {Array.from({ length: field.high - field.low + 1 }, (_, k) => field.high - k).map((bit) => {
         const value = Math.floor(word / 2 ** bit) % 2;
         return (

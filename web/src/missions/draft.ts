@@ -58,8 +58,6 @@ export function leaveDraft(): void {
   comeBack();
 }
 
-let edits = 0;
-
 /** Change the draft. Edits with the same name one after another are undone together. */
 export function editDraft(changes: Partial<Draft>, name: string | null = null): void {
   const { draft: before } = useDraft.getState();
@@ -69,18 +67,15 @@ export function editDraft(changes: Partial<Draft>, name: string | null = null): 
     if (useDraft.getState().draft) useDraft.setState({ draft: shown });
   };
   useDraft.setState({ draft });
-  record({ key: `mission ${name ?? ++edits}`, undo: show(before), redo: show(draft) });
+  record({ key: name && `mission ${name}`, undo: show(before), redo: show(draft) });
 }
 
-/** A goal of a kind with the values that it has unless given; a number that is needed begins as small as it may be. */
+/** A goal of a kind with the values with which the editor begins. */
 export function newGoal(kind: GoalKind, zone = ""): DraftGoal {
   const goal: DraftGoal = { kind, star: 1 };
   for (const field of GOAL_KINDS[kind]) {
-    if (field.optional && field.name !== "least_m") continue;
-    if ("first" in field) goal[field.name] = field.first;
-    else if (field.input === "zone") goal.zone = zone;
-    else if (field.input === "led") goal.led = 0;
-    else if ("least" in field) goal[field.name] = Math.max(field.least, Math.min(1, field.most));
+    if (field.input === "zone") goal.zone = zone;
+    else if ("first" in field) goal[field.name] = field.first;
   }
   return goal;
 }

@@ -8,10 +8,9 @@ import type { PairProject, PairView } from "../generated/classroom";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
-import { markUnsaved, replaceBy } from "../projects/project";
+import { markUnsaved, openProject, replaceBy } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
-import { collectEdits } from "../words/compiling";
 import { isForeign, type Shared, usePair } from "./store";
 
 const WRITE_MS = 250;
@@ -50,10 +49,9 @@ const asText = ({ leader, followers, mat, range_mm, profile }: Project) => JSON.
 
 /** What the page holds as a project; of a window, only what belongs to it. */
 function projectOf(window?: EditorName): Project {
-  collectEdits();
-  const { leader, followers, profile, mat, rangeMm } = useStudio.getState();
-  if (window === "followers") return { leader: {}, followers, profile, mat: null, range_mm: null, python: null, level: null };
-  return { leader, followers: window ? null : followers, profile, mat, range_mm: rangeMm, python: null, level: null };
+  const project = { ...openProject(), python: null, level: null };
+  if (window === "followers") return { ...project, leader: {}, mat: null, range_mm: null };
+  return window ? { ...project, followers: null } : project;
 }
 
 async function begin(view: PairView): Promise<void> {

@@ -25,10 +25,10 @@ const AWAY_MS = 10_000;
 
 /** `here`: what the sender has, and whether it wants to know of others; `gone`: it leaves; `swap`: both agree. */
 type Told =
-  | { is: "here"; from: string; owns: EditorName[]; asks: boolean; wantsAnswer: boolean }
-  | { is: "gone" | "swap"; from: string }
-  | { is: "stored"; from: string; window: EditorName; version: number }
-  | { is: "conduct"; from: string; conducted: Conducted };
+  | { is: "here"; owns: EditorName[]; asks: boolean; wantsAnswer: boolean }
+  | { is: "gone" | "swap" }
+  | { is: "stored"; window: EditorName; version: number }
+  | { is: "conduct"; conducted: Conducted };
 
 export const canShare = () => typeof BroadcastChannel !== "undefined" && "locks" in navigator;
 
@@ -49,7 +49,7 @@ class Tabs implements Shared {
     private readonly name: string,
   ) {
     this.channel = new BroadcastChannel(KEY + id);
-    this.channel.addEventListener("message", ({ data }: MessageEvent<Told>) => void this.hear(data));
+    this.channel.addEventListener("message", ({ data }: MessageEvent<Told & { from: string }>) => void this.hear(data));
     window.addEventListener("pagehide", () => this.say({ is: "gone" }), { signal: this.closed.signal });
     this.timer = setInterval(() => document.hidden || this.tellOthers(true), ASK_MS);
     void this.lock(`tab.${this.me}`, {});
@@ -112,17 +112,16 @@ class Tabs implements Shared {
     receive(this.view(), this.me, this);
   }
 
-  private say(told: { is: "gone" | "swap" } | { is: "stored"; window: EditorName; version: number } | { is: "conduct"; conducted: Conducted }): void {
+  private say(told: Told): void {
     if (!this.closed.signal.aborted) this.channel.postMessage({ from: this.me, ...told });
   }
 
   private tellOthers(wantsAnswer = false): void {
-    if (this.closed.signal.aborted) return;
-    this.channel.postMessage({ is: "here", from: this.me, owns: this.owns, asks: this.asks, wantsAnswer } satisfies Told);
+    this.say({ is: "here", owns: this.owns, asks: this.asks, wantsAnswer });
     if (wantsAnswer) this.publish();
   }
 
-  private async hear(told: Told): Promise<void> {
+  private async hear(told: Told & { from: string }): Promise<void> {
     switch (told.is) {
       case "here": {
         // Its lock is free as soon as it is closed, or has crashed.

@@ -7,7 +7,7 @@ import type { EditorView } from "@codemirror/view";
 import i18next from "i18next";
 import type { Profile } from "../api/types";
 import { levelMeaning, plainSeconds } from "../blocks/figures";
-import { PYTHON_CALLS, PYTHON_SETTINGS } from "../generated/steps";
+import { PYTHON_CALLS, PYTHON_SETTINGS, STEP_KINDS } from "../generated/steps";
 
 interface Parameter {
   name: string;
@@ -17,11 +17,12 @@ interface Parameter {
 }
 
 /** A function that makes a step. */
-export interface Call extends Pick<(typeof PYTHON_CALLS)[number], "name" | "kind" | "signature" | "example" | "holds" | "accompanies"> {
+export interface Call extends Pick<(typeof PYTHON_CALLS)[number], "name" | "kind" | "signature" | "example"> {
   parameters: readonly Parameter[];
 }
 
 export const CALLS: readonly Call[] = PYTHON_CALLS;
+const stepOf = ({ kind }: Call) => STEP_KINDS.find((each) => each.kind === kind)!;
 
 export const meaningOf = ({ name, kind }: Call): string => i18next.t([`python.does.${name}`, `tooltips.${kind}`] as never);
 
@@ -109,7 +110,7 @@ function argumentOptions(call: Call, outer: readonly Place[], { given, keyword, 
     const parameter = call.parameters.find(({ name }) => name === keyword);
     return parameter ? valueOptions(call, parameter, profile) : [];
   }
-  const open = isPart && call.accompanies ? [] : call.parameters.slice(commas - given.size);
+  const open = isPart && stepOf(call).accompanies ? [] : call.parameters.slice(commas - given.size);
   const next = given.size === 0 ? open[0] : undefined;
   const named = open.filter(({ name }) => !given.has(name)).map((each) => nameOption(each.name, rangeOf(each)));
   const switches = settings.filter((name) => !given.has(name)).map((name) => nameOption(name, i18next.t("python.setting"), -50));
@@ -128,8 +129,8 @@ export function completeAt(context: CompletionContext, profile: Profile): Comple
   // Without a call around it, a list would be in the way at each new line.
   if (!explicit && !word && !(call && context.matchBefore(/[(,=] */))) return null;
   const options = call && place ? argumentOptions(call, outer, place, profile) : [];
-  const inside = CALLS.filter(({ holds }) => !(holds && place?.call === "together"));
-  const takesSteps = !call || (call.holds && place!.keyword === null && place!.commas >= call.parameters.length);
+  const inside = CALLS.filter((each) => !(stepOf(each).holds && place?.call === "together"));
+  const takesSteps = !call || (stepOf(call).holds && place!.keyword === null && place!.commas >= call.parameters.length);
   if (takesSteps) options.push(...inside.map(callOption));
   return options.length > 0 ? { from, options, validFor: /^\w*$/ } : null;
 }

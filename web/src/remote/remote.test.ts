@@ -1,50 +1,30 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import cases from "../../../tests/drive/deadman_cases.json";
-import type { Stream, StreamListeners } from "../api/service";
+import { PlayedStream } from "../api/testStream";
 import { PERIOD_MS } from "../generated/driving";
 import { useSettings } from "../state/settings";
 import { AT_REST, type Axes, DeadmanSwitch, HeldInputs, Link, socketAddress, stampAt, type Switches, useRemote, userOf } from "./link";
 
 const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
 
-/** A server whose answers the test gives. */
-class Server implements Stream {
-  isOpen = true;
-  received: Record<string, unknown>[] = [];
-  constructor(private readonly page: StreamListeners) {}
-  send(text: unknown): boolean {
-    if (this.isOpen) this.received.push(JSON.parse(text as string) as Record<string, unknown>);
-    return this.isOpen;
-  }
-  close(): void {
-    this.isOpen = false;
-  }
-  /** The server ends it. */
-  end(): void {
-    this.isOpen = false;
-    this.page.onClose();
-  }
-  answer(message: unknown): void {
-    this.page.onMessage(JSON.stringify(message));
-  }
-}
-
-let servers: Server[] = [];
 let nowMs = 0;
 
-function opened(firstCar: string | null = null): { link: Link; server: Server } {
-  const open = (page: StreamListeners) => {
-    servers.push(new Server(page));
-    return servers.at(-1)!;
-  };
-  const link = new Link(open, () => nowMs);
+/** The link's newest stream, on which the server says hello. */
+function answered(): PlayedStream {
+  const server = PlayedStream.all.at(-1)!;
+  server.open();
+  server.say({ is: "hello", cars: LISTED });
+  return server;
+}
+
+function opened(firstCar: string | null = null): { link: Link; server: PlayedStream } {
+  const link = new Link((page) => new PlayedStream(page), () => nowMs);
   link.open(firstCar);
-  servers[0]!.answer({ is: "hello", cars: LISTED });
-  return { link, server: servers[0]! };
+  return { link, server: answered() };
 }
 
 beforeEach(() => {
-  servers = [];
+  PlayedStream.all = [];
   nowMs = 0;
   vi.useFakeTimers();
   useRemote.setState(useRemote.getInitialState(), true);
@@ -53,29 +33,28 @@ afterEach(() => vi.useRealTimers());
 
 describe("a link", () => {
   it("joins the first car, or the one that is asked for", () => {
-    expect(opened().server.received).toEqual([{ do: "join", car: "0" }]);
-    servers = [];
+    expect(opened().server.messages).toEqual([{ do: "join", car: "0" }]);
     useRemote.setState(useRemote.getInitialState(), true);
-    expect(opened("2").server.received).toEqual([{ do: "join", car: "2" }]);
+    expect(opened("2").server.messages).toEqual([{ do: "join", car: "2" }]);
   });
 
   it("drives all cars that it joined with one message of two axes", () => {
     const { link, server } = opened();
     link.join("1");
     link.drive({ throttle: 0.5, steering: -1 });
-    expect(server.received.at(-1)).toEqual({ do: "drive", cars: ["0", "1"], throttle: 0.5, steering: -1, number: 1, stamp: 1 });
+    expect(server.messages.at(-1)).toEqual({ do: "drive", cars: ["0", "1"], throttle: 0.5, steering: -1, number: 1, stamp: 1 });
     link.leave("0");
     link.stopAll();
-    expect(server.received.at(-1)).toEqual({ do: "stop", cars: ["1"] });
+    expect(server.messages.at(-1)).toEqual({ do: "stop", cars: ["1"] });
   });
 
   it("measures the time from a stick to its answer", () => {
     const { link, server } = opened();
     link.drive({ throttle: 1, steering: 0 });
     nowMs = 37;
-    server.answer({ is: "received", number: 1 });
+    server.say({ is: "received", number: 1 });
     expect(useRemote.getState().roundTripMs).toBe(37);
-    server.answer({ is: "received", number: 999 });
+    server.say({ is: "received", number: 999 });
     expect(useRemote.getState().roundTripMs).toBe(37);
   });
 
@@ -83,21 +62,20 @@ describe("a link", () => {
     const { link, server } = opened();
     link.drive({ throttle: 0, steering: 0 });
     nowMs = 4000;
-    server.answer({ is: "telemetry", cars: {}, clock: 1234 });
-    expect(server.received.at(-1)).toEqual({ do: "sync", clock: 1234, number: 1, stamp: 1001 });
+    server.say({ is: "telemetry", cars: {}, clock: 1234 });
+    expect(server.messages.at(-1)).toEqual({ do: "sync", clock: 1234, number: 1, stamp: 1001 });
   });
 
   it("comes back by itself, joins the same cars, and shows nothing old meanwhile", () => {
     const { link, server } = opened();
     link.join("2");
-    server.answer({ is: "telemetry", cars: { 0: { state: "moving" } }, clock: null });
+    server.say({ is: "telemetry", cars: { 0: { state: "moving" } }, clock: null });
     server.end();
     expect(useRemote.getState()).toMatchObject({ open: false, telemetry: {} });
     link.drive({ throttle: 1, steering: 0 });
     vi.advanceTimersByTime(1000);
-    expect(servers).toHaveLength(2);
-    servers[1]!.answer({ is: "hello", cars: LISTED });
-    expect(servers[1]!.received).toEqual([
+    expect(PlayedStream.all).toHaveLength(2);
+    expect(answered().messages).toEqual([
       { do: "join", car: "0" },
       { do: "join", car: "2" },
     ]);
@@ -107,7 +85,7 @@ describe("a link", () => {
   it("leaves cars that are there no longer", () => {
     const { link, server } = opened();
     link.join("2");
-    server.answer({ is: "hello", cars: LISTED.slice(0, 2) });
+    server.say({ is: "hello", cars: LISTED.slice(0, 2) });
     expect(useRemote.getState().joined).toEqual(["0"]);
   });
 });
@@ -241,7 +219,6 @@ describe("the user's name", () => {
     expect(useRemote.getState().open).toBe(false);
     vi.advanceTimersByTime(625);
     expect(server.isOpen).toBe(false);
-    servers[1]!.answer({ is: "hello", cars: LISTED });
-    expect(servers[1]!.received).toEqual([{ do: "join", car: "1" }]);
+    expect(answered().messages).toEqual([{ do: "join", car: "1" }]);
   });
 });

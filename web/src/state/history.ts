@@ -3,8 +3,8 @@
 import { create } from "zustand";
 
 interface Edit {
-  /** Edits with the same key one after another, such as the steps of a drag, are undone together. */
-  key: string;
+  /** Edits with the same key one after another, such as the steps of a drag, are undone together; null joins none. */
+  key: string | null;
   undo: () => void;
   redo: () => void;
 }
@@ -26,7 +26,7 @@ let joins = false;
 export function record(edit: Edit): void {
   const { done } = useHistory.getState();
   const last = done.at(-1);
-  const joined = joins && last?.key === edit.key ? { ...edit, undo: last.undo } : edit;
+  const joined = joins && edit.key !== null && last?.key === edit.key ? { ...edit, undo: last.undo } : edit;
   useHistory.setState({ done: [...(joined === edit ? done : done.slice(0, -1)), joined].slice(-MOST), undone: [] });
   joins = true;
 }

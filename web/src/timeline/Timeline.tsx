@@ -10,7 +10,7 @@ import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useWords } from "../state/studio";
-import { endAll, useScroll } from "../ui/areas";
+import { endAll, sharpContext, useScroll } from "../ui/areas";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
 
@@ -113,15 +113,6 @@ function Lanes({ words, spanMs, cars }: { words: readonly CompiledWord[]; spanMs
       <div style={{ height: Math.max(0, AXIS_PX + cars * LANE_PX - height) }} />
     </div>
   );
-}
-
-function sharpContext(element: HTMLCanvasElement, width: number, height: number): CanvasRenderingContext2D {
-  const sharpness = Math.min(2, devicePixelRatio);
-  element.width = width * sharpness;
-  element.height = height * sharpness;
-  const g = element.getContext("2d")!;
-  g.scale(sharpness, sharpness);
-  return g;
 }
 
 const SPANS_S = [5, 10, 20, 60, 300];

@@ -85,6 +85,21 @@ export function watchSize(element: Element, changed: () => void): () => void {
   return () => observer.disconnect();
 }
 
+const CALM = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** Whether the user wants nothing to move by itself. */
+export const isCalm = () => CALM.matches;
+
+/** Make a canvas so large, in pixels of the page, and sharp; returns what draws on it by these pixels. */
+export function sharpContext(canvas: HTMLCanvasElement, width: number, height: number): CanvasRenderingContext2D {
+  const sharpness = Math.min(2, devicePixelRatio);
+  const size = { width: Math.round(width * sharpness), height: Math.round(height * sharpness) };
+  if (canvas.width !== size.width || canvas.height !== size.height) Object.assign(canvas, size);
+  const g = canvas.getContext("2d")!;
+  g.setTransform(sharpness, 0, 0, sharpness, 0, 0);
+  return g;
+}
+
 /** A function that calls all of these: each ends something. */
 export const endAll = (...ends: (() => void)[]) => () => ends.forEach((end) => end());
 

@@ -1,59 +1,32 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { connectTo, type Stream, type StreamListeners } from "../api/service";
+import { connectTo } from "../api/service";
+import { PlayedStream } from "../api/testStream";
 import { CutOffError, PortBusyError, type SerialPort, transfer, transferBySerial } from "./transfer";
-
-/** The service's end of a stream, played by the test. */
-class PlayedStream implements Stream {
-  static last: PlayedStream;
-  readonly sent: unknown[] = [];
-  closed = false;
-
-  constructor(
-    readonly name: string,
-    readonly listeners: StreamListeners,
-  ) {
-    PlayedStream.last = this;
-  }
-
-  send(data: unknown): boolean {
-    this.sent.push(data);
-    return true;
-  }
-
-  close(): void {
-    this.closed = true;
-  }
-
-  say(data: unknown): void {
-    this.listeners.onMessage(data instanceof ArrayBuffer ? data : JSON.stringify(data));
-  }
-}
 
 connectTo({
   ask: vi.fn(),
-  openStream: (name, _, listeners) => new PlayedStream(name, listeners),
+  openStream: (_, __, listeners) => new PlayedStream(listeners),
 });
 afterEach(() => void vi.clearAllMocks());
+const newest = () => PlayedStream.all.at(-1)!;
 
 describe("an upload", () => {
   it("asks for its port, tells its progress and its outcome", async () => {
     const progress = vi.fn();
     const done = transfer("/dev/car", { image: "AAAA", verify: true }, progress);
-    const stream = PlayedStream.last;
-    stream.listeners.onOpen();
-    expect(stream.sent.map((text) => JSON.parse(text as string) as unknown)).toEqual([
-      { port: "/dev/car", image: "AAAA", verify: true },
-    ]);
+    const stream = newest();
+    stream.open();
+    expect(stream.messages).toEqual([{ port: "/dev/car", image: "AAAA", verify: true }]);
     stream.say({ sent: 2, of: 4 });
     stream.say({ outcome: "not-verified" });
     expect(await done).toEqual({ outcome: "not-verified" });
     expect(progress).toHaveBeenCalledWith({ sent: 2, of: 4 });
-    expect(stream.closed).toBe(true);
+    expect(stream.isOpen).toBe(false);
   });
 
   it("never calls a broken connection done", async () => {
     const done = transfer("/dev/car", { readback: true }, vi.fn());
-    PlayedStream.last.listeners.onClose();
+    newest().end();
     await expect(done).rejects.toThrow(CutOffError);
   });
 });
@@ -92,11 +65,11 @@ class PlayedPort extends EventTarget implements SerialPort {
 
 /** A readback through the port, begun: its end, and the service's end of its stream. */
 async function begin(port: PlayedPort) {
-  const before = PlayedStream.last;
+  const before = newest();
   const done = transferBySerial(port, 115_200, { readback: true }, vi.fn());
-  await vi.waitFor(() => expect(PlayedStream.last).not.toBe(before));
-  const stream = PlayedStream.last;
-  stream.listeners.onOpen();
+  await vi.waitFor(() => expect(newest()).not.toBe(before));
+  const stream = newest();
+  stream.open();
   return { done, stream };
 }
 

@@ -1,6 +1,6 @@
 import type { CSSProperties } from "react";
 import type { CompiledWord, Profile } from "../api/types";
-import { colourOf, fieldMeaning, groupOf, runsOf } from "./bits";
+import { colourOf, fieldMeaning, isTold, runsOf } from "./bits";
 import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
 
@@ -10,7 +10,7 @@ const HALF = 16;
 /** The 32 bits of one word in the colours of their fields, and below them what those say that are set. */
 export function WordBits({ word, profile }: { word: CompiledWord; profile: Profile }) {
   const runs = runsOf(word);
-  const told = runs.filter(({ field, isSet }) => isSet && !["reserved", "parity"].includes(groupOf(field.name)));
+  const told = runs.filter(({ field, isSet }) => isSet && isTold(field));
   return (
     <div className={css.bits}>
       {[runs.filter(({ field }) => field.low >= HALF), runs.filter(({ field }) => field.low < HALF)].map((half, k) => (
@@ -19,7 +19,7 @@ export function WordBits({ word, profile }: { word: CompiledWord; profile: Profi
             <span
               key={field.name}
               className={css.field}
-              style={{ "--bits": colourOf(field.name) } as CSSProperties}
+              style={{ "--bits": colourOf(field) } as CSSProperties}
               data-set={isSet || undefined}
               data-bits={bits}
               title={fieldMeaning(word, field, profile)}
@@ -29,7 +29,7 @@ export function WordBits({ word, profile }: { word: CompiledWord; profile: Profi
       ))}
       <ul>
         {told.map(({ field }) => (
-          <li key={field.name} style={{ "--bits": colourOf(field.name) } as CSSProperties}>
+          <li key={field.name} style={{ "--bits": colourOf(field) } as CSSProperties}>
             {fieldMeaning(word, field, profile)}
           </li>
         ))}

@@ -87,9 +87,9 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
           tabIndex={at === active ? 0 : -1}
           className={css.field}
           data-narrow={isNarrow(fields, field) || undefined}
-          style={{ "--bits": colourOf(field.name) } as CSSProperties}
+          style={{ "--bits": colourOf(field) } as CSSProperties}
           data-field={field.name}
-          data-lit={isLit(word, field.name, lit) || undefined}
+          data-lit={isLit(word, field, lit) || undefined}
           data-set={valueOf(word, field.name) !== 0 || undefined}
           aria-label={fieldMeaning(word, field, profile)}
           // The style sheet shows the bits: screen readers read out the meaning only.
@@ -118,10 +118,10 @@ function useLitBlocks(): { editor: EditorName | null; blocks: ReadonlySet<string
 /** The first field that comes from these blocks; the old place where it comes from them too, or where none does. */
 function placeOfBlocks(words: readonly CompiledWord[], editor: EditorName | null, blocks: ReadonlySet<string>, old: Place): Place {
   const firstLit = (word: CompiledWord | undefined) =>
-    word?.part === editor ? fieldsOf(word).findIndex(({ name }) => isLit(word, name, blocks)) : -1;
+    word?.part === editor ? fieldsOf(word).findIndex((field) => isLit(word, field, blocks)) : -1;
   const there = words[old.row];
   const field = there && fieldsOf(there)[old.field];
-  if (there?.part === editor && field && isLit(there, field.name, blocks)) return old;
+  if (there?.part === editor && field && isLit(there, field, blocks)) return old;
   const row = words.findIndex((word) => firstLit(word) >= 0);
   return row < 0 ? old : { row, field: firstLit(words[row]) };
 }

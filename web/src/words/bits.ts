@@ -1,45 +1,24 @@
 /** A word's bits, field by field: which block each belongs to, what its value means to the car, and a table for a spreadsheet. */
 
 import type { CompiledWord, Field, Profile } from "../api/types";
-import { FORMATS, HUES, WORD_FIELDS } from "../generated/steps";
+import { FORMATS, HUES } from "../generated/steps";
 import i18next from "i18next";
 import { levelMeaning, secondsMeaning } from "../blocks/figures";
 
-type StepField = keyof typeof WORD_FIELDS;
-type Group = (typeof WORD_FIELDS)[StepField]["group"] | "count" | "dwell" | "infrared" | "reserved" | "parity";
-
-/** The groups of the fields that no step fills. */
-const OTHER_GROUPS: Record<string, Group> = {
-  leader_states: "count",
-  follower_words: "count",
-  dwell: "dwell",
-  accept_ir: "infrared",
-  forward: "infrared",
-  parity: "parity",
-};
-
-/** What a step's field means; undefined for a field that no step fills. */
-function stepField(field: string): (typeof WORD_FIELDS)[StepField] | undefined {
-  return field in WORD_FIELDS ? WORD_FIELDS[field as StepField] : undefined;
-}
-
-/** The group of the field; it also determines its colour. */
-export function groupOf(field: string): Group {
-  return stepField(field)?.group ?? OTHER_GROUPS[field] ?? "reserved";
-}
+/** Whether the field's bits say something: reserved bits and the parity don't. */
+export const isTold = ({ group }: Field): boolean => group !== "reserved" && group !== "parity";
 
 /** The colour of the field's bits: of the hue that its group is declared with, or the style sheet's own. */
-export function colourOf(field: string): string {
-  const group = groupOf(field);
+export function colourOf({ group }: Field): string {
   return group in HUES ? `hsl(${HUES[group as keyof typeof HUES]} var(--bits-shade))` : `var(--bits-${group})`;
 }
 
 /** Whether the field is one bit that has a group for itself: its column is widened for the group's name. */
-export function isNarrow(fields: readonly Field[], { name, high, low }: Field): boolean {
-  return high === low && fields.filter((each) => groupOf(each.name) === groupOf(name)).length === 1;
+export function isNarrow(fields: readonly Field[], { group, high, low }: Field): boolean {
+  return high === low && fields.filter((each) => each.group === group).length === 1;
 }
 
-const placesOf = (fields: readonly Field[]) => new Map(fields.map((field) => [field.name as string, field]));
+const placesOf = (fields: readonly Field[]) => new Map<string, Field>(fields.map((field) => [field.name, field]));
 const kindOf = ({ part }: CompiledWord) => (part === "header" ? "header" : "control");
 const PLACES = { header: placesOf(FORMATS.header), control: placesOf(FORMATS.control) };
 
@@ -64,11 +43,9 @@ export function hasBlockIn(word: CompiledWord, blocks: ReadonlySet<string>): boo
 }
 
 /** Whether the field is there because of one of these blocks: its bits light up with them. */
-export function isLit(word: CompiledWord, field: string, blocks: ReadonlySet<string>): boolean {
-  const group = groupOf(field);
-  if (group === "reserved" || group === "parity" || blocks.size === 0) return false;
-  const block = blockOf(word, field);
-  return block !== null && blocks.has(block);
+export function isLit(word: CompiledWord, field: Field, blocks: ReadonlySet<string>): boolean {
+  const block = blockOf(word, field.name);
+  return isTold(field) && block !== null && blocks.has(block);
 }
 
 const sameWord = (a: CompiledWord | undefined, b: CompiledWord) =>
@@ -80,7 +57,7 @@ export function sharedWords(before: readonly CompiledWord[], now: readonly Compi
 }
 
 export interface Span {
-  group: Group;
+  group: Field["group"];
   fields: Field[];
 }
 
@@ -88,10 +65,9 @@ export interface Span {
 export function spansOf(fields: readonly Field[]): Span[] {
   const spans: Span[] = [];
   for (const field of fields) {
-    const group = groupOf(field.name);
     const last = spans.at(-1);
-    if (last?.group === group) last.fields.push(field);
-    else spans.push({ group, fields: [field] });
+    if (last?.group === field.group) last.fields.push(field);
+    else spans.push({ group: field.group, fields: [field] });
   }
   return spans;
 }
@@ -101,15 +77,14 @@ const isTagged = (word: CompiledWord) => word.part === "header" && valueOf(word,
 
 const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? i18next.t("meaning.dwellTagged", { dwell }) : dwell);
 
-function valueMeaning(word: CompiledWord, field: string, value: number, profile: Profile): string {
-  const declared = stepField(field);
-  if (declared) {
-    switch (declared.meaning) {
+function valueMeaning(word: CompiledWord, field: Field, value: number, profile: Profile): string {
+  if ("meaning" in field) {
+    switch (field.meaning) {
       case "choice":
-        return i18next.t(`blocks.${declared.options[value] ?? declared.options[0]}`);
+        return i18next.t(`blocks.${field.options[value] ?? field.options[0]}`);
       case "level": {
         const turning = [1, 2].includes(valueOf(word, "motor_direction"));
-        return levelMeaning(profile, declared.menu, value, turning);
+        return levelMeaning(profile, field.menu, value, turning);
       }
       case "duration":
         return secondsMeaning(profile.durations_ms[value]);
@@ -117,7 +92,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
         return i18next.t(value ? "blocks.yes" : "blocks.no");
     }
   }
-  switch (field) {
+  switch (field.name) {
     case "leader_states":
     case "follower_words":
       return String(value);
@@ -136,7 +111,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
 export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile): string {
   const value = valueOf(word, field.name);
   const bits = field.high === field.low ? String(field.high) : `${field.high}–${field.low}`;
-  const meaning = valueMeaning(word, field.name, value, profile);
+  const meaning = valueMeaning(word, field, value, profile);
   return i18next.t(meaning === String(value) ? "words.count" : "words.field", {
     bits,
     title: i18next.t(`fields.${field.name}`),
@@ -153,11 +128,6 @@ export function runsOf(word: CompiledWord): { field: Field; bits: string; isSet:
   return fieldsOf(word).map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
 }
 
-const cell = (value: string | number) => {
-  const text = String(value);
-  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-};
-
 /** A line for each word: its index, part, bytes, bits, and every field of both formats. */
 export function wordsCsv(words: readonly CompiledWord[]): string {
   const fields: readonly Field[] = [...FORMATS.header.filter(({ name }) => name !== "reserved"), ...FORMATS.control];
@@ -168,5 +138,5 @@ export function wordsCsv(words: readonly CompiledWord[]): string {
     parseInt(word.hex, 16).toString(2).padStart(32, "0"),
     ...fields.map(({ name }) => (PLACES[kindOf(word)].has(name) ? valueOf(word, name) : "")),
   ]);
-  return [["index", "part", "hex", "bits", ...fields.map(({ name }) => name)], ...lines].map((line) => line.map(cell).join(",") + "\r\n").join("");
+  return [["index", "part", "hex", "bits", ...fields.map(({ name }) => name)], ...lines].map((line) => line.join(",") + "\r\n").join("");
 }

@@ -1,16 +1,10 @@
 import { describe, expect, it } from "vitest";
 import type { CompiledWord, Field } from "../api/types";
+import { FORMATS } from "../generated/steps";
 import { bitsOf, blockOf, isLit, runsOf, sharedWords, spansOf, wordsCsv } from "./bits";
 
-const field = (name: Field["name"], high: number, low = high): Field => ({ name, high, low });
-const control = [
-  field("accept_ir", 31),
-  field("motor_enable", 29),
-  field("motor_direction", 28, 27),
-  field("led_which", 22, 21),
-  field("reserved", 11, 1),
-  field("parity", 0),
-];
+const NAMES: readonly string[] = ["accept_ir", "motor_enable", "motor_direction", "led_which", "reserved", "parity"];
+const control: readonly Field[] = FORMATS.control.filter(({ name }) => NAMES.includes(name));
 const word: CompiledWord = {
   hex: "b0200001",
   part: "leader",
@@ -20,7 +14,7 @@ const word: CompiledWord = {
 
 describe("bits", () => {
   it("stand where the format says, the most significant first", () => {
-    expect(control.map((each) => bitsOf(word, each))).toEqual(["1", "1", "10", "01", "00000000000", "1"]);
+    expect(control.map((each) => bitsOf(word, each))).toEqual(["1", "1", "10", "01", "0000000000", "1"]);
   });
 
   it("are 32, in two halves that no field crosses", () => {
@@ -37,7 +31,7 @@ describe("bits", () => {
   });
 
   it("light up with their own block only, and reserved ones never", () => {
-    const lit = (...blocks: string[]) => control.filter(({ name }) => isLit(word, name, new Set(blocks))).map(({ name }) => name);
+    const lit = (...blocks: string[]) => control.filter((field) => isLit(word, field, new Set(blocks))).map(({ name }) => name);
     expect(lit("led")).toEqual(["led_which"]);
     expect(lit("drive", "together")).toEqual(["accept_ir", "motor_enable", "motor_direction"]);
     expect(lit()).toEqual([]);
