@@ -24,12 +24,12 @@ def driving_types() -> str:
     return "\n".join(
         [
             _HEAD,
-            *_union("State", deadman.STATES),
-            *_union("Event", deadman.EVENTS),
+            *_union("DeadmanState", deadman.STATES),
+            *_union("DeadmanEvent", deadman.EVENTS),
             "/** The next state for a state and an event; an event that isn't there changes nothing. */",
-            constant("NEXT", table, "Record<State, Partial<Record<Event, State>>>"),
+            constant("NEXT", table, "Record<DeadmanState, Partial<Record<DeadmanEvent, DeadmanState>>>"),
             "/** After how long a state gets the event `over`. */",
-            constant("LASTS_MS", lasts, "Partial<Record<State, number>>"),
+            constant("LASTS_MS", lasts, "Partial<Record<DeadmanState, number>>"),
             "/** How often a command is sent. */",
             constant("PERIOD_MS", deadman.PERIOD_MS),
             "/** How long a command counts. */",

@@ -28,7 +28,8 @@ settings.load_profile("quick")
 HERE = Path(__file__).parent
 # What the tests of a folder need besides Python; `make quick` runs those that need nothing.
 MARKERS = {"browser": "browser", "site": "browser", "arduino": "chip", "portable": "chip", "firmware": "chip"}
-MARKERS |= {"server": "server", "classroom": "server", "upload": "server", "cameras": "server"}
+MARKERS["export"] = "chip"
+MARKERS |= dict.fromkeys(("cameras", "classroom", "cli", "faults", "fleet", "server", "upload"), "server")
 # Their tests wait for pages, processes and sockets: one that fails runs once more (docs/adr/0042-second-try.md).
 SECOND_TRY = {"browser", "site", "server", "classroom", "upload", "cameras", "cli", "drive", "fleet"}
 

@@ -1,6 +1,7 @@
 """The layout of the package: which part imports which, and how large files and functions are."""
 
 import ast
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +18,8 @@ OTHER_FILES = sorted(
 MOST_FILES = 245
 MOST_LINES = 400
 MOST_PARAMETERS = 8
+# What a page is sent of these has their name too.
+SAME_IN_MESSAGES = {"Diagnostic", "Fix", "Mission", "Resume", "Telemetry"}
 
 # What every package may import: errors, their sentences, and what devices declare.
 COMMON = ("devices", "errors", "extras", "locales", "outcomes")
@@ -149,6 +152,11 @@ def test_the_package_has_few_files():
 def test_files_are_short_enough_to_read():
     lines = {file: len(file.read_text(encoding="utf-8").splitlines()) for file in (*FILES, *OTHER_FILES)}
     assert {file.relative_to(ROOT).as_posix(): count for file, count in lines.items() if count > MOST_LINES} == {}
+
+
+def test_a_name_of_a_class_means_one_thing():
+    names = [node.name for name in NAMES for node in ast.walk(tree_of(name)) if isinstance(node, ast.ClassDef)]
+    assert {name for name, count in Counter(names).items() if count > 1} == SAME_IN_MESSAGES
 
 
 def parameters_of(function):

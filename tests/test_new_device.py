@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from support.waiting import DEADLINE_S
+
 ROOT = Path(__file__).parent.parent
 # A bumper: no bit is free, so it takes that of the PIR sensor.
 BUMPER = '''"""The bumper: two switches at the front."""
@@ -72,7 +74,7 @@ print("touched: Uint8Array;  // 0 to 3" in world_types(), '"kerb": "ends"' in wo
 def run(folder, *command):
     environment = {"PYTHONPATH": str(folder / "src"), "PATH": "", "SYSTEMROOT": ""}
     made = subprocess.run(
-        [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True, timeout=60
+        [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True, timeout=DEADLINE_S
     )
     return made.returncode, made.stdout + made.stderr
 

@@ -9,6 +9,7 @@ import pytest
 
 import motorcade
 from motorcade.program.steps import KINDS
+from support.waiting import DEADLINE_S
 
 PUBLIC = {
     "words": ["CONTROL", "DRIVE", "FRAME", "HEADER", "WordError"],
@@ -25,7 +26,7 @@ NAMES = sorted(["__version__", *(name for names in PUBLIC.values() for name in n
 def after(statement):
     """The modules that a fresh Python has imported after ``statement``."""
     script = f"{statement}; import sys; print('\\n'.join(sys.modules))"
-    return subprocess.check_output([sys.executable, "-c", script], text=True, timeout=60).split()
+    return subprocess.check_output([sys.executable, "-c", script], text=True, timeout=DEADLINE_S).split()
 
 
 def test_the_public_names_are_these():

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run, run_many
-from motorcade.boards.lines import Line
+from motorcade.boards.lines import WaitingLine
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
@@ -30,7 +30,7 @@ def store(tmp_path):
 
 def board(clock, **more):
     return ComputerBoard(
-        Equipment(True, 3, levels_of(CLASSROOM), Line(), None, lambda data: None, clock_s=clock, **more)
+        Equipment(True, 3, levels_of(CLASSROOM), WaitingLine(), None, lambda data: None, clock_s=clock, **more)
     )
 
 
@@ -57,7 +57,7 @@ def test_a_car_waits_before_each_tick():
     assert max(waits) * 1000 < CLASSROOM.infrared.sense_ms
 
 
-class Port(Line):
+class Port(WaitingLine):
     """A line shared with others: how often its car read from it."""
 
     has_come, reads = False, 0
@@ -90,7 +90,7 @@ def test_a_car_whose_wheels_do_not_stop_is_closed_all_the_same():
         def close(self) -> None:
             done.append("closed")
 
-    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), Line(), None, lambda data: None))
+    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), WaitingLine(), None, lambda data: None))
     with pytest.raises(OSError, match="stuck"):
         run(made, lambda seconds: None, lambda: True)
     assert done == [(0, 0), "closed"]

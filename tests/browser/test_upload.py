@@ -6,7 +6,7 @@ from collections import deque
 from playwright.sync_api import expect
 
 from motorcade.boards.computer import ImageStore, simulated_car
-from motorcade.boards.lines import Line
+from motorcade.boards.lines import WaitingLine
 from motorcade.config.profile import built_in_profile
 from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED
@@ -41,7 +41,7 @@ def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(open_p
     expect(studio.block("followers", "right")).to_be_visible()
 
 
-class BrowserLine(Line):
+class BrowserLine(WaitingLine):
     """The car's end of a serial line, whose other end the page opens as a port of Web Serial."""
 
     address = "the browser"

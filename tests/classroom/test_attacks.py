@@ -1,4 +1,4 @@
-"""What pupils and strangers try: the teacher's addresses, other shelves, floods. Nobody else notices."""
+"""What pupils and strangers try: the teacher's addresses, other libraries, floods. Nobody else notices."""
 
 import json
 import threading
@@ -214,7 +214,7 @@ def test_no_page_and_no_redirect_holds_a_secret_and_none_is_sent_to_another_site
             assert not any(secret in said for secret in (shared.code, shared.eve.number, FIRST_KEY, PASSWORD))
 
 
-def test_what_a_pupil_imports_stays_in_the_own_shelf(room, tmp_path):
+def test_what_a_pupil_imports_stays_in_the_own_library(room, tmp_path):
     mia, ben = room.join("Mia"), room.join("Ben")
     ben.save("Robot")
     before = sorted(each.name for each in tmp_path.iterdir())

@@ -196,7 +196,7 @@ def test_a_class_begins_on_a_full_disk_and_says_so(tmp_path, monkeypatch):
         assert [pupil["id"] for pupil in view["pupils"]] == [mia.id]
 
 
-def test_a_full_shelf_keeps_the_hand_out_from_nobody_else(tmp_path):
+def test_a_full_library_keeps_the_hand_out_from_nobody_else(tmp_path):
     files = folder.ClassFolder(tmp_path, folder.LIMITS._replace(projects=2))
     with class_room(tmp_path, files=files) as room:
         mia, ben = room.join("Mia"), room.join("Ben")
@@ -250,7 +250,7 @@ def test_all_work_is_collected_with_an_overview(room):
     assert 'lang="zh"' in page
 
 
-def test_a_removed_pupil_is_out_at_once_and_shelf_and_own_missions_are_gone(room, tmp_path):
+def test_a_removed_pupil_is_out_at_once_with_library_and_own_missions_are_gone(room, tmp_path):
     mia, ben = room.join("Mia"), room.join("Ben")
     for pupil in (mia, ben):
         pupil.save("Robot")
@@ -291,7 +291,7 @@ def test_the_end_of_the_class_deletes_all_names_and_work(room, tmp_path):
     assert room.join("Mia").id == "02"
 
 
-def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_path):
+def test_libraries_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_path):
     with class_room(tmp_path) as room:
         room.join("Mia").save("Robot")
     files = ClassFolder(tmp_path)

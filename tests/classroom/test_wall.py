@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
-from motorcade.classroom.messages import DrawnWall, Wall
+from motorcade.classroom.messages import ClassWall, DrawnWall
 from motorcade.classroom.wall import ShownWorld, WallPictures
 from motorcade.engine.moment import moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
@@ -111,7 +111,7 @@ def test_a_slow_projector_gets_no_film():
     for step in range(6):
         still.at(step)
         sent += wall.answers(step / 5)
-    assert [type(answer) for answer in sent] == [Wall, bytes, bytes]
+    assert [type(answer) for answer in sent] == [ClassWall, bytes, bytes]
     wall.under_way -= 1
     (newest,) = wall.answers(2.0)
     assert on_the_wall(newest, [{"cars": 1}])[1][0][1][0].tolist() == [5], "what it missed is not sent later"
@@ -150,7 +150,7 @@ def test_the_list_is_sent_at_most_once_a_second():
         still.at(step)
         wall.under_way = 0
         sent += map(type, wall.answers(step / 5))
-    assert sent.count(Wall) == 2
+    assert sent.count(ClassWall) == 2
     assert sent.count(bytes) == 2, "no picture refers to a list that the page doesn't have"
 
 

@@ -8,6 +8,7 @@ import subprocess
 import pytest
 
 from support.command_line import INSTALLED, PARADE, Terminal, refusal, run
+from support.waiting import DEADLINE_S
 
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
 LIT = {"led": {"which": 1, "seconds": 1}}
@@ -104,7 +105,7 @@ def test_json_comes_whatever_the_output_can_encode(project):
     path = project(document({**DRIVE, "accept_ir": True, "id": "方块"}))
     narrow = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     command = [INSTALLED, "compile", str(path), "--language", "zh"]
-    ran = subprocess.run(command, env=narrow, capture_output=True, timeout=60, check=False)
+    ran = subprocess.run(command, env=narrow, capture_output=True, timeout=DEADLINE_S, check=False)
     assert ran.returncode == 1
     assert b"Traceback" not in ran.stderr
     assert json.loads(ran.stdout)["diagnostics"][0]["id"] == "方块"

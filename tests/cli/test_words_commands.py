@@ -18,6 +18,7 @@ from motorcade.config import profile
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL
 from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
+from support.waiting import DEADLINE_S
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
 HEAVY = (
@@ -51,7 +52,9 @@ def image(tmp_path):
 
 
 def test_the_installed_command_prints_its_version_and_imports_nothing_heavy():
-    assert subprocess.check_output([INSTALLED, "--version"], text=True, timeout=60) == f"motorcade {__version__}\n"
+    assert (
+        subprocess.check_output([INSTALLED, "--version"], text=True, timeout=DEADLINE_S) == f"motorcade {__version__}\n"
+    )
     modules = imported_by("--version")
     assert "motorcade.cli" in modules
     assert under(modules, (*HEAVY, *OTHER_ROOMS, "motorcade.words")) == []
@@ -103,7 +106,7 @@ def test_a_reader_that_has_enough_gets_no_complaint():
     os.close(reader)
     try:
         command = [INSTALLED, "decode", "control", "5"]
-        ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, timeout=60)
+        ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, timeout=DEADLINE_S)
     finally:
         os.close(writer)
     assert (ran.returncode, ran.stderr) == (0, b"")

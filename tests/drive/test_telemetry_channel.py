@@ -6,7 +6,7 @@ from typing import get_args, get_type_hints
 import pytest
 
 from motorcade.drive.motors import NEUTRAL_SETPOINT
-from motorcade.drive.wire import MOST_REQUEST_BYTES, Request
+from motorcade.drive.wire import MOST_REQUEST_BYTES, DriveRequest
 from support.socketless_car import Car, ask, command, receive
 
 
@@ -203,7 +203,7 @@ def test_a_client_that_asks_and_does_not_read_is_hung_up_on() -> None:
 
 
 def test_every_request_there_is_has_an_answer() -> None:
-    for what in get_args(get_type_hints(Request)["do"]):
+    for what in get_args(get_type_hints(DriveRequest)["do"]):
         car = Car()
         car.commands(5)
         channel, line = car.telemetry()

@@ -15,6 +15,7 @@ from motorcade.words import receiver
 from motorcade.words.request import car_request
 from support.brain_steps import STEPS_OF_A_LINE, sums
 from support.upload_ends import BAD_HEADER, BAD_WORD, CHECK_OF_NEW, LAST_TICK, NEW, STARTS_MS, images
+from support.waiting import DEADLINE_S
 
 HERE = Path(__file__).parent
 CHIP_SEED = 7
@@ -36,7 +37,7 @@ def folder(tmp_path_factory):
 
 def build(folder, name, compiler, *options):
     command = [str(compiler), *STRICT, *options, "brain_steps.c", "motorcade_brain.c", "-o", name]
-    subprocess.run(command, cwd=folder, check=True, timeout=300)
+    subprocess.run(command, cwd=folder, check=True, timeout=DEADLINE_S)
     return folder / name
 
 
@@ -69,7 +70,7 @@ def test_many_steps_on_an_emulated_chip_give_the_same_integers(chip, simavr):
 def test_cxx_takes_the_header(folder, gxx, tmp_path):
     (tmp_path / "a.cpp").write_text('#include "motorcade_brain.h"\nint main() { return MOTORCADE_BRAIN_STILL; }\n')
     command = [gxx, "-std=c++11", *STRICT[1:], "-I", folder, tmp_path / "a.cpp", "-o", tmp_path / "a"]
-    subprocess.run(command, check=True, timeout=300)
+    subprocess.run(command, check=True, timeout=DEADLINE_S)
 
 
 # Function by function

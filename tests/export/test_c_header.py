@@ -11,6 +11,7 @@ from scripts.exports.c_header import c_header
 
 from motorcade.words.field import WordError
 from motorcade.words.formats import FORMATS, FRAME, fingerprint
+from support.waiting import DEADLINE_S
 
 HERE = Path(__file__).parent
 WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]
@@ -50,7 +51,7 @@ def folder(tmp_path_factory):
 
 
 def build(folder, name, command):
-    subprocess.run([*command, *WARNINGS, "probe.c", "-o", name], cwd=folder, check=True, timeout=300)
+    subprocess.run([*command, *WARNINGS, "probe.c", "-o", name], cwd=folder, check=True, timeout=DEADLINE_S)
     return folder / name
 
 
@@ -62,7 +63,7 @@ def probe(folder, gcc):
 def run(probe, word_format, mode, data):
     """What the probe answers to ``data``, as an array with a record for each word."""
     command = [str(probe), str(FORMATS.index(word_format)), mode]
-    done = subprocess.run(command, input=data, capture_output=True, check=False, timeout=300)
+    done = subprocess.run(command, input=data, capture_output=True, check=False, timeout=DEADLINE_S)
     assert (done.returncode, done.stderr.decode()) == (0, "")
     return np.frombuffer(done.stdout, records(word_format, mode))
 
@@ -181,7 +182,7 @@ def test_c_knows_fingerprints_and_defaults(word_format):
 def test_cxx_answers_the_same(folder, probe, gxx):
     (folder / "probe.cpp").write_bytes((folder / "probe.c").read_bytes())
     command = [str(gxx), "-std=c++11", "-O1", *WARNINGS, "probe.cpp", "-o", "probe_cpp"]
-    subprocess.run(command, cwd=folder, check=True, timeout=300)
+    subprocess.run(command, cwd=folder, check=True, timeout=DEADLINE_S)
     for word_format in FORMATS:
         data = big_endian(mixed_words(word_format, 5_000))
         expected = run(probe, word_format, "decode", data)
@@ -194,7 +195,7 @@ def test_an_avr_whose_int_has_16_bits_answers_the_same(folder, probe, avr_gcc, s
     (folder / "probe_words.h").write_text(f"static const uint32_t WORDS[] PROGMEM = {{ {listed} }};\n")
     chip = build(folder, "probe.elf", [str(avr_gcc), "-std=c99", "-Os", "-mmcu=atmega2560", "-DF_CPU=16000000UL"])
     command = [str(simavr), "-m", "atmega2560", "-f", "16000000", str(chip)]
-    printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=DEADLINE_S)
     expected = [
         f"{crc32(run(probe, word_format, 'decode', big_endian(words)).tobytes()):08x}" for word_format in FORMATS
     ]

@@ -13,6 +13,7 @@ from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
+from support.waiting import DEADLINE_S
 
 PORT = 5005
 GOOD = [0x128CB000, 0x12ACB000, 0x1284B000, 0x19614000, 0x10000000, 0x1B4FF800]
@@ -66,7 +67,7 @@ def dissect(tshark, folder, tmp_path):
         command += ["-E", "occurrence=a", "-E", f"aggregator={SEPARATOR}", "-E", "separator=/t"]
         for field in fields:
             command += ["-e", field]
-        ran = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=300)
+        ran = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=DEADLINE_S)
         complaints = [line for line in ran.stderr.splitlines() if line and not line.startswith("Running as user")]
         assert (ran.returncode, complaints) == (0, [])
         rows = [line.split("\t") for line in ran.stdout.splitlines()]

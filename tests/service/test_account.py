@@ -22,7 +22,7 @@ from motorcade.engine.moment import NO_INDEX
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import Move, Reset, Seek, Speak, Step, Watch
+from motorcade.service.world_messages import Move, Reset, Seek, Speak, StepWorld, Watch
 from motorcade.service.world_session import WorldSession
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import tag_of, word_of
@@ -269,7 +269,7 @@ def test_all_that_the_page_says_is_true_at_each_moment(
         for _ in range(data.draw(st.integers(1, 3))):
             witness = look.witness = changed(data.draw(changes(len(each.mat.starts))), on_page, witness, driven)
             ticks = data.draw(st.integers(1, 160))
-            on_page.send(Step(ticks))
+            on_page.send(StepWorld(ticks))
             witness.run(ticks)
             look.compare(witness.truth(), witness.plain.now_ms)
             stored = sorted(witness.stored)
@@ -298,7 +298,7 @@ def test_cars_that_something_stops_do_not_drive(page: PageAccount) -> None:
     look.watch(0)
     told = []
     for _ in range(40):
-        on_page.send(Step(5))
+        on_page.send(StepWorld(5))
         witness.run(5)
         look.compare(witness.truth(), witness.plain.now_ms)
         told.append(claims_of(page.ask("en")["caption"], "en"))

@@ -5,7 +5,17 @@ import pytest
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.locales import languages
 from motorcade.service.breakpoints import LOOK_MS
-from motorcade.service.world_messages import Play, Reset, Seek, SetWorld, State, Step, StopCondition, Stopped, StopWhen
+from motorcade.service.world_messages import (
+    Play,
+    Reset,
+    Seek,
+    SetWorld,
+    State,
+    StepWorld,
+    StopCondition,
+    Stopped,
+    StopWhen,
+)
 from support.session_page import SessionPage, server_world, site_world
 
 # The leader drives into a wall, past a follower that hears it.
@@ -116,7 +126,7 @@ def test_a_step_stops_too_and_the_past_can_be_looked_at(page):
     page.stop_when(kind="touch")
     answers = []
     while not any(isinstance(each, Stopped) for each in answers):
-        answers += page.session.receive(Step(90))
+        answers += page.session.receive(StepWorld(90))
     now_ms = page.session.world.now_ms
     assert now_ms % 90
     state = page.session.receive(Seek(now_ms - 300))[0]
@@ -127,7 +137,7 @@ def test_a_step_stops_too_and_the_past_can_be_looked_at(page):
 def test_a_run_begins_again_at_any_time_with_all_that_was_before(page):
     """So a page plays a run from just before it went wrong."""
     for _ in range(20):
-        page.session.receive(Step(100))
+        page.session.receive(StepWorld(100))
     wanted = page.session.world.pictures.moment(is_stored=False)
     state = page.session.receive(Reset(0, until_ms=2000))[0]
     assert (state.t_ms, state.earliest_ms, state.playing) == (2000, 0, False)

@@ -17,7 +17,7 @@ from motorcade.mats import parse_mat
 from motorcade.program.model import align
 from motorcade.service.messages import MissionChoice
 from motorcade.service.requests import Context, respond
-from motorcade.service.world_messages import SetWorld, Step
+from motorcade.service.world_messages import SetWorld, StepWorld
 from motorcade.service.world_session import WorldSession
 from motorcade.words.image import bytes_to_words
 from support.session_page import server_world
@@ -94,7 +94,7 @@ def test_the_largest_step_of_a_world_with_goals_takes_less_than_a_second(kind):
     session = WorldSession("0" * 32, server_world)
     session.receive(chosen(HEAVIEST[kind]))
     began_s = process_time()
-    session.receive(Step(100))
+    session.receive(StepWorld(100))
     assert process_time() - began_s < MOST_S
 
 

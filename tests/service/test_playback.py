@@ -10,7 +10,7 @@ from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
 from motorcade.mats import Starts
 from motorcade.service.history import FIRST, MOST_EVENTS, PAST, PAST_BYTES
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import Move, Reset, SetEnvironment, Step, Watch
+from motorcade.service.world_messages import Move, Reset, SetEnvironment, StepWorld, Watch
 from motorcade.service.world_session import PICTURE_S, WorldSession
 from support.pictures import Picture
 
@@ -114,7 +114,7 @@ def test_a_step_is_so_many_ticks_and_then_a_pause() -> None:
     on.play(1)
     play(on, 1)
     before = on.world.now_ms
-    on.receive(Step(3))
+    on.receive(StepWorld(3))
     assert on.world.now_ms == before + 15
     play(on, 1, 50)
     assert on.world.now_ms == before + 15
@@ -125,7 +125,7 @@ def test_changed_is_set_by_what_changes_the_picture_and_cleared_by_the_picture()
     Picture(on.picture(0))
     assert not on.has_news
     for act in (
-        lambda: on.receive(Step(1)),
+        lambda: on.receive(StepWorld(1)),
         lambda: on.receive(Move(1, 1, 1, 0)),
         lambda: on.seek(0),
         lambda: on.seek(None),
@@ -153,7 +153,7 @@ def test_every_car_has_the_index_of_its_word_and_equal_words_count_in_the_order_
 def test_a_car_that_receives_only_collisions_has_the_flag_lost() -> None:
     starts = Starts.of([Pose(-0.3, 0), Pose(0.3, 0), Pose(0, 0.2)], [True, True, False])
     on = playback(starts=starts)
-    on.receive(Step(100))
+    on.receive(StepWorld(100))
     shown = Picture(on.picture(0)).moment
     assert (shown.flags & LOST > 0).tolist() == [False, False, True]
     assert (Picture(on.picture(1)).moment.flags & LOST).tolist() == [0, 0, 0]
@@ -165,7 +165,7 @@ def test_a_picture_of_the_past_equals_the_picture_of_then() -> None:
     on = playback()
     seen = {}
     for _ in range(30):
-        on.receive(Step(20))
+        on.receive(StepWorld(20))
         picture = Picture(on.picture(0))
         seen[picture.t_ms] = picture
     on.play(1)
@@ -217,7 +217,7 @@ def test_reset_begins_again_and_the_same_seed_gives_the_same_run() -> None:
     for seed in (1, 2, 1):
         on.receive(Reset(seed))
         assert (on.world.now_ms, on.playing, on.state().counts["frames"]) == (0, False, 0)
-        on.receive(Step(400))
+        on.receive(StepWorld(400))
         ends.append(Picture(on.picture(0)).moment.x_m.tolist())
     assert ends[0] == ends[2] != ends[1]
 
@@ -227,7 +227,7 @@ def test_the_details_of_a_watched_car() -> None:
     assert on.car() is None
     on.receive(Watch(1))
     assert on.car().word is None
-    on.receive(Step(60))
+    on.receive(StepWorld(60))
     details = on.car()
     assert (details.values["led_which"], details.values["accept_ir"]) == (1, 1)
     assert (details.index, details.runs, details.leads) == (STATES + 1, True, False)
@@ -238,10 +238,10 @@ def test_the_details_of_a_watched_car() -> None:
 def test_furniture_and_moves_reach_the_world() -> None:
     on = playback(image=compile_program(Program([right(3, speed=2)], [wait(1)])).image)
     on.receive(SetEnvironment(EMPTY_MAT | {"wall": [{"from_m": [0.25, -1], "to_m": [0.25, 1]}]}, 1000))
-    on.receive(Step(100))
+    on.receive(StepWorld(100))
     assert Picture(on.picture(0)).happened("heard") == []
     on.receive(Move(1, 0, 0.4, 90))
-    on.receive(Step(100))
+    on.receive(StepWorld(100))
     shown = Picture(on.picture(0))
     assert shown.happened("heard")
     assert (shown.moment.y_m[1], shown.moment.heading[1]) == pytest.approx((0.4, np.pi / 2))

@@ -200,7 +200,7 @@ _IMPORT = "from motorcade import Program, forward"
 )
 def test_a_value_that_would_fix_a_text_is_written_in_its_place(program, fixed):
     head = "from motorcade import Followers, Program, forward, led, repeat, wait\nprogram = "
-    assert mended(head + program).endswith(fixed)
+    assert with_the_fix(head + program).endswith(fixed)
 
 
 @pytest.mark.parametrize(
@@ -218,14 +218,14 @@ def test_a_value_that_would_fix_a_text_is_written_in_its_place(program, fixed):
     ],
 )
 def test_a_line_that_is_missing_or_too_much_is_fixed(text, fixed):
-    assert mended(text) == fixed
+    assert with_the_fix(text) == fixed
 
 
 def diagnostics_of(text):
     return ask("python-to-blocks", {"leader": {}, "text": text})["diagnostics"]
 
 
-def mended(text):
+def with_the_fix(text):
     """The text with the one fix of its one mistake, after which nothing is wrong."""
     (found,) = diagnostics_of(text)
     (fix,) = found["fixes"]

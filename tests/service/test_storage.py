@@ -156,7 +156,7 @@ def project(text):
     return json.dumps({"format": "motorcade-program/1", "leader": [], "view": {"python": text}})
 
 
-def shelf(storage):
+def versions_in(storage):
     """All texts by project, the oldest version first."""
     return {
         name: [read(storage, name, each.version).decode() for each in reversed(storage.history("", name))]
@@ -190,30 +190,30 @@ def test_all_projects_go_to_another_storage_in_one_file(make_storage):
     report = imported(other, exported(one))
     assert [(each.name, each.stored_as, each.versions) for each in report.projects] == [("a", "a", 3), ("b", "b", 1)]
     assert (report.stars, report.left_out) == (2, [])
-    assert shelf(other) == shelf(one)
+    assert versions_in(other) == versions_in(one)
     assert other.history("", "a") == one.history("", "a")
     assert other.stars("") == {"square": [1, 3]}
 
 
 texts = st.lists(st.sampled_from("abc"), max_size=3)
-shelves = st.dictionaries(st.sampled_from(["p", "q", "x" * LONGEST_NAME]), texts, max_size=2)
+libraries = st.dictionaries(st.sampled_from(["p", "q", "x" * LONGEST_NAME]), texts, max_size=2)
 
 
-@given(shelves, shelves)
+@given(libraries, libraries)
 def test_an_import_loses_nothing_and_adds_nothing_the_second_time(mine, other):
     one, two = MockTab(MockStore()), MockTab(MockStore())
     fill(one, **mine)
     fill(two, **other)
-    before, file = shelf(one), exported(two)
+    before, file = versions_in(one), exported(two)
     imported(one, file)
-    after = shelf(one)
+    after = versions_in(one)
     for name, versions in before.items():
         assert after[name][: len(versions)] == versions
-    for name, versions in shelf(two).items():
+    for name, versions in versions_in(two).items():
         assert any(set(versions) <= set(found) for key, found in after.items() if key.startswith(name[:40]))
     report = imported(one, file)
     assert [each.versions for each in report.projects] == [0] * len(report.projects)
-    assert shelf(one) == after
+    assert versions_in(one) == after
 
 
 def test_a_different_project_of_the_same_name_gets_a_new_name(make_storage):
@@ -227,7 +227,7 @@ def test_a_different_project_of_the_same_name_gets_a_new_name(make_storage):
         ("a", "a (2)", 1),
         ("b", "b (2)", 2),
     ]
-    assert shelf(one) == {
+    assert versions_in(one) == {
         "a": [project("mine 1"), project("mine 2")],
         "a (2)": [project("theirs")],
         "b": [project("1")],
@@ -261,7 +261,7 @@ def file_with(**changes):
 def test_a_damaged_file_is_refused_and_changes_nothing(storage, text):
     fill(storage, a=["1"])
     assert refusal(imported, storage, text) == "no-projects-file"
-    assert shelf(storage) == {"a": [project("1")]}
+    assert versions_in(storage) == {"a": [project("1")]}
 
 
 def test_a_version_that_is_no_project_is_left_out(storage):
@@ -269,6 +269,6 @@ def test_a_version_that_is_no_project_is_left_out(storage):
     good = {"saved_at": "9999-12-31T23:59:59-12:00", "text": project("1")}
     report = imported(storage, file_with(project={"versions": [bad, good]}, stars={"square": [1, 9, "2"], "../x": [1]}))
     assert report.left_out == ["a"]
-    assert shelf(storage) == {"a": [project("1")]}
+    assert versions_in(storage) == {"a": [project("1")]}
     assert storage.list("")[0].saved_at == "2100-01-01T00:00:00.000+00:00"
     assert storage.stars("") == {"square": [1]}

@@ -4,7 +4,18 @@ import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, left
 from motorcade.errors import MotorcadeError
-from motorcade.service.world_messages import CarDetails, Hello, Move, Pause, Play, SetWorld, Shown, State, Step, Watch
+from motorcade.service.world_messages import (
+    CarDetails,
+    Move,
+    Pause,
+    Play,
+    SetWorld,
+    Shown,
+    State,
+    StepWorld,
+    Watch,
+    WorldHello,
+)
 from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, PICTURE_S, STATE_S
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
@@ -26,7 +37,7 @@ def page() -> SessionPage:
 
 def test_before_the_first_world_there_are_no_cars() -> None:
     page = SessionPage(server_world)
-    assert page.answers == [Hello("0" * 32, False, 0)]
+    assert page.answers == [WorldHello("0" * 32, False, 0)]
     assert page.session.wait_s(0.0) is None
     with pytest.raises(MotorcadeError, match="no world"):
         page.send(Play())
@@ -110,7 +121,7 @@ def test_a_picture_that_was_never_sent_can_not_be_drawn(page: SessionPage) -> No
 
 
 def test_a_page_that_connects_again_finds_its_world(page: SessionPage) -> None:
-    page.send(Step(100))
+    page.send(StepWorld(100))
     page.look(1)
     page.take(Picture)
     page.answers += page.session.connect()
@@ -127,5 +138,5 @@ def test_a_message_about_a_car_that_does_not_exist_is_refused(page: SessionPage,
         page.send(message)
     assert refusal.value.code == "bad-world"
     assert "0 to 1" in str(refusal.value)
-    page.send(Step(1))
+    page.send(StepWorld(1))
     assert page.take(State)[-1].t_ms == 5

@@ -15,7 +15,7 @@ from support.layout import Windows, serious_barriers
 from support.running_studio import started_class
 from support.waiting import wait_until
 
-expect.set_options(timeout=60_000)
+expect.set_options(timeout=30_000)
 # No car's picture on a projector is longer.
 CAR_PX = 40
 SIZES = ((1440, 900), (1366, 768), (1024, 768), (390, 844))
@@ -30,7 +30,7 @@ class Visit(Watched):
         state = storing(base, kept)
         context = browser.new_context(viewport=viewport, storage_state=state, service_workers="block", **options)
         super().__init__(context, base)
-        context.set_default_timeout(60_000)
+        context.set_default_timeout(30_000)
         self.base = base
         self.texts = catalogue(language)["page"]
         self.page = context.new_page()

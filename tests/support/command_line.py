@@ -64,7 +64,9 @@ def refusal(code, *arguments):
 def imported_by(*arguments):
     """The modules that the installed command imports, by Python's own report."""
     reporting = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
-    ran = subprocess.run([INSTALLED, *arguments], env=reporting, capture_output=True, text=True, check=True, timeout=60)
+    ran = subprocess.run(
+        [INSTALLED, *arguments], env=reporting, capture_output=True, text=True, check=True, timeout=DEADLINE_S
+    )
     return {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
 
 

@@ -31,9 +31,9 @@ import pytest
 
 from motorcade import __version__
 from support.page_environment import make_environment
+from support.waiting import DEADLINE_S
 
 ROOT = Path(__file__).resolve().parents[2]
-DEADLINE_S = 240
 PORT_NOT_FOUND = 3
 _FENCE = re.compile(r"^( *)```([^`\n]+)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 _INFO = re.compile(r"^\s*\{?\s*\.?(?P<language>[\w+-]+)")

@@ -18,10 +18,9 @@ import httpx2
 import psutil
 from websockets.sync.client import ClientConnection, connect
 
-from support.waiting import wait_until
+from support.waiting import DEADLINE_S, wait_until
 
 # Long enough for a machine that is busy with other tests.
-PATIENCE_S = 60.0
 _MINI_BROWSER = "/usr/lib/*/webkit2gtk-4.*/MiniBrowser"
 # What a user finds by role and name: `named(selector, name)` lists the elements that are to be seen.
 _NAMED = """
@@ -80,7 +79,7 @@ class EnginePage:
 
     def wait_for(self, condition: str, *arguments: Any) -> Any:
         """Wait until a script returns something that is true, and return it."""
-        return wait_until(lambda: self.evaluate(_NAMED + condition, *arguments), deadline_s=PATIENCE_S)
+        return wait_until(lambda: self.evaluate(_NAMED + condition, *arguments), deadline_s=DEADLINE_S)
 
     def box(self, selector: str, name: str | None = None, number: int = 0) -> tuple[float, float, float, float]:
         """Left, top, width and height of such an element once it is to be seen and rests; -1 is the last of them."""
@@ -150,7 +149,7 @@ class Firefox(EnginePage):
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
         while True:
-            told = json.loads(self._socket.recv(PATIENCE_S))
+            told = json.loads(self._socket.recv(DEADLINE_S))
             if told.get("method") == "log.entryAdded" and told["params"]["level"] == "error":
                 text = told["params"]["text"]
                 if not any(each in text for each in _LEFT):
@@ -190,12 +189,12 @@ class WebKit(EnginePage):
 
     def __init__(self, address: str) -> None:
         super().__init__()
-        self._http = httpx2.Client(base_url=address, timeout=PATIENCE_S, trust_env=False)
+        self._http = httpx2.Client(base_url=address, timeout=DEADLINE_S, trust_env=False)
         (browser,) = Path("/").glob(_MINI_BROWSER[1:])
         options = {"webkitgtk:browserOptions": {"binary": str(browser), "args": ["--automation"]}}
         session = self._send("/session", capabilities={"alwaysMatch": options})["sessionId"]
         self._session = f"/session/{session}"
-        self._send(f"{self._session}/timeouts", script=int(PATIENCE_S * 1000))
+        self._send(f"{self._session}/timeouts", script=int(DEADLINE_S * 1000))
 
     def _send(self, path: str, **body: Any) -> Any:
         told = self._http.post(path, json=body).json()["value"]

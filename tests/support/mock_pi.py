@@ -53,7 +53,7 @@ class Clock:
         self.advance(duration_ms / 1000)
 
 
-class Line(lines.Line):
+class Line(lines.WaitingLine):
     """A line for uploads: bytes to the car, and its answers."""
 
     def __init__(self) -> None:

@@ -3,11 +3,11 @@
 import threading
 from collections import deque
 
-from motorcade.boards.lines import Line
+from motorcade.boards.lines import WaitingLine
 from support.waiting import DEADLINE_S
 
 
-class PacedLine(Line):
+class PacedLine(WaitingLine):
     """Takes uploads, and holds the car's thread before each tick until the test allows the tick."""
 
     def __init__(self) -> None:

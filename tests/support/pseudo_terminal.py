@@ -3,10 +3,10 @@
 import os
 import select
 
-from motorcade.boards.lines import Line
+from motorcade.boards.lines import WaitingLine
 
 
-class PseudoTerminal(Line):
+class PseudoTerminal(WaitingLine):
     """A pseudo-terminal. ``address`` is its device's path."""
 
     def __init__(self) -> None:

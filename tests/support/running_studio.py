@@ -7,6 +7,8 @@ import sys
 from contextlib import contextmanager
 from types import SimpleNamespace
 
+from support.waiting import DEADLINE_S
+
 
 @contextmanager
 def serving(*command):
@@ -41,4 +43,4 @@ def started_class(folder, port=0, *more):
 def stop(process):
     if process.poll() is None:
         process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
-    return process.communicate(timeout=60)
+    return process.communicate(timeout=DEADLINE_S)

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from motorcade.boards.lines import Line, TcpPort
+from motorcade.boards.lines import TcpPort, WaitingLine
 from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE
@@ -117,7 +117,7 @@ class Equipment:
     is_leader: bool
     number: int
     levels: tuple[int, ...]
-    line: Line
+    line: WaitingLine
     image: bytes | None
     save: Callable[[bytes], None] = lambda data: None
     voice: Callable[[], int] = lambda: NO_VOICE
@@ -280,7 +280,7 @@ def run_many(cars: Sequence[tuple[ComputerBoard, TcpPort]], stops: Callable[[], 
 
 
 @contextmanager
-def simulated_car(line: Line, store: ImageStore, profile: Profile) -> Iterator[None]:
+def simulated_car(line: WaitingLine, store: ImageStore, profile: Profile) -> Iterator[None]:
     """Run a simulated leader in a thread of its own until the block ends. Raises StoreError."""
     board = ComputerBoard(Equipment(True, 0, levels_of(profile), line, store.load(), store.save))
     ended = threading.Event()

@@ -27,7 +27,7 @@ _RETRY_S = 1.0
 _Result = TypeVar("_Result")
 
 
-class Line(UploadLine):
+class WaitingLine(UploadLine):
     """A line that can be waited for. This class has no other end; it serves a car that takes no uploads."""
 
     def wait(self, seconds: float) -> None:
@@ -35,7 +35,7 @@ class Line(UploadLine):
         time.sleep(seconds)
 
 
-class SerialLine(Line):
+class SerialLine(WaitingLine):
     """A serial port, such as a UART, a USB gadget's port or a voice module's.
 
     A port that goes away, as one on a USB cable does, is opened again once a second; reading then gives ``b""``.
@@ -88,7 +88,7 @@ class SerialLine(Line):
             return None
 
 
-class TcpPort(NetworkLine, Line):
+class TcpPort(NetworkLine, WaitingLine):
     """A TCP port. Everybody may send requests; of those who upload one is served, and others are told to wait.
 
     Args:

@@ -11,7 +11,7 @@ if MYPY:
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver, PioSender, RmtSender, has_come, open_receiver
 from motorcade.boards.on_chip.lines import UploadLine
-from motorcade.boards.on_chip.parts import ImageFile, Motor, Ultrasonic, Wheels
+from motorcade.boards.on_chip.parts import ImageFile, Motor, MotorPair, Ultrasonic
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_LED, UNIT_US
 from motorcade.words.infrared import air_us
@@ -55,10 +55,10 @@ class MicroPythonBoard(Board):
         self.name = str(self._names.load() or b"", "utf-8")
         self._voice = voice
         pins = settings["pins"]
-        self._wheels: Wheels | None = None
+        self._wheels: MotorPair | None = None
         if "left_motor" in pins and "right_motor" in pins:
             left, right = [Motor(machine, pins[key]) for key in ("left_motor", "right_motor")]
-            self._wheels = Wheels(left, right, settings["drive_duties"], settings["turn_duties"])
+            self._wheels = MotorPair(left, right, settings["drive_duties"], settings["turn_duties"])
         # LEDs 0 to 3, None for each that isn't there.
         self._leds: list[Any] = []
         for which in range(NO_LED):

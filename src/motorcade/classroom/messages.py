@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from msgspec import Meta, Struct
 
-from motorcade.service.messages import LibraryEntry, MatDocument, Project, Request, Sentence, StreamAnswer
+from motorcade.service.messages import Endpoint, LibraryEntry, MatDocument, Project, Sentence, StreamAnswer
 from motorcade.service.missions import MissionGoal, MissionZone
 from motorcade.service.world_messages import Refused
 
@@ -41,7 +41,7 @@ class Exchange(NamedTuple):
     """
 
     name: str
-    request: Request
+    request: Endpoint
     is_open: bool
     stores: bool
 
@@ -50,7 +50,7 @@ def request(name: str, *, is_open: bool = False, stores: bool = False) -> Callab
     """Declare that a method answers a request, as `Exchange` says; its parameters are the fields of the message."""
 
     def declare(method: _Method) -> _Method:
-        found = Request.of(method, GIVEN, forbid_unknown_fields=True)
+        found = Endpoint.of(method, GIVEN, forbid_unknown_fields=True)
         method.exchange = Exchange(name, found, is_open, stores)  # type: ignore[attr-defined]
         return method
 
@@ -347,11 +347,11 @@ class WallWorld(Struct):
     goals: list[MissionGoal]
 
 
-class Wall(StreamAnswer, tag="wall"):
+class ClassWall(StreamAnswer, tag="wall"):
     """The worlds on the wall; sent whole when one is new or changed. Pictures refer to their places in this list.
 
-    A picture is binary: 4 bytes number of the list (the ``number`` of the last Wall), then for each world whose moment
-    has changed: place (uint16), cars shown (uint16), time in ms (uint32), then the columns of these cars as in a
+    A picture is binary: 4 bytes number of the list (the ``number`` of the last ClassWall), then for each world whose
+    moment has changed: place (uint16), cars shown (uint16), time in ms (uint32), then the columns of these cars as in a
     picture of a world (`motorcade.service.history`): x_m, y_m, heading (float32), index of the word (uint16), wheels,
     LED, flags (uint8), filled up to a multiple of four.
     """
@@ -370,4 +370,4 @@ class DrawnWall(Struct, forbid_unknown_fields=True):
 
 ClassAnswer = PupilView | Goodbye | Refused
 TeacherAnswer = ClassView | Goodbye | Refused
-WallAnswer = Wall | Refused
+WallAnswer = ClassWall | Refused

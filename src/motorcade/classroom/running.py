@@ -30,7 +30,7 @@ from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
 from motorcade.service.upload_session import VIRTUAL_PORT
-from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
+from motorcade.service.world_messages import Goals, Play, SetWorld, StepWorld, WorldAnswer, WorldMessage
 from motorcade.timing import Attempts
 
 # The owner of the teacher's own projects; pupils' ids are numbers.
@@ -223,7 +223,7 @@ class RunningClass(Visitors):
         if visitor not in self.room.presence:
             return
         # A page that is loaded again gets its world, which stands still.
-        if self.room.frozen and isinstance(message, Play | Step):
+        if self.room.frozen and isinstance(message, Play | StepWorld):
             raise MotorcadeError("class-frozen")
         if isinstance(message, SetWorld):
             mission = (message.mission.id or OWN) if message.mission else None

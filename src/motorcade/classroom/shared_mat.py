@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from anyio import CapacityLimiter
 from msgspec import Meta
 
-from motorcade.classroom.messages import MatView, Wall, WallWorld, request
+from motorcade.classroom.messages import ClassWall, MatView, WallWorld, request
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.server.studio.driving import PageWorld
@@ -89,12 +89,12 @@ class SharedMat:
         mission = (self._mission.id or OWN) if self._mission else None
         return MatView(state, mission, self._title, self._places, self._started or list(self._images))
 
-    def wall(self) -> Wall:
+    def wall(self) -> ClassWall:
         """Return the mat as a page has to know it before pictures of the world; without one while nothing runs."""
         session = self.session
         if self._state != "running" or session.mat is None:
-            return Wall(1, [])
-        return Wall(1, [described("", session.world, session.mat)])
+            return ClassWall(1, [])
+        return ClassWall(1, [described("", session.world, session.mat)])
 
     @request("teacher/mat/open")
     def open(

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from starlette.websockets import WebSocket
 
-from motorcade.classroom.messages import DrawnWall, Goodbye, Wall
+from motorcade.classroom.messages import ClassWall, DrawnWall, Goodbye
 from motorcade.classroom.running import RunningClass
 from motorcade.classroom.shared_mat import described
 from motorcade.engine.moment import first_cars, moment_bytes
@@ -21,7 +21,7 @@ from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.history import HEADER_BYTES, header_of, renumbered
 from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import Goals, Hello, Shown, State, WorldAnswer
+from motorcade.service.world_messages import Goals, Shown, State, WorldAnswer, WorldHello
 
 PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 1 / 16, 1.0, 0.1
 # The shared mat goes on in such steps while only the wall shows it.
@@ -68,15 +68,15 @@ class WallPictures:
         self._listed_s = float("-inf")
         self._last: dict[int, bytes] = {}
 
-    def answers(self, now_s: float) -> list[Wall | bytes]:
+    def answers(self, now_s: float) -> list[ClassWall | bytes]:
         """Return what is to be sent: the list where it is new, and a picture where the page has drawn those before."""
-        answers: list[Wall | bytes] = []
+        answers: list[ClassWall | bytes] = []
         found = list(self._now_shown())
         if not self._number or (found != self._shown and now_s - self._listed_s >= LIST_EVERY_S):
             self._number += 1
             self._seen = None
             self._shown, self._listed_s, self._last = found, now_s, {}
-            answers.append(Wall(self._number, [described(each.pupil, each.world, each.mat) for each in found]))
+            answers.append(ClassWall(self._number, [described(each.pupil, each.world, each.mat) for each in found]))
         if self.under_way < _MOST_UNDER_WAY and (picture := self._picture(found)):
             self.under_way += 1
             answers.append(picture)
@@ -119,16 +119,16 @@ class _Onlooker:
         self._world: ShownWorld | None = None
         self._sent: dict[type, WorldAnswer | bytes] = {}
 
-    def answers(self, world: ShownWorld | None) -> list[Wall | WorldAnswer | bytes]:
+    def answers(self, world: ShownWorld | None) -> list[ClassWall | WorldAnswer | bytes]:
         """Return what is to be sent now."""
-        answers: list[Wall | WorldAnswer | bytes] = []
+        answers: list[ClassWall | WorldAnswer | bytes] = []
         if not self._lists or world != self._world:
             self._lists += 1
             self._world, self._sent = world, {}
-            answers.append(Wall(self._lists, [described(world.pupil, world.world, world.mat)] if world else []))
+            answers.append(ClassWall(self._lists, [described(world.pupil, world.world, world.mat)] if world else []))
         if world is None:
             return answers
-        for kind in (Hello, State, Goals, bytes):
+        for kind in (WorldHello, State, Goals, bytes):
             answer = world.session.sent.get(kind)
             waits = kind is bytes and self._numbered - self.drawn >= _MOST_UNDER_WAY
             if answer is None or answer is self._sent.get(kind) or waits:
@@ -154,10 +154,10 @@ class Walls:
         async def drawn(message: DrawnWall) -> None:
             wall.receive(message)
 
-        def now() -> list[Wall | bytes]:
+        def now() -> list[ClassWall | bytes]:
             return wall.answers(self._running.settings.clock())
 
-        async with accepted(socket, self._running.settings, (Wall,)) as page:
+        async with accepted(socket, self._running.settings, (ClassWall,)) as page:
             show = partial(self._show, socket, page, now, PICTURE_EVERY_S)
             # The parade goes on although nobody has opened its own page.
             go_on = partial(self._worlds.run_unshown, self._mat.session, UNSHOWN_EVERY_S)
@@ -170,10 +170,10 @@ class Walls:
         async def drawn(message: Shown) -> None:
             onlooker.drawn = max(onlooker.drawn, message.frame)
 
-        def now() -> list[Wall | WorldAnswer | bytes]:
+        def now() -> list[ClassWall | WorldAnswer | bytes]:
             return onlooker.answers(next((each for each in self._now_shown() if each.pupil == pupil_id), None))
 
-        async with accepted(socket, self._running.settings, (Wall, State, Goals)) as page:
+        async with accepted(socket, self._running.settings, (ClassWall, State, Goals)) as page:
             self._running.room.pupil(pupil_id)
             await page.serve(Shown, drawn, [partial(self._show, socket, page, now, WATCH_EVERY_S)])
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import ssl
 
     from motorcade.boards.computer import Equipment, Observer
-    from motorcade.boards.lines import Line, SerialLine
+    from motorcade.boards.lines import SerialLine, WaitingLine
     from motorcade.config.profile import Profile
     from motorcade.drive.keys import RevokedKeys
 
@@ -261,13 +261,13 @@ def open_parts(
     return CarParts(equipment, address, store.path)
 
 
-def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tuple[Line, str]":
-    from motorcade.boards.lines import Line, TcpPort
+def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tuple[WaitingLine, str]":
+    from motorcade.boards.lines import TcpPort, WaitingLine
 
     if car.serial:
         return _open_serial(resources, car.serial, profile.serial.baud), car.serial
     if not car.tcp:
-        return Line(), ""
+        return WaitingLine(), ""
     line = TcpPort(*host_and_port(car.tcp), **_tls(car))
     resources.callback(line.close)
     _check_reach(line.address, car)

@@ -10,7 +10,7 @@ from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     WORDS,
     DriveError,
-    Request,
+    DriveRequest,
     newest_of_each_code,
     pack_frame,
     read_request,
@@ -290,7 +290,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         if result is not None:
             self._send({"kind": "answer", "do": what, "ok": True} | result)
 
-    def _do(self, request: Request, is_in_rate: bool) -> dict[str, Any] | None:
+    def _do(self, request: DriveRequest, is_in_rate: bool) -> dict[str, Any] | None:
         """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
         if request.do == "stop":
             # It needs no place and is never over the rate, so that nobody can keep the others from stopping the car.

@@ -36,7 +36,7 @@ class DriveError(MotorcadeError):
     """A car that is driven refuses a session or a request; its codes travel over the network."""
 
 
-class Request(msgspec.Struct):
+class DriveRequest(msgspec.Struct):
     """What a client asks for.
 
     Attributes:
@@ -52,7 +52,7 @@ class Request(msgspec.Struct):
     stamp: int = 0
 
 
-_REQUESTS = msgspec.json.Decoder(Request)
+_REQUESTS = msgspec.json.Decoder(DriveRequest)
 _DOCUMENTS = msgspec.json.Decoder(dict[str, Any])
 
 
@@ -114,7 +114,7 @@ def unpack_frame(text: bytes) -> dict[str, Any]:
         raise ValueError(f"a frame that is no object: {problem}") from None
 
 
-def read_request(text: bytes) -> Request:
+def read_request(text: bytes) -> DriveRequest:
     """The request in a frame. Raises DriveError."""
     try:
         return _REQUESTS.decode(text)

@@ -23,13 +23,13 @@ from motorcade.engine import bodies, clearance
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import DISPLACEMENT_BITS, NOISE_MS
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
-from motorcade.engine.state import DRIVEN, Arrays, Buffer, Cars, Driven, Floats, Now, Rules
+from motorcade.engine.state import DRIVEN, Arrays, Buffer, CarArrays, Driven, Floats, Now, Rules
 from motorcade.words.ticks import TICKS_MASK, later_ms
 
 # Rows of a matrix of driven cars.
 WORLD = 0
 NUMBER = 1  # within its world
-PLACE = 2  # its index in the arrays of Cars
+PLACE = 2  # its index in the arrays of CarArrays
 AHEAD = 3  # 2^-12 µm a tick along its heading
 ASIDE = 4  # and to its left
 TURN = 5  # binary angle a tick
@@ -57,7 +57,7 @@ def motion_of(angle_deg: int, direction: int, speed: int, profile: Profile, tick
 
 
 @in_kernel
-def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
+def find(world: int, begin: int, end: int, cars: CarArrays, driven: Driven) -> None:
     """Find the indices of the driven cars of a world again after a sort."""
     for k in range(driven.shape[1]):
         if driven[WORLD, k] != world:
@@ -94,7 +94,7 @@ def set_out(arrays: Arrays, now: Now) -> None:
 
 
 @in_kernel
-def turn_round(world: int, cars: Cars, driven: Driven) -> None:
+def turn_round(world: int, cars: CarArrays, driven: Driven) -> None:
     """Turn each driven car of a world, after all cars have moved."""
     for k in range(driven.shape[1]):
         if driven[WORLD, k] == world:
@@ -102,7 +102,7 @@ def turn_round(world: int, cars: Cars, driven: Driven) -> None:
             cars.heading[i] = (int(cars.heading[i]) + int(driven[TURNED, k])) & 0xFFFFFFFF
 
 
-def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
+def give_back(i: int, tick: int, cars: CarArrays, rules: Rules) -> None:
     """Give the wheels of car ``i`` back to its program, between two ticks.
 
     Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick

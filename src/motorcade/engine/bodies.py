@@ -17,7 +17,7 @@ from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around
 from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, nearest_of_segment, segment_in_cone, sine
-from motorcade.engine.state import Cars, Cells, Obstacles, People, Rules
+from motorcade.engine.state import CarArrays, Cells, Obstacles, People, Rules
 
 # The displacement of a car is how far it moves in a tick, in x and y, in units of 2^-DISPLACEMENT_BITS µm.
 DISPLACEMENT_BITS = 12
@@ -27,7 +27,7 @@ NOISE_MS = 100
 LOOK_BEYOND_UM = 100_000.0
 # A car counts on being woken by those that stand so near to touching it.
 REST_UM = 100_000.0
-# The bit of Cars.clear that says that a car was pushed when it last looked for others.
+# The bit of CarArrays.clear that says that a car was pushed when it last looked for others.
 PUSHED = 1 << 16
 # Places and displacements are rounded to µm: bodies are at most this much nearer to each other than these say.
 ROUNDED_UM = 4.0
@@ -35,12 +35,12 @@ ROUNDED_UM = 4.0
 _BEHIND_UM = 1_000.0
 # In a narrower cone that is too little.
 _NARROW = 0.005
-# Cars.push holds each coordinate of a push as int16.
+# CarArrays.push holds each coordinate of a push as int16.
 _MOST_PUSH_UM = 32_000.0
 
 
 @in_kernel
-def displacement_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
+def displacement_of(i: int, cars: CarArrays, rules: Rules) -> tuple[float, float, float]:
     """The displacement of car ``i`` in x and y, and its greatest possible length, all in µm a tick."""
     displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
     displacement_y = float(cars.displacement_y[i]) / (1 << DISPLACEMENT_BITS)
@@ -50,14 +50,14 @@ def displacement_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, flo
 
 
 @in_kernel
-def stands(i: int, cars: Cars, rules: Rules) -> bool:
+def stands(i: int, cars: CarArrays, rules: Rules) -> bool:
     """Whether car ``i`` keeps its place until it gets another displacement or something pushes it."""
     return cars.displacement_x[i] == 0 and cars.displacement_y[i] == 0 and rules.wheel_noise == 0.0
 
 
 @in_kernel
 def others_near(
-    i: int, world: int, begin: int, end: int, cars: Cars, cells: Cells, rules: Rules
+    i: int, world: int, begin: int, end: int, cars: CarArrays, cells: Cells, rules: Rules
 ) -> tuple[float, float, float, float]:
     """Look at the cars that touch car ``i`` of a world, or may touch it soon.
 
@@ -103,7 +103,7 @@ def others_near(
 
 
 @in_kernel
-def others_ahead(i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules) -> tuple[float, float]:
+def others_ahead(i: int, world: int, look: float, cars: CarArrays, cells: Cells, rules: Rules) -> tuple[float, float]:
     """Look at the cars that the ultrasonic sensor of car ``i``, which sees ``look`` µm far, measures or may soon.
 
     Returns:
@@ -143,7 +143,7 @@ def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float
 
 @in_kernel
 def obstacles_near(
-    i: int, look: float, push_x: float, push_y: float, cars: Cars, obstacles: Obstacles, rules: Rules
+    i: int, look: float, push_x: float, push_y: float, cars: CarArrays, obstacles: Obstacles, rules: Rules
 ) -> tuple[float, float, float, float, float, float]:
     """Look at walls and obstacles around car ``i``, which other cars push by ``push_x`` and ``push_y``.
 
@@ -211,7 +211,7 @@ def obstacles_near(
 
 
 @in_kernel
-def _obstacle_in_cone(i: int, item: int, back: float, cars: Cars, obstacles: Obstacles, rules: Rules) -> float:
+def _obstacle_in_cone(i: int, item: int, back: float, cars: CarArrays, obstacles: Obstacles, rules: Rules) -> float:
     """The distance of a wall or an obstacle in the cone of a sensor that is ``back`` µm behind a car's own."""
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     front_x = float(cars.x[i]) + (rules.radius - back) * ahead_x
@@ -240,7 +240,7 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
 
 
 @in_kernel
-def whole_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> tuple[int, int]:
+def whole_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules) -> tuple[int, int]:
     """The push in whole µm, limited so that the car goes no further than the fastest car drives."""
     displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
     displacement_y = float(cars.displacement_y[i]) / (1 << DISPLACEMENT_BITS)
@@ -271,7 +271,7 @@ def _person_at(k: int, now: int, people: People) -> tuple[float, float]:
 
 
 @in_kernel
-def person_near(i: int, part: int, now: int, cars: Cars, people: People, rules: Rules) -> tuple[int, float]:
+def person_near(i: int, part: int, now: int, cars: CarArrays, people: People, rules: Rules) -> tuple[int, float]:
     """Whether car ``i`` senses a person, and how far outside its PIR range the nearest is (0.0: within)."""
     if people.walked_ms[part] != now:
         people.walked_ms[part] = now
@@ -297,7 +297,7 @@ def turns(wheels: int) -> bool:
 
 
 @in_kernel
-def set_displacement(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
+def set_displacement(i: int, wheels: int, cars: CarArrays, rules: Rules) -> None:
     """Set the wheels of car ``i`` and its displacement: straight along the heading, or none when it turns."""
     cars.wheels[i] = wheels
     length = 0.0
@@ -307,14 +307,14 @@ def set_displacement(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
 
 
 @in_kernel
-def _set_displacement_along(i: int, length: float, cars: Cars, rules: Rules) -> None:
+def _set_displacement_along(i: int, length: float, cars: CarArrays, rules: Rules) -> None:
     length = length * (1 << DISPLACEMENT_BITS)
     cars.displacement_x[i] = math.floor(length * cosine(cars.heading[i], rules.cosines) + 0.5)
     cars.displacement_y[i] = math.floor(length * sine(cars.heading[i], rules.cosines) + 0.5)
 
 
 @in_kernel
-def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
+def _slip(i: int, seed: int, now: int, cars: CarArrays, rules: Rules) -> None:
     """Apply wheel noise: the speed of each wheel is off by a normally distributed share, drawn every NOISE_MS.
 
     With wheel speeds l and r, the car drives (l + r) / 2 and turns by (r - l) / wheel base.
@@ -339,7 +339,7 @@ def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
 
 
 @in_kernel
-def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -> None:
+def move(begin: int, end: int, seed: int, tick: int, cars: CarArrays, rules: Rules) -> None:
     """Move the cars between two indices by one tick.
 
     A displacement has a finer resolution than 1 µm. Its whole µm are spread over the ticks, so that a car is within

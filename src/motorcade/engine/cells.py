@@ -8,7 +8,7 @@ import math
 
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import nearest_of_segment
-from motorcade.engine.state import Cars, Cells, Floats, Obstacles, Words
+from motorcade.engine.state import CarArrays, Cells, Floats, Obstacles, Words
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS = range(5)
 # What rounding of a distance and of the corner of a cell can make, µm.
@@ -52,7 +52,7 @@ def cells_between(
 
 
 @in_kernel
-def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float) -> None:
+def fit(world: int, begin: int, end: int, cars: CarArrays, cells: Cells, side: float) -> None:
     """Divide the rectangle around the cars of a world into cells ``side`` wide (µm); wider if there are too many."""
     low_x, high_x = cars.x[begin], cars.x[begin]
     low_y, high_y = cars.y[begin], cars.y[begin]
@@ -76,7 +76,7 @@ def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float)
 
 
 @in_kernel
-def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) -> None:
+def order_by_cell(world: int, begin: int, end: int, cars: CarArrays, cells: Cells) -> None:
     """Fill ``cars.order`` (for each new index the old one, cell by cell, stable) and ``cells.first``."""
     frame = cells.frame[world]
     first = cells.first[world]
@@ -102,13 +102,13 @@ def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) ->
 
 
 @in_kernel
-def fields(cars: Cars) -> int:
+def fields(cars: CarArrays) -> int:
     """How many fields of a car have to be moved when cars are sorted."""
     return int(cars.rows.shape[0]) + 2
 
 
 @in_kernel
-def gather(low: int, high: int, field: int, scratch: Words, cars: Cars) -> None:
+def gather(low: int, high: int, field: int, scratch: Words, cars: CarArrays) -> None:
     """Collect the sorted values of a field in ``scratch``, which may be ``cars.push``."""
     rows = cars.rows.shape[0]
     for i in range(low, high):
@@ -121,7 +121,7 @@ def gather(low: int, high: int, field: int, scratch: Words, cars: Cars) -> None:
 
 
 @in_kernel
-def put_back(low: int, high: int, field: int, scratch: Words, cars: Cars) -> None:
+def put_back(low: int, high: int, field: int, scratch: Words, cars: CarArrays) -> None:
     """Write the values that ``gather`` collected back into the field."""
     rows = cars.rows.shape[0]
     for i in range(low, high):
@@ -134,7 +134,7 @@ def put_back(low: int, high: int, field: int, scratch: Words, cars: Cars) -> Non
 
 
 @in_kernel
-def clear_push(low: int, high: int, cars: Cars) -> None:
+def clear_push(low: int, high: int, cars: CarArrays) -> None:
     """Set the pushes to zero after a sort, which uses them as scratch."""
     for i in range(low, high):
         cars.push[i] = 0

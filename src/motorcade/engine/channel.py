@@ -22,7 +22,7 @@ from motorcade.engine import events
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around, cells_between
 from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
-from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, Cars, Floats, Now, Obstacles, Rules, Voices
+from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, CarArrays, Floats, Now, Obstacles, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
@@ -32,13 +32,13 @@ IN_REACH, TOO_FAR, OUTSIDE_BEAM, HIDDEN = range(4)
 
 
 @in_kernel
-def air_is_busy(i: int, now: int, cars: Cars) -> int:
+def air_is_busy(i: int, now: int, cars: CarArrays) -> int:
     """1 while a frame of another car, or its own, is on the air around car ``i``."""
     return 1 - reached(now, cars.air_until[i]) * reached(now, cars.sends_until[i])
 
 
 @in_kernel
-def free_in_ms(i: int, now: int, cars: Cars) -> int:
+def free_in_ms(i: int, now: int, cars: CarArrays) -> int:
     """In how many ms the air around car ``i`` will be free if no other frame begins; 0 where it is free."""
     if air_is_busy(i, now, cars) == 0:
         return 0
@@ -235,7 +235,7 @@ def _is_hidden(ax: float, ay: float, bx: float, by: float, distance: float, cell
 
 
 @in_kernel
-def received(i: int, seed: int, now: int, cars: Cars, flips: Floats) -> int:
+def received(i: int, seed: int, now: int, cars: CarArrays, flips: Floats) -> int:
     """The frame that ends at car ``i`` now, with the bits that flipped on its way."""
     frame = int(cars.heard[i])
     chance = float(mix(seed ^ 0x5F3759DF, cars.number[i], now))

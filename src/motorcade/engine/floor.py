@@ -21,7 +21,7 @@ from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import ROUNDED_UM
 from motorcade.engine.clearance import MOST_TICKS, whole_ticks
 from motorcade.engine.geometry import FAR_UM, cosine, sine
-from motorcade.engine.state import DRIVEN, Buffer, Cars, Floor, Rules
+from motorcade.engine.state import DRIVEN, Buffer, CarArrays, Floor, Rules
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat
 from motorcade.mats.model import path_of
@@ -55,7 +55,7 @@ class Mark(NamedTuple):
 
 
 @in_kernel
-def look_down(i: int, cars: Cars, floor: Floor, rules: Rules) -> tuple[int, float, float]:
+def look_down(i: int, cars: CarArrays, floor: Floor, rules: Rules) -> tuple[int, float, float]:
     """Look at the floor, which has marks.
 
     Returns:

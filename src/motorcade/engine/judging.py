@@ -11,7 +11,7 @@ from typing import NamedTuple
 from motorcade.car.brain import lit_led
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import FULL_TURN, nearest_of_segment
-from motorcade.engine.state import Cars, Floats, Ints, Rules, Singles
+from motorcade.engine.state import CarArrays, Floats, Ints, Rules, Singles
 from motorcade.words.ticks import TICKS_MASK
 
 # What is asked.
@@ -100,7 +100,7 @@ def _wide(single: float) -> float:
     return float(single) * 1.0
 
 
-def judge(tick: int, cars: Cars, rules: Rules, questions: Questions, answers: Answers) -> None:
+def judge(tick: int, cars: CarArrays, rules: Rules, questions: Questions, answers: Answers) -> None:
     """Ask all questions of the cars of each world before a tick, for the next moment of their run."""
     worlds, rows = answers.off.shape[0], questions.rows
     per_world = cars.x.shape[0] // worlds
@@ -122,7 +122,14 @@ def judge(tick: int, cars: Cars, rules: Rules, questions: Questions, answers: An
 
 @in_kernel
 def _ask(
-    world: int, question: int, place: int, now: int, cars: Cars, rules: Rules, questions: Questions, answers: Answers
+    world: int,
+    question: int,
+    place: int,
+    now: int,
+    cars: CarArrays,
+    rules: Rules,
+    questions: Questions,
+    answers: Answers,
 ) -> int:
     """Ask one car; return 1 where it is so, else 0."""
     i = int(answers.where[questions.who[place]])

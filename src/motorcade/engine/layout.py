@@ -20,7 +20,7 @@ from motorcade.engine.state import (
     SPARE,
     Around,
     Buffer,
-    Cars,
+    CarArrays,
     Cells,
     Obstacles,
     People,
@@ -39,7 +39,7 @@ _Wall = tuple[float, float, float, float]
 _Disc = tuple[float, float, float]
 
 VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
-_FIELDS = Cars._fields[2:-4]
+_FIELDS = CarArrays._fields[2:-4]
 _SIGNED = ("x", "y", "displacement_x", "displacement_y")
 # Bytes of a car, with events and room for cells; without events it is about half.
 BYTES_A_CAR = 256
@@ -57,7 +57,7 @@ _FEW_PLACE_CELLS = 1 << 14
 
 
 class Standing(NamedTuple):
-    """Where the cars of one world stand before its first tick, and who leads: fields of `Cars`, as buffers."""
+    """Where the cars of one world stand before its first tick, and who leads: fields of `CarArrays`, as buffers."""
 
     x: Any
     y: Any
@@ -126,7 +126,7 @@ def _strip_um(profile: Profile, contact: float, drift: float) -> float:
     return float(max(profile.infrared.range_mm * 1000.0, look) + contact + 4 * drift)
 
 
-def cars_of(worlds: int, per_world: int, memory: "Backend") -> Cars:
+def cars_of(worlds: int, per_world: int, memory: "Backend") -> CarArrays:
     """Allocate the arrays of all cars, filled with zeros."""
     count = worlds * per_world
     # Fields are an odd number of cache lines apart. Otherwise all fields of a car would be in a few sets of the cache.
@@ -138,7 +138,7 @@ def cars_of(worlds: int, per_world: int, memory: "Backend") -> Cars:
     }
     push, order = (memory.zeros(name, (count,), "uint32") for name in ("push", "order"))
     wheels, program = (memory.zeros(name, (count,), "uint8") for name in ("wheels", "program"))
-    return Cars(rows=rows, memory=rows[:SIZE], **fields, push=push, order=order, wheels=wheels, program=program)
+    return CarArrays(rows=rows, memory=rows[:SIZE], **fields, push=push, order=order, wheels=wheels, program=program)
 
 
 def standing_of(mat: Mat, images: int) -> Standing:
@@ -157,7 +157,7 @@ def standing_of(mat: Mat, images: int) -> Standing:
     )
 
 
-def put_in_place(cars: Cars, standing: Standing, worlds: int, memory: "Backend") -> None:
+def put_in_place(cars: CarArrays, standing: Standing, worlds: int, memory: "Backend") -> None:
     """Reset the cars to their state before the first tick."""
     for array_of_cars in (cars.rows, cars.push, cars.wheels):
         memory.clear(array_of_cars)

@@ -11,7 +11,7 @@ from motorcade.engine import bicycle, channel, clearance, events
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS, SENDS, STUCK, Columns
-from motorcade.engine.state import Arrays, Bytes, Cars, Driven, Floats, Ints, Rules, Singles, Words
+from motorcade.engine.state import Arrays, Bytes, CarArrays, Driven, Floats, Ints, Rules, Singles, Words
 from motorcade.words.ticks import TICKS_MASK, reached
 
 # The numbers of an event in a picture.
@@ -49,7 +49,7 @@ class Page(NamedTuple):
     flags: Bytes
 
 
-def read_moment(world: int, tick: int, cars: Cars, driven: Driven, rules: Rules, shown: Columns) -> None:
+def read_moment(world: int, tick: int, cars: CarArrays, driven: Driven, rules: Rules, shown: Columns) -> None:
     """Write what the cars of a world show before a tick."""
     count = shown.x_m.shape[0]
     now = tick * rules.tick_ms & TICKS_MASK
@@ -217,7 +217,7 @@ def find_nearest(car: int, arrays: Arrays, tally: Tally, away: Floats, found: In
 
 
 @in_kernel
-def _insert(kind: int, i: int, squared: float, cars: Cars, away: Floats, found: Ints) -> None:
+def _insert(kind: int, i: int, squared: float, cars: CarArrays, away: Floats, found: Ints) -> None:
     """Insert the car at index ``i`` into a row of ``found``, for whose order equal distances go by number."""
     place = MOST_NEAREST
     while place > 0:

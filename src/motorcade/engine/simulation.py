@@ -61,7 +61,7 @@ class Simulation:
         worlds: how many worlds there are.
         seeds: of each world.
         now_ms: the simulated time; wraps at 2^30.
-        state: the arrays of the cars (`motorcade.engine.state.Cars`), not in the order of car numbers.
+        state: the arrays of the cars (`motorcade.engine.state.CarArrays`), not in the order of car numbers.
 
     Raises:
         MotorcadeError: an image is damaged, the world can't be simulated, or it doesn't fit into the memory.

@@ -74,7 +74,7 @@ class Buffer:
         return cls(dtype, (len(held) // columns if rows is None else rows, columns), held)
 
 
-class Cars(NamedTuple):
+class CarArrays(NamedTuple):
     """Every car of every world, one world after the other: arrays of shape (cars,) except the first two."""
 
     rows: Words  # (rows, cars): all fields from memory to sends_until in one array
@@ -198,7 +198,7 @@ class Around(NamedTuple):
 class Arrays(NamedTuple):
     """All that a kernel reads and writes."""
 
-    cars: Cars
+    cars: CarArrays
     cells: Cells
     obstacles: Obstacles
     people: People

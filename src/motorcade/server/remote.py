@@ -29,13 +29,13 @@ _TELEMETRY_EVERY_S = 0.1
 _STALE_MS = 150
 _RECORDED: dict[Action, str] = {"clear": "clears", "resume_program": "resumes"}
 _ACTIONS: dict[type[RemoteMessage], Action] = {
-    messages.Request: "request",
+    messages.RequestDrive: "request",
     messages.Release: "release",
     messages.Clear: "clear",
     messages.Resume: "resume_program",
 }
 # Answers of which only the newest is of use.
-NEWEST = (messages.Hello, messages.Telemetry, messages.Received)
+NEWEST = (messages.RemoteHello, messages.Telemetry, messages.Received)
 _BOUNDARY = "motorcade-picture"
 _MOST_HZ = 30.0
 
@@ -98,7 +98,7 @@ class PageSession:
                 if message.car in self._controls:
                     self._controls.pop(message.car).leave()
                 self._record_driving(message.car, False)
-            case messages.Request() | messages.Release() | messages.Clear() | messages.Resume():
+            case messages.RequestDrive() | messages.Release() | messages.Clear() | messages.Resume():
                 self._request(self._act(message.car, _ACTIONS[type(message)]))
             case messages.Sync():
                 self._freshness.take_answer(message.clock, message.number, message.stamp, self._now())
@@ -118,7 +118,7 @@ class PageSession:
         return to_ticks(self._settings.clock())
 
     async def _greet(self) -> None:
-        self._page.put(messages.Hello(await self._fleet.listed(), self._name))
+        self._page.put(messages.RemoteHello(await self._fleet.listed(), self._name))
 
     async def _join(self, name: str) -> None:
         if name in self._controls:

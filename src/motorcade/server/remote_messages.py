@@ -49,7 +49,7 @@ class Drive(StreamMessage):
     stamp: Stamp = 0
 
 
-class Request(_ToOneCar):
+class RequestDrive(_ToOneCar, tag="request"):
     """Ask to drive."""
 
 
@@ -89,7 +89,7 @@ class Start(StreamMessage):
     """Run the cars' world where it is paused."""
 
 
-RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Sync | Start
+RemoteMessage = Join | Leave | Drive | RequestDrive | Release | Stop | Clear | Resume | Sync | Start
 
 
 class ListedCar(Struct):
@@ -143,7 +143,7 @@ class CarTelemetry(Struct, kw_only=True):
     you: You = field(default_factory=lambda: {"drives": False, "waits": False})
 
 
-class Hello(StreamAnswer):
+class RemoteHello(StreamAnswer, tag="hello"):
     """The cars, and the page's name at them; the first answer, and the answer to Start."""
 
     cars: list[ListedCar]
@@ -167,4 +167,4 @@ class Received(StreamAnswer):
     stale: bool = False
 
 
-RemoteAnswer = Hello | Telemetry | Received | Refused
+RemoteAnswer = RemoteHello | Telemetry | Received | Refused

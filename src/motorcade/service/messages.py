@@ -196,7 +196,7 @@ class PythonBlocks(Struct):
     diagnostics: list[Diagnostic] = []
 
 
-class Compiled(Struct):
+class CompiledBlocks(Struct):
     """What the page shows of a program; ``image`` is None where the program can't be compiled.
 
     ``left_out`` lists the blocks that have errors: ``words`` are those of all others then.
@@ -330,7 +330,7 @@ def sentences(phrase: Any) -> Sentence:
     return {language: phrase.sentence(language) for language in languages()}
 
 
-class Request(NamedTuple):
+class Endpoint(NamedTuple):
     """A request: the types of its message and its answer, and the function that answers it.
 
     Attributes:
@@ -345,7 +345,7 @@ class Request(NamedTuple):
     whole: str
 
     @classmethod
-    def of(cls, function: Callable[..., Any], known: Collection[str], **options: Any) -> "Request":
+    def of(cls, function: Callable[..., Any], known: Collection[str], **options: Any) -> "Endpoint":
         """Return the request that a function answers: a Struct that is its only parameter is the message.
 
         Args:

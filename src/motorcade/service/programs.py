@@ -14,7 +14,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
 from motorcade.program.blocks import blocks_of, field_value, holder_of, program_of
-from motorcade.program.compiler import Compiled as CompiledProgram
+from motorcade.program.compiler import Compiled as Compiled
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
@@ -59,13 +59,13 @@ def decompile_image(image: bytes) -> messages.Project:
         return project_of(decompile(bytes_to_words(image)))
 
 
-def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
+def compile_blocks(blocks: messages.Blocks) -> messages.CompiledBlocks:
     """Compile the blocks of both editors; blocks with errors are left out, so that the others have words.
 
     Raises MotorcadeError where there is no such profile.
     """
     profile = built_in_profile(blocks.profile)
-    first: messages.Compiled | None = None
+    first: messages.CompiledBlocks | None = None
     diagnostics: dict[tuple[object, ...], program_diagnostics.Diagnostic] = {}
     left_out: set[str] = set()
     for _ in range(_MOST_ROUNDS):
@@ -90,7 +90,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
         if not wrong - left_out:
             break
         left_out |= wrong
-    answer = first or messages.Compiled([])
+    answer = first or messages.CompiledBlocks([])
     answer.diagnostics = diagnostics_in_all_languages(diagnostics.values(), blocks.followers)
     answer.left_out = sorted(left_out)
     if left_out:
@@ -110,9 +110,9 @@ def _without(left_out: set[str], state: Any) -> Any:
     return {**copy, "enabled": False} if state.get("id") in left_out and "type" in state else copy
 
 
-def _answer(compiled: CompiledProgram, program: Program) -> messages.Compiled:
+def _answer(compiled: Compiled, program: Program) -> messages.CompiledBlocks:
     followers_steps = program.followers.steps if program.followers else ()
-    return messages.Compiled(
+    return messages.CompiledBlocks(
         diagnostics=[],
         image=words_to_bytes(compiled.words) if compiled.words else None,
         dwell_ms=compiled.dwell_ms,
@@ -199,7 +199,7 @@ def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> mes
     return messages.Fix(name, value, sentence, holder.get("id") if holder else None, place)
 
 
-def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
+def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
     if not compiled.words:
         return []
     header, *control = compiled.words
@@ -216,7 +216,7 @@ def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
 
 
 def _costliest(
-    compiled: CompiledProgram, too_many: str, prefix: str, steps: Sequence[Step]
+    compiled: Compiled, too_many: str, prefix: str, steps: Sequence[Step]
 ) -> messages.Costliest | None:
     """Return the one of ``steps`` that makes the most words; the paths of these steps begin with ``prefix``."""
     for each in compiled.diagnostics:

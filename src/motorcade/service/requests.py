@@ -15,7 +15,7 @@ from motorcade.service import library, messages, missions
 from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
-from motorcade.service.messages import Nothing, Request
+from motorcade.service.messages import Endpoint, Nothing
 from motorcade.service.programs import (
     blocks_to_python,
     compile_blocks,
@@ -149,7 +149,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 # What a function is given of the context; a method of `Context` is given all of it.
 _GIVEN = ("self", "storage", "owner", "stars")
-REQUESTS = {name: Request.of(function, _GIVEN) for name, function in _FUNCTIONS.items()}
+REQUESTS = {name: Endpoint.of(function, _GIVEN) for name, function in _FUNCTIONS.items()}
 
 
 def respond(name: str, data: bytes, context: Context) -> bytes:

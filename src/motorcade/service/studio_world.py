@@ -25,7 +25,7 @@ from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
-from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
+from motorcade.service.world_messages import CarDetails, ReceivedFrame, SetWorld, WorldHello
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes
 from motorcade.words.infrared import word_of
@@ -169,10 +169,10 @@ class StudioWorld:
         """The cars that lead."""
         return self.simulation.mat.starts.leaders
 
-    def hello(self, session: str, resumed: bool) -> Hello:
+    def hello(self, session: str, resumed: bool) -> WorldHello:
         """Return the cars, and what doesn't change from picture to picture."""
         range_m = self.simulation.profile.infrared.range_mm / 1000
-        return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, self.radius_m, range_m)
+        return WorldHello(session, resumed, self.cars, self.leads(), self.tick_ms, self.radius_m, range_m)
 
 
 def _shown_word(word: int | None) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class Pause(StreamMessage):
     """Pause the world."""
 
 
-class Step(StreamMessage):
+class StepWorld(StreamMessage, tag="step"):
     """Go on by so many ticks."""
 
     ticks: Annotated[int, Meta(ge=1, le=100)] = 1
@@ -130,11 +130,23 @@ class Shown(StreamMessage):
 
 
 WorldMessage = (
-    SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown
+    SetWorld
+    | Play
+    | Pause
+    | StepWorld
+    | Reset
+    | StopWhen
+    | Speak
+    | SetEnvironment
+    | Move
+    | Watch
+    | Seek
+    | Resume
+    | Shown
 )
 
 
-class Hello(StreamAnswer):
+class WorldHello(StreamAnswer, tag="hello"):
     """The first answer of a connection, and after each SetWorld; without a world it has three fields only."""
 
     session: str
@@ -259,7 +271,7 @@ class Refused(StreamAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = Hello | State | CarDetails | Goals | Stopped | Refused
+WorldAnswer = WorldHello | State | CarDetails | Goals | Stopped | Refused
 
 
 # An upload, or the readback of a car's program.

@@ -21,7 +21,15 @@ from motorcade.service.history import (
     pack_picture,
 )
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.world_messages import CarDetails, Goals, Hello, State, StopCondition, WorldAnswer, WorldMessage
+from motorcade.service.world_messages import (
+    CarDetails,
+    Goals,
+    State,
+    StopCondition,
+    WorldAnswer,
+    WorldHello,
+    WorldMessage,
+)
 
 PICTURE_S = 1 / 30
 # The session makes no more pictures while the page has received so many that it has not drawn yet.
@@ -110,7 +118,7 @@ class WorldSession:
 
     def _greet(self, resumed: bool) -> list[WorldAnswer]:
         if not self.has_world:
-            return [Hello(self.key, resumed, 0)]
+            return [WorldHello(self.key, resumed, 0)]
         self._show_all()
         self._told_goals = None
         return [self.world.hello(self.key, resumed), self.state(), *self._new_goals()]
@@ -144,7 +152,7 @@ class WorldSession:
                 self.play(message.speed)
             case world_messages.Pause():
                 self.pause()
-            case world_messages.Step():
+            case world_messages.StepWorld():
                 self.pause()
                 self.seek(None)
                 self._run(message.ticks)

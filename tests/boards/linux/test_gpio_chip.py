@@ -6,13 +6,15 @@ from types import SimpleNamespace
 
 import pytest
 
+from support.waiting import DEADLINE_S
+
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="gpiochips are Linux's")
 if sys.platform == "linux":
     from gpiozero import Servo
     from gpiozero.pins import local
 
     from motorcade.boards.computer import Equipment
-    from motorcade.boards.lines import Line
+    from motorcade.boards.lines import WaitingLine
     from motorcade.boards.linux import gpio_chip
     from motorcade.boards.linux.programmed_drive import open_drive
     from motorcade.boards.linux.raspberry_pi import open_car
@@ -57,7 +59,7 @@ def kernel(monkeypatch):
 
 def car_equipment(is_leader=True):
     """Return the equipment of a car without an image."""
-    return Equipment(is_leader, 0, levels_of(CLASSROOM), Line(), None, lambda data: None)
+    return Equipment(is_leader, 0, levels_of(CLASSROOM), WaitingLine(), None, lambda data: None)
 
 
 def opened(text=STEERED, is_leader=True, **options):
@@ -134,7 +136,7 @@ def test_a_computer_without_pins_says_so():
 
 def test_importing_lgpio_leaves_no_pipe_in_the_working_directory(tmp_path):
     script = "import motorcade.boards.linux.gpio_chip"
-    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=DEADLINE_S)
     assert list(tmp_path.iterdir()) == []
 
 

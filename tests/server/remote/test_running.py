@@ -31,11 +31,10 @@ from motorcade.sockets import allow_files
 from support.driven_car import NotedBoard
 from support.served_app import served
 from support.soak import SOAK
-from support.waiting import wait_until
+from support.waiting import DEADLINE_S, wait_until
 
 PICTURE_BYTES = 40_000
 STALLED = 60
-PATIENCE_S = 60
 MUTE = 1000 if SOAK else 200
 PINGS = 2000
 # A frame with bits that nobody has defined, and a text that is no UTF-8.
@@ -73,10 +72,10 @@ def running(source, tls=None, wheels=None):
 def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
     source = Numbered()
     with running(source) as address, socket.create_connection(address) as viewer:
-        viewer.settimeout(PATIENCE_S)
+        viewer.settimeout(DEADLINE_S)
         viewer.sendall(b"GET /camera?rate=30 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         data = viewer.recv(1000)
-        assert source.enough.wait(PATIENCE_S)
+        assert source.enough.wait(DEADLINE_S)
         # All that a player does who was frozen for a while: read.
         while not (numbers := [int(number) for number in re.findall(rb"<(\d+)>", data)]) or numbers[-1] < STALLED:
             data += viewer.recv(1 << 20)
@@ -97,7 +96,7 @@ def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
         ]
         frames = b"".join(Frame(Opcode.TEXT, text.encode()).serialize(mask=True) for text in burst)
         line.socket.sendall(frames)
-        while json.loads(line.recv(PATIENCE_S)).get("number") != 99:
+        while json.loads(line.recv(DEADLINE_S)).get("number") != 99:
             pass
     assert not wheels.moves
     assert len(wheels.notes) < 20
@@ -112,11 +111,11 @@ def trust(tmp_path):
 
 def test_the_page_and_its_socket_are_served_by_https(tmp_path, trust):
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
-        with closing(http.client.HTTPSConnection(host, port, timeout=PATIENCE_S, context=trust)) as page:
+        with closing(http.client.HTTPSConnection(host, port, timeout=DEADLINE_S, context=trust)) as page:
             page.request("GET", "/camera/snapshot.jpg")
             assert page.getresponse().status == 200
-        with connect(f"wss://127.0.0.1:{port}/drive/ws", ssl=trust, open_timeout=PATIENCE_S) as line:
-            assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
+        with connect(f"wss://127.0.0.1:{port}/drive/ws", ssl=trust, open_timeout=DEADLINE_S) as line:
+            assert json.loads(line.recv(DEADLINE_S))["is"] in ("hello", "telemetry")
 
 
 def test_many_mute_connections_shut_nobody_out_and_disturb_no_page():
@@ -128,10 +127,10 @@ def test_many_mute_connections_shut_nobody_out_and_disturb_no_page():
     ):
         open_files = psutil.Process().num_fds()
         for number in range(MUTE):
-            line = mute.enter_context(socket.create_connection(address, PATIENCE_S))
+            line = mute.enter_context(socket.create_connection(address, DEADLINE_S))
             with suppress(OSError):
                 line.sendall(b"GET / HT"[: number % 9])
-        with closing(http.client.HTTPConnection(*address, timeout=PATIENCE_S)) as visitor:
+        with closing(http.client.HTTPConnection(*address, timeout=DEADLINE_S)) as visitor:
             visitor.request("GET", "/camera/snapshot.jpg")
             assert visitor.getresponse().status == 200
         joined(page)
@@ -142,7 +141,7 @@ def test_many_mute_connections_shut_nobody_out_and_disturb_no_page():
 def joined(page):
     """Join the car, and wait for its telemetry."""
     page.send(json.dumps({"do": "join", "car": "1"}))
-    while "1" not in json.loads(page.recv(PATIENCE_S)).get("cars", ()):
+    while "1" not in json.loads(page.recv(DEADLINE_S)).get("cars", ()):
         pass
 
 
@@ -151,7 +150,7 @@ def test_a_request_that_does_not_come_whole_in_time_is_hung_up(monkeypatch):
     beginnings = (b"", b"GET / HTTP/1.1\r\nHost: 127", b"POST /api/x HTTP/1.1\r\nHost: a\r\nContent-Length: 9\r\n\r\n{")
     with running(Numbered()) as address:
         for beginning in beginnings:
-            with socket.create_connection(address, PATIENCE_S) as line:
+            with socket.create_connection(address, DEADLINE_S) as line:
                 line.sendall(beginning)
                 with suppress(ConnectionError):
                     while line.recv(1 << 16):
@@ -161,7 +160,7 @@ def test_a_request_that_does_not_come_whole_in_time_is_hung_up(monkeypatch):
 def test_a_flood_of_nonsense_is_logged_in_few_lines(capsys):
     with running(Numbered()) as address:
         for _ in range(MUTE):
-            with socket.create_connection(address, PATIENCE_S) as line, suppress(ConnectionError):
+            with socket.create_connection(address, DEADLINE_S) as line, suppress(ConnectionError):
                 line.sendall(b"\0\0 nonsense\r\n\r\n")
                 while line.recv(1 << 16):
                     pass
@@ -179,10 +178,10 @@ def damage(address, frame):
     """Send a damaged frame, and read until the server hangs up."""
     with connect(f"ws://{address[0]}:{address[1]}/drive/ws", proxy=None) as line, suppress(ConnectionClosed):
         # A page that is sent something at the same moment.
-        line.recv(PATIENCE_S)
+        line.recv(DEADLINE_S)
         line.socket.sendall(frame)
         while True:
-            line.recv(PATIENCE_S)
+            line.recv(DEADLINE_S)
 
 
 def test_foreign_websockets_are_not_logged_and_damaged_ones_in_few_lines(capsys):
@@ -199,7 +198,7 @@ def test_foreign_websockets_are_not_logged_and_damaged_ones_in_few_lines(capsys)
 def flood(line, frame, frames):
     for _ in range(frames):
         line.socket.sendall(frame)
-        line.recv(PATIENCE_S)
+        line.recv(DEADLINE_S)
 
 
 @pytest.mark.parametrize(
@@ -215,7 +214,7 @@ def test_a_page_that_floods_with_frames_that_are_no_messages_is_dropped_and_othe
             line.socket.sendall(begun + (most - 1) * frame)
             # It is served on: telemetry comes ten times a second.
             for _ in range(3):
-                line.recv(PATIENCE_S)
+                line.recv(DEADLINE_S)
             with pytest.raises((ConnectionClosed, OSError)):
                 flood(line, frame, 10)
         joined(other)
@@ -243,20 +242,20 @@ def test_a_page_that_reads_nothing_and_answers_no_ping_loses_its_place(monkeypat
             line.sendall(Frame(Opcode.PING, bytes(125)).serialize(mask=True) * PINGS)
         wait_until(
             lambda: address not in [each.laddr for each in psutil.Process().net_connections() if each.raddr],
-            deadline_s=PATIENCE_S,
+            deadline_s=DEADLINE_S,
         )
 
 
 def close_when_no_more_connections_are_accepted(line, address):
     with suppress(ConnectionError):
         while True:
-            socket.create_connection(address, PATIENCE_S).close()
+            socket.create_connection(address, DEADLINE_S).close()
     line.close()
 
 
 def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path, trust):
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
-        plain = socket.create_connection((host, port), PATIENCE_S)
+        plain = socket.create_connection((host, port), DEADLINE_S)
         line = trust.wrap_socket(plain, server_hostname=host)
         page = opened(line, (host, port))
         page.send_close()
@@ -266,5 +265,5 @@ def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path, trust)
             page.receive_data(line.recv(1000))
         leaving = threading.Thread(target=close_when_no_more_connections_are_accepted, args=(line, (host, port)))
         leaving.start()
-    leaving.join(PATIENCE_S)
+    leaving.join(DEADLINE_S)
     assert not leaving.is_alive()

@@ -21,6 +21,7 @@ from motorcade.cli import pages
 from motorcade.drive.certificates import CarKeys, make_keys
 from support.command_line import refusal
 from support.running_studio import started, stop
+from support.waiting import DEADLINE_S
 
 SESSION = "0" * 32
 
@@ -33,7 +34,7 @@ def studio(tmp_path_factory):
 
 def answer(studio, path, body=b"{}", **headers):
     """The status and the JSON of an answer."""
-    answered = httpx.post(f"{studio.base}api/{path}", content=body, headers=studio.cookie | headers, timeout=60)
+    answered = httpx.post(f"{studio.base}api/{path}", content=body, headers=studio.cookie | headers, timeout=DEADLINE_S)
     return answered.status_code, answered.json()
 
 
@@ -106,7 +107,7 @@ def test_other_computers_need_https_and_the_printed_token(tmp_path):
         assert running.url.startswith("https://")
         shown = running.url.partition("/?")[2]
         assert len(shown) > len("token=") + 20
-        with httpx.Client(base_url=f"https://127.0.0.1:{running.port}", verify=trust, timeout=60) as browser:
+        with httpx.Client(base_url=f"https://127.0.0.1:{running.port}", verify=trust, timeout=DEADLINE_S) as browser:
             assert browser.post("/api/projects/list").status_code == 401
             assert browser.get(f"/?{shown}").status_code == 303
             assert browser.post("/api/projects/list").json() == []
@@ -133,7 +134,7 @@ def test_an_endless_message_is_refused(studio):
             page.send(" " * (1 << 20) + " ")
         # What was on its way already comes first; then the connection's end.
         with pytest.raises(ConnectionClosed) as closed:
-            deque(iter(partial(page.recv, timeout=60), None))
+            deque(iter(partial(page.recv, timeout=DEADLINE_S), None))
     assert closed.value.rcvd.code == 1009
 
 

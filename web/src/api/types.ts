@@ -5,7 +5,7 @@ import type { MissionChoice, Project } from "../generated/messages";
 
 export type {
   Capabilities,
-  Compiled,
+  CompiledBlocks,
   Costliest,
   Diagnostic,
   Example,

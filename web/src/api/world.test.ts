@@ -5,7 +5,7 @@ import {
   EventColumn,
   Flag,
   KINDS,
-  type Link,
+  type LinkState,
   NO_INDEX,
   type Picture,
   sessionOfWindow,
@@ -54,7 +54,7 @@ describe("a picture's bytes", () => {
 });
 
 describe("a connection", () => {
-  const links: Link[] = [];
+  const links: LinkState[] = [];
   const pictures: Picture[] = [];
   const connect = () =>
     new WorldConnection(

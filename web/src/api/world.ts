@@ -15,7 +15,7 @@ export interface Pose {
 
 export type Command = WorldMessage;
 export type Answer = WorldAnswer;
-export type { CarDetails, Goals, Hello, State as WorldState, Refused as WorldProblem } from "../generated/messages";
+export type { CarDetails, Goals, WorldHello, State as WorldState, Refused as WorldProblem } from "../generated/messages";
 
 /** What all cars show at a moment, and what happened since the picture before. */
 export interface Picture extends Columns {
@@ -67,12 +67,12 @@ export function poseIn(picture: Picture, car: number): Pose | null {
   return { x_m: picture.x[car]!, y_m: picture.y[car]!, heading_deg };
 }
 
-export type Link = "connecting" | "open" | "lost" | "elsewhere";
+export type LinkState = "connecting" | "open" | "lost" | "elsewhere";
 
 interface Listeners {
   onPicture: (picture: Picture) => void;
   onAnswer: (answer: Answer) => void;
-  onLink: (link: Link) => void;
+  onLink: (link: LinkState) => void;
 }
 
 const SESSION_KEY = "motorcade.world";

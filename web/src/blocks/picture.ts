@@ -6,7 +6,7 @@ import css from "./blocks.module.css";
 import { UNSEEN } from "./inView";
 import { liveWorkspaces } from "./workspaces";
 
-export interface Picture {
+export interface BlocksPicture {
   svg: string;
   width: number;
   height: number;
@@ -21,7 +21,7 @@ function blocklyStyles(): string {
   return rules.filter((text) => text.includes("blockly")).join("\n");
 }
 
-export function pictureOf(workspace: WorkspaceSvg): Picture {
+export function pictureOf(workspace: WorkspaceSvg): BlocksPicture {
   svgResize(workspace);
   const box = workspace.getBlocksBoundingBox();
   const width = Math.ceil(box.right - box.left + 2 * MARGIN);
@@ -41,7 +41,7 @@ export function pictureOf(workspace: WorkspaceSvg): Picture {
   return { svg: new XMLSerializer().serializeToString(svg), width, height };
 }
 
-export async function pngOf({ svg, width, height }: Picture): Promise<Blob> {
+export async function pngOf({ svg, width, height }: BlocksPicture): Promise<Blob> {
   const image = new Image();
   image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
   await image.decode();

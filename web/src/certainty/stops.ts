@@ -18,13 +18,13 @@ import { endAll } from "../ui/areas";
 type Kind = StopCondition["kind"];
 
 /** A condition; of a block it has the block, whose words differ from program to program. */
-export interface Stop {
+export interface ChosenStop {
   condition: StopCondition;
   block?: { editor: EditorName; id: string; text: string };
 }
 
 interface Stops {
-  stops: readonly Stop[];
+  stops: readonly ChosenStop[];
   /** The zone that was tapped. */
   zone: MissionZone | null;
 }
@@ -35,10 +35,10 @@ const MOST_STOPS = 20;
 /** The kinds that need nothing but a car. */
 export const CAR_KINDS = ["touch", "lost", "stuck"] as const satisfies readonly Kind[];
 
-const keyOf = ({ condition, block }: Stop): string => JSON.stringify(block ? block.id : condition);
+const keyOf = ({ condition, block }: ChosenStop): string => JSON.stringify(block ? block.id : condition);
 
 /** Stop on one thing more. */
-export function addStop(stop: Stop): void {
+export function addStop(stop: ChosenStop): void {
   const { stops } = useStops.getState();
   if (stops.length >= MOST_STOPS) return;
   if (!stops.some((each) => keyOf(each) === keyOf(stop))) useStops.setState({ stops: [...stops, stop] });
@@ -49,14 +49,14 @@ export function removeStop(place: number): void {
   useStops.setState(({ stops }) => ({ stops: stops.toSpliced(place, 1) }));
 }
 
-export function zoneStop(zone: MissionZone): Stop {
+export function zoneStop(zone: MissionZone): ChosenStop {
   const { title, corners_m, centre_m, radius_m } = zone;
   const place = centre_m ? { disc: [...centre_m, radius_m!] } : { corners_m };
   return { condition: { kind: "zone", name: inLanguage(title), ...place } };
 }
 
 /** What a condition waits for, in words. */
-export function nameOf({ condition, block }: Stop): string {
+export function nameOf({ condition, block }: ChosenStop): string {
   const { kind, car, thing, number, name } = condition;
   const who = car === undefined || car === null ? i18next.t("stops.anyCar") : i18next.t("mat.car", { number: car });
   if (block) return i18next.t("stops.block", { text: block.text });

@@ -1,8 +1,8 @@
 /** A world on a canvas, and all stages as tiles. */
 
 import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
-import type { MatView, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
-import { Stream } from "./ask";
+import type { MatView, PupilRow, ClassWall, WallAnswer, WallWorld } from "../generated/classroom";
+import { ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
 import { readInks } from "../mat/colours";
@@ -105,18 +105,18 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
 export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: MatView }) {
   const t = useTexts();
   const inLanguage = useSentences();
-  const [wall, setWall] = useState<Wall | null>(null);
+  const [wall, setWall] = useState<ClassWall | null>(null);
   const [tiles] = useState(() => new Tiles());
   /** The worlds whose tiles are on the screen; null until that is known. */
   const seen = useRef<ReadonlySet<string> | null>(null);
   const tell = useRef<(drawn: boolean) => void>(() => undefined);
   useEffect(() => {
-    let listed: Wall | null = null;
+    let listed: ClassWall | null = null;
     tell.current = (drawn) => {
       const places = listed && seen.current && [...listed.worlds.keys()].filter((place) => seen.current!.has(listed!.worlds[place]!.pupil));
       stream.send({ drawn, number: listed?.number ?? 0, seen: places });
     };
-    const stream = new Stream<WallAnswer>("/api/teacher/wall", {
+    const stream = new ClassStream<WallAnswer>("/api/teacher/wall", {
       onAnswer: (answer) => {
         if (answer.is !== "wall") return;
         listed = answer;

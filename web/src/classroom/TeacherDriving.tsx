@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
-import type { Compiled, StoredProject } from "../generated/messages";
+import type { CompiledBlocks, StoredProject } from "../generated/messages";
 import { post } from "../api/connection";
 import { CarList } from "../cars/CarList";
 import { askTeacher } from "./ask";
@@ -60,7 +60,7 @@ const NO_IMAGE = "";
 /** The image of one of the teacher's projects; null where its blocks are wrong. Throws RefusedError or UnreachableError. */
 async function imageOf(name: string): Promise<string | null> {
   const { leader, followers, profile } = (await post("/api/projects/read", { name })) as StoredProject;
-  return ((await post("/api/compile", { leader, followers, profile })) as Compiled).image;
+  return ((await post("/api/compile", { leader, followers, profile })) as CompiledBlocks).image;
 }
 
 /** The cars that run programs, and which of the teacher's projects they are loaded with. */

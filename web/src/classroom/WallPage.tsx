@@ -2,9 +2,9 @@
 
 import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
-import type { ClassView, TeacherAbout, TeacherAnswer, Wall, WallWorld } from "../generated/classroom";
+import type { ClassView, TeacherAbout, TeacherAnswer, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
-import { askTeacher, Stream } from "./ask";
+import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
 import { HowToJoin } from "./TeacherClass";
@@ -20,7 +20,7 @@ export function useClass(): { view: ClassView | null; open: boolean } {
   const [view, setView] = useState<ClassView | null>(null);
   const [open, setOpen] = useState(false);
   useEffect(() => {
-    const stream = new Stream<TeacherAnswer>("/api/teacher/stream", {
+    const stream = new ClassStream<TeacherAnswer>("/api/teacher/stream", {
       onAnswer: (answer) => answer.is === "class" && setView(answer),
       onLink: setOpen,
     });
@@ -65,10 +65,10 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
   const [open, setOpen] = useState(true);
   const [refused, setRefused] = useState<Sentence | null>(null);
   const [tiles] = useState(() => new Tiles());
-  const stream = useRef<Stream<Answer | Wall> | null>(null);
+  const stream = useRef<ClassStream<Answer | ClassWall> | null>(null);
   useEffect(() => {
     let shown: WallWorld | null = null;
-    const opened = new Stream<Answer | Wall>(path, {
+    const opened = new ClassStream<Answer | ClassWall>(path, {
       onAnswer: (answer) => {
         if (answer.is === "wall") {
           shown = answer.worlds[0] ?? null;

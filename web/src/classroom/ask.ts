@@ -69,7 +69,7 @@ interface Told {
   code?: string;
 }
 
-interface StreamListeners<Answer extends Told> {
+interface ClassListeners<Answer extends Told> {
   onAnswer: (answer: Answer) => void;
   onBytes?: (bytes: ArrayBuffer) => void;
   onLink?: (open: boolean) => void;
@@ -79,13 +79,13 @@ interface StreamListeners<Answer extends Told> {
 const SILENT_MS = 6000;
 
 /** A WebSocket of the class's server, opened again whenever it is lost; `close` ends it. */
-export class Stream<Answer extends Told> {
+export class ClassStream<Answer extends Told> {
   private readonly stream: LastingStream<Answer>;
   private heardAt = Date.now();
 
   constructor(
     path: string,
-    private readonly listeners: StreamListeners<Answer>,
+    private readonly listeners: ClassListeners<Answer>,
   ) {
     this.stream = new LastingStream<Answer>((stream) => openSocket(path, stream), {
       onAnswer: (answer) => this.receive(answer),

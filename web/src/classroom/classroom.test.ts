@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PupilRow, WallWorld } from "../generated/classroom";
-import { Stream } from "./ask";
+import { ClassStream } from "./ask";
 import { byNeed } from "./TeacherPupils";
 import { bytesOf } from "../api/testStream";
 import { groundOf } from "../mat/floors";
@@ -138,7 +138,7 @@ describe("a stream", () => {
     }
   }
   const links: boolean[] = [];
-  let stream: Stream<{ is: string; code?: string }>;
+  let stream: ClassStream<{ is: string; code?: string }>;
   const wake = () => window.dispatchEvent(new Event("online"));
 
   beforeEach(() => {
@@ -146,7 +146,7 @@ describe("a stream", () => {
     vi.stubGlobal("WebSocket", Socket);
     Socket.opened = [];
     links.length = 0;
-    stream = new Stream("/api/class/stream", { onAnswer: () => undefined, onLink: (open) => links.push(open) });
+    stream = new ClassStream("/api/class/stream", { onAnswer: () => undefined, onLink: (open) => links.push(open) });
   });
   afterEach(() => {
     stream.close();

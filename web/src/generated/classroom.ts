@@ -125,7 +125,7 @@ export interface PupilRow {
 }
 
 /** The worlds on the wall; sent whole when one is new or changed. Pictures refer to their places in this list. */
-export interface Wall { is: "wall"; number: number; worlds: WallWorld[] }
+export interface ClassWall { is: "wall"; number: number; worlds: WallWorld[] }
 
 /** A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat. */
 export interface WallWorld {
@@ -142,7 +142,7 @@ export type ClassAnswer = PupilView | Goodbye | Refused;
 
 export type TeacherAnswer = ClassView | Goodbye | Refused;
 
-export type WallAnswer = Wall | Refused;
+export type WallAnswer = ClassWall | Refused;
 
 /** The requests of pupils: `POST /api/class/<name>`. */
 export interface PupilRequests {

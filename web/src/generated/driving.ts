@@ -9,7 +9,7 @@
  * - resting: speed 0 is sent again and again, in case a message is lost
  * - locked: nothing is sent until speed 0 or nothing is commanded
  */
-export type State = "idle" | "arming" | "driving" | "resting" | "locked";
+export type DeadmanState = "idle" | "arming" | "driving" | "resting" | "locked";
 
 /**
  * - speed: a speed is commanded
@@ -20,10 +20,10 @@ export type State = "idle" | "arming" | "driving" | "resting" | "locked";
  * - order: the caller stops the car, gives it back or lets its program drive
  * - over: the state has lasted for its time in LASTS_MS
  */
-export type Event = "speed" | "still" | "nothing" | "lost" | "again" | "order" | "over";
+export type DeadmanEvent = "speed" | "still" | "nothing" | "lost" | "again" | "order" | "over";
 
 /** The next state for a state and an event; an event that isn't there changes nothing. */
-export const NEXT: Record<State, Partial<Record<Event, State>>> = {
+export const NEXT: Record<DeadmanState, Partial<Record<DeadmanEvent, DeadmanState>>> = {
   "idle": {"speed": "arming", "still": "arming"},
   "arming": {"nothing": "resting", "lost": "locked", "again": "arming", "order": "idle", "over": "driving"},
   "driving": {"nothing": "resting", "lost": "locked", "again": "arming", "order": "idle"},
@@ -32,7 +32,7 @@ export const NEXT: Record<State, Partial<Record<Event, State>>> = {
 };
 
 /** After how long a state gets the event `over`. */
-export const LASTS_MS: Partial<Record<State, number>> = {"arming": 45, "resting": 200};
+export const LASTS_MS: Partial<Record<DeadmanState, number>> = {"arming": 45, "resting": 200};
 
 /** How often a command is sent. */
 export const PERIOD_MS = 50;

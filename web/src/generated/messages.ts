@@ -50,7 +50,7 @@ export interface Seconds { least: number; step: number; most: number }
 export interface Blocks { leader: WorkspaceState; followers?: WorkspaceState | null; profile?: string }
 
 /** What the page shows of a program; ``image`` is None where the program can't be compiled. */
-export interface Compiled {
+export interface CompiledBlocks {
   diagnostics: Diagnostic[];
   image: string | null;
   dwell_ms: number;
@@ -323,7 +323,7 @@ export interface Play { do: "play"; speed?: number }
 export interface Pause { do: "pause" }
 
 /** Go on by so many ticks. */
-export interface Step { do: "step"; ticks?: number }
+export interface StepWorld { do: "step"; ticks?: number }
 
 /** Begin again; with ``until_ms`` the run is simulated until then at once. */
 export interface Reset { do: "reset"; seed?: number; until_ms?: number }
@@ -365,7 +365,7 @@ export interface Resume { do: "resume"; car: number }
 export interface Shown { do: "shown"; frame: number }
 
 /** The first answer of a connection, and after each SetWorld; without a world it has three fields only. */
-export interface Hello {
+export interface WorldHello {
   is: "hello";
   session: string;
   resumed: boolean;
@@ -524,9 +524,9 @@ export interface BegunWord { t_ms: number; word: string }
 /** How far two runs are simulated. */
 export interface Compared { is: "compared"; t_ms: number }
 
-export type WorldMessage = SetWorld | Play | Pause | Step | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown;
+export type WorldMessage = SetWorld | Play | Pause | StepWorld | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown;
 
-export type WorldAnswer = Hello | State | CarDetails | Goals | Stopped | Refused;
+export type WorldAnswer = WorldHello | State | CarDetails | Goals | Stopped | Refused;
 
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 
@@ -542,7 +542,7 @@ export type TrialAnswer = Luck | Failure | Difference | Compared | Refused;
 export interface Requests {
   "capabilities": { message: Nothing; answer: Capabilities };
   "profiles": { message: Nothing; answer: ProfileFigures[] };
-  "compile": { message: Blocks; answer: Compiled };
+  "compile": { message: Blocks; answer: CompiledBlocks };
   "decompile": { message: { image: string }; answer: Project };
   "blocks-to-python": { message: BlocksAndText; answer: PythonText };
   "python-to-blocks": { message: BlocksAndText; answer: PythonBlocks };

@@ -20,7 +20,7 @@ export interface Drive {
 }
 
 /** Ask to drive. */
-export interface Request { do: "request"; car: string }
+export interface RequestDrive { do: "request"; car: string }
 
 /** Stop driving, or stop waiting to drive. */
 export interface Release { do: "release"; car: string }
@@ -41,7 +41,7 @@ export interface Sync { do: "sync"; clock: number; number: number; stamp: number
 export interface Start { do: "start" }
 
 /** The cars, and the page's name at them; the first answer, and the answer to Start. */
-export interface Hello { is: "hello"; cars: ListedCar[]; you: string }
+export interface RemoteHello { is: "hello"; cars: ListedCar[]; you: string }
 
 /** A car in a page's list. */
 export interface ListedCar { car: string; leads: boolean | null; sees: boolean; name: string | null }
@@ -71,6 +71,6 @@ export interface Received { is: "received"; number: number; stale: boolean }
 /** The error of a message that was refused. */
 export interface Refused { is: "error"; code: string; details: Record<string, unknown>; sentence: Sentence }
 
-export type RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Sync | Start;
+export type RemoteMessage = Join | Leave | Drive | RequestDrive | Release | Stop | Clear | Resume | Sync | Start;
 
-export type RemoteAnswer = Hello | Telemetry | Received | Refused;
+export type RemoteAnswer = RemoteHello | Telemetry | Received | Refused;

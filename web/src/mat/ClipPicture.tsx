@@ -3,7 +3,7 @@
 import { useEffect, useRef, useState } from "react";
 import { isCalm } from "../ui/areas";
 import type { Mat, Point } from "./document";
-import { Picture, type Placed } from "./Picture";
+import { Picture, type PlacedCar } from "./Picture";
 
 /** What moves by itself must stop by itself within this time (WCAG 2.2.2). */
 const BY_ITSELF_MS = 5_000;
@@ -65,7 +65,7 @@ export interface Clip {
   /** Where the leader drives. */
   way: Point[];
   /** The cars at a time from 0 to `durationMs`; between two stored moments, on the line from one to the other. */
-  at: (tMs: number) => Placed[];
+  at: (tMs: number) => PlacedCar[];
 }
 
 /** The numbers of a car in a moment: x and y in centimetres, heading, and LED. */
@@ -89,7 +89,7 @@ export function clipOf(mat: Mat, moments: readonly number[][], { every_ms, headi
     const place = Math.min(Math.max(0, tMs / every_ms), moments.length - 1);
     const [now, next] = [moments[Math.floor(place)]!, moments[Math.ceil(place)]!];
     const share = place % 1;
-    return Array.from({ length: cars }, (_, k): Placed => {
+    return Array.from({ length: cars }, (_, k): PlacedCar => {
       const [x, y, heading, led] = now.slice(k * NUMBERS, (k + 1) * NUMBERS) as [number, number, number, number];
       const [x1, y1, heading1] = next.slice(k * NUMBERS, (k + 1) * NUMBERS) as [number, number, number, number];
       // The shorter way round.

@@ -10,7 +10,7 @@ import css from "./picture.module.css";
 const CAR_M = 0.15;
 
 /** A car at one moment. */
-export interface Placed {
+export interface PlacedCar {
   at: Point;
   headingDeg: number;
   isLeader: boolean;
@@ -22,7 +22,7 @@ interface PictureProps {
   mat: Mat;
   zones?: readonly MissionZone[];
   /** The cars of a moment; without them, those with which the mat begins. */
-  cars?: readonly Placed[];
+  cars?: readonly PlacedCar[];
   tMs?: number;
   /** Where the leader drives. */
   way?: readonly Point[];
@@ -95,7 +95,7 @@ export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx
   );
 }
 
-function placed({ at_m, heading_deg = 0, role }: NonNullable<Mat["car"]>[number]): Placed {
+function placed({ at_m, heading_deg = 0, role }: NonNullable<Mat["car"]>[number]): PlacedCar {
   return { at: at_m, headingDeg: heading_deg, isLeader: role === "leader" };
 }
 

@@ -1,11 +1,11 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Hello } from "../api/world";
+import type { WorldHello } from "../api/world";
 import { useStudio } from "../state/studio";
 import { duplicateChosen, playWhenReady, removeChosen, tapCar } from "./actions";
 import type { Mat } from "./document";
 import { choose, useMat } from "./store";
 
-const cars = (count: number) => useMat.setState({ hello: { cars: count } as Hello });
+const cars = (count: number) => useMat.setState({ hello: { cars: count } as WorldHello });
 
 describe("playing when the world is ready", () => {
   const pressed = vi.fn();

@@ -5,7 +5,7 @@ import { poseIn } from "../api/world";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
-import { carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed } from "./cars";
+import { carsOf, MOST_ONE_BY_ONE, oneByOne, type CarPoses } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, listOf, type Mat, moved, type PieceId, type Point, removed, reshaped, rounded } from "./document";
 import type { Grip } from "./pointer";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, type Tile, TILES, turnedRoad, withRoad, withTile } from "./roads";
@@ -90,7 +90,7 @@ export function setRange(rangeMm: number): void {
 
 /** Where the cars stand now and at the beginning. */
 function standing(): Standing {
-  const points = ({ x, y }: Placed) => Array.from(x, (each, k): Point => [each, y[k]!]);
+  const points = ({ x, y }: CarPoses) => Array.from(x, (each, k): Point => [each, y[k]!]);
   const cars = [session.picture, session.starts].flatMap((placed) => (placed ? points(placed) : []));
   return { cars, radiusM: useMat.getState().hello?.radius_m ?? RADIUS_M };
 }

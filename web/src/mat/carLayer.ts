@@ -4,7 +4,7 @@ import { Container, Graphics, Sprite, type Texture } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
 import { carColour, LEDS, plateColour, type WordColours, type MatTheme } from "./colours";
 import { LAMPS, TREADS } from "./carPaint";
-import { poseAt, type Move, type Pose } from "./dance";
+import { poseAt, type DanceMove, type DancePose } from "./dance";
 import { numberTexture, type Textures } from "./textures";
 
 /** The least size on the screen, so that cars stay visible on a large mat. */
@@ -52,7 +52,7 @@ export class CarLayer {
   ringed: readonly number[] = [];
   /** Nothing moves but the cars themselves. */
   still = false;
-  private dance: { leader: readonly Move[]; followers: readonly Move[]; sinceMs: number } | null = null;
+  private dance: { leader: readonly DanceMove[]; followers: readonly DanceMove[]; sinceMs: number } | null = null;
 
   constructor(
     private readonly textures: Textures,
@@ -135,12 +135,12 @@ export class CarLayer {
   }
 
   /** Let the cars dance from now on, unless nothing may move. */
-  celebrate(leader: readonly Move[], followers: readonly Move[], atMs: number): void {
+  celebrate(leader: readonly DanceMove[], followers: readonly DanceMove[], atMs: number): void {
     if (!this.still) this.dance = { leader, followers, sinceMs: atMs };
   }
 
   /** How a car dances now; null once its dance is over. */
-  private poseOf(k: number, atMs: number): Pose | null {
+  private poseOf(k: number, atMs: number): DancePose | null {
     return this.dance && poseAt(this.leads.has(k) ? this.dance.leader : this.dance.followers, atMs - this.dance.sinceMs);
   }
 

@@ -2,7 +2,7 @@
 
 import { type Car, type Crowd, FURNITURE, listOf, mapPoints, type Mat, type Point, rounded, withList, without } from "./document";
 
-export interface Placed {
+export interface CarPoses {
   x: ArrayLike<number>;
   y: ArrayLike<number>;
   /** Radians. */
@@ -31,7 +31,7 @@ function toDegrees(radians: number): number {
 }
 
 /** The same cars with the same numbers, each written on its own at its present place. */
-export function oneByOne(mat: Mat, at: Placed, leads: ReadonlySet<number>): Mat {
+export function oneByOne(mat: Mat, at: CarPoses, leads: ReadonlySet<number>): Mat {
   const car = Array.from({ length: at.x.length }, (_, k): Car => {
     const heading_deg = toDegrees(at.heading[k]!);
     return {

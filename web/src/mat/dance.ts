@@ -4,10 +4,10 @@ import type { CompiledWord } from "../api/types";
 import { valueOf } from "../words/bits";
 
 /** What a car does in a move: drive a little ahead, turn a little (1 to the left, -1 to the right), or hop. */
-export type Move = "ahead" | "left" | "right" | "hop";
+export type DanceMove = "ahead" | "left" | "right" | "hop";
 
 /** How a car is drawn besides where it is: ahead in half cars, radians to the left, and how much larger. */
-export interface Pose {
+export interface DancePose {
   ahead: number;
   turn: number;
   lift: number;
@@ -18,7 +18,7 @@ const MOVE_MS = 400;
 const MOST_MOVES = 12;
 
 /** The pose at a time of a dance; null once it is over. Each move ends where it began. */
-export function poseAt(moves: readonly Move[], tMs: number): Pose | null {
+export function poseAt(moves: readonly DanceMove[], tMs: number): DancePose | null {
   const move = moves[Math.floor(tMs / MOVE_MS)];
   if (!move || tMs < 0) return null;
   const far = Math.sin((Math.PI * (tMs % MOVE_MS)) / MOVE_MS);
@@ -29,10 +29,10 @@ export function poseAt(moves: readonly Move[], tMs: number): Pose | null {
   };
 }
 
-const DIRECTIONS: readonly Move[] = ["ahead", "left", "right", "ahead"];
+const DIRECTIONS: readonly DanceMove[] = ["ahead", "left", "right", "ahead"];
 
 /** The moves of one part of a program; a program without words of this part hops once. */
-export function danceOf(words: readonly CompiledWord[], part: CompiledWord["part"]): readonly Move[] {
-  const moves = words.filter((word) => word.part === part).map((word): Move => (valueOf(word, "motor_enable") ? DIRECTIONS[valueOf(word, "motor_direction")]! : "hop"));
+export function danceOf(words: readonly CompiledWord[], part: CompiledWord["part"]): readonly DanceMove[] {
+  const moves = words.filter((word) => word.part === part).map((word): DanceMove => (valueOf(word, "motor_enable") ? DIRECTIONS[valueOf(word, "motor_direction")]! : "hop"));
   return moves.length ? moves.slice(0, MOST_MOVES) : ["hop"];
 }

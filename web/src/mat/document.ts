@@ -183,7 +183,7 @@ const LONGEST_S = 100_000;
 /** The least number of points, where it can differ. */
 const LEAST: Partial<Record<(typeof SHAPES)[FurnitureKind], number>> = { walk: 1, line: 2, corners: 3 };
 
-type Step = Person["path"][number];
+type Waypoint = Person["path"][number];
 
 /** Whether points can be added to this kind of piece. */
 export function canGrow({ kind }: PieceId): boolean {
@@ -214,7 +214,7 @@ function halfway([ax, ay]: Point, [bx, by]: Point): Point {
   return [rounded((ax + bx) / 2), rounded((ay + by) / 2)];
 }
 
-function stepAfter(path: Person["path"], at: number): Step {
+function stepAfter(path: Person["path"], at: number): Waypoint {
   const [t, x, y] = path[at]!;
   const next = path[at + 1];
   if (next) return [rounded((t + next[0]) / 2), ...halfway([x, y], [next[1], next[2]])];

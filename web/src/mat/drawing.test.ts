@@ -3,7 +3,7 @@ import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, toScree
 import { boxAt, discAt, touchesMat } from "../missions/draft";
 import type { Mat, Point } from "./document";
 import { Motion } from "./carLayer";
-import { gripAt, type Sight } from "./pointer";
+import { gripAt, type OnStage } from "./pointer";
 import { carBeside, freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
 import { ChasePen } from "./chasePen";
 import { isBetween, paintOrder, solidAt } from "./chaseOrder";
@@ -206,7 +206,7 @@ const MAT: Mat = {
   person: [{ path: [[0, 0, 5], [10, 1, 5]] }],
 };
 const CARS = { x: Float32Array.of(1, 1.1), y: Float32Array.of(1, 1), heading: Float32Array.of(0, 0) };
-const SIGHT: Sight = { mat: MAT, drawn: CARS, radiusM: 0.075, chosen: null, tMs: 5000 };
+const SIGHT: OnStage = { mat: MAT, drawn: CARS, radiusM: 0.075, chosen: null, tMs: 5000 };
 
 describe("the pointer finds", () => {
   it.each([
@@ -223,7 +223,7 @@ describe("the pointer finds", () => {
 
   it("a chosen piece's handles before all else", () => {
     const piece = { kind: "wall", place: 0 } as const;
-    const sight: Sight = { ...SIGHT, drawn: { ...CARS, x: Float32Array.of(2, 2), y: Float32Array.of(0, 0) }, chosen: { piece } };
+    const sight: OnStage = { ...SIGHT, drawn: { ...CARS, x: Float32Array.of(2, 2), y: Float32Array.of(0, 0) }, chosen: { piece } };
     expect(gripAt(sight, [2, 0], 0.05)).toEqual({ piece, handle: 1 });
   });
 });

@@ -11,7 +11,7 @@ import type { Chosen } from "./store";
 
 export type Grip = { car: number } | { piece: PieceId } | { piece: PieceId; handle: number };
 
-export interface Sight {
+export interface OnStage {
   mat: Mat;
   drawn: Drawn;
   radiusM: number;
@@ -20,7 +20,7 @@ export interface Sight {
 }
 
 /** What is within `reach` metres of a point: first the chosen piece's handles, then cars, then the topmost piece. */
-export function gripAt(sight: Sight, point: Point, reach: number): Grip | null {
+export function gripAt(sight: OnStage, point: Point, reach: number): Grip | null {
   const { mat, chosen } = sight;
   if (chosen && "piece" in chosen) {
     const handle = handleAt(mat, chosen.piece, point, reach);
@@ -40,7 +40,7 @@ function handleAt(mat: Mat, id: PieceId, point: Point, reach: number): number {
   return piece ? handlesOf(piece).findIndex((each) => distance(each, point) <= reach) : -1;
 }
 
-function carAt({ drawn, radiusM }: Sight, [x, y]: Point, reach: number): number | null {
+function carAt({ drawn, radiusM }: OnStage, [x, y]: Point, reach: number): number | null {
   let nearest: number | null = null;
   let least = Math.max(radiusM, reach);
   for (let k = 0; k < drawn.x.length; k++) {

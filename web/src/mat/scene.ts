@@ -2,7 +2,7 @@
 
 import "pixi.js/unsafe-eval";
 import { CanvasRenderer, Container, type Renderer, Ticker, WebGLRenderer } from "pixi.js";
-import type { Hello, Picture } from "../api/world";
+import type { WorldHello, Picture } from "../api/world";
 import { useSettings } from "../state/settings";
 import { isCalm, watchSize } from "../ui/areas";
 import { AirLayer } from "./airLayer";
@@ -10,7 +10,7 @@ import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
 import { CarLayer, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
-import type { Move } from "./dance";
+import type { DanceMove } from "./dance";
 import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
 import { withFloor } from "./floors";
 import { Drawings, hasFastWebGl } from "./graphics";
@@ -123,7 +123,7 @@ export class Scene {
     this.renderer.destroy();
   }
 
-  setHello(hello: Hello): void {
+  setHello(hello: WorldHello): void {
     const { cars, leads = [], radius_m = 0.075, range_m = 1 } = hello;
     if (this.motion.picture?.cars !== cars) this.motion.forget();
     this.carM = 2 * radius_m;
@@ -282,7 +282,7 @@ export class Scene {
   }
 
   /** Let leaders and followers dance. */
-  celebrate(leader: readonly Move[], followers: readonly Move[]): void {
+  celebrate(leader: readonly DanceMove[], followers: readonly DanceMove[]): void {
     this.cars.celebrate(leader, followers, performance.now());
     this.draw();
   }

@@ -3,8 +3,8 @@
 import {
   type Answer,
   type Command,
-  type Hello,
-  type Link,
+  type WorldHello,
+  type LinkState,
   type Picture,
   type Pose,
   poseIn,
@@ -17,7 +17,7 @@ import { useStudio } from "../state/studio";
 import { endAll, isCalm } from "../ui/areas";
 import { EventStore } from "../timeline/events";
 import { runningBlocks, sameRunning } from "./account";
-import { beginning, type Placed } from "./cars";
+import { beginning, type CarPoses } from "./cars";
 import type { Mat } from "./document";
 import { chosenCar, useMat } from "./store";
 
@@ -39,7 +39,7 @@ const MOST_STEPS = 40;
 export class Session {
   readonly events = new EventStore();
   /** Where the cars stood at the beginning, once a picture showed it. */
-  starts: Placed | null = null;
+  starts: CarPoses | null = null;
   picture: Picture | null = null;
   /** Called with the state of the world after this page's user has played, paused, stepped, begun again or sought. */
   onCommand: ((state: WorldState) => void) | null = null;
@@ -248,7 +248,7 @@ export class Session {
     this.show();
   }
 
-  private linkChanged(link: Link): void {
+  private linkChanged(link: LinkState): void {
     if (link !== "open") this.sent = null;
     useMat.setState({ link });
   }
@@ -275,7 +275,7 @@ export class Session {
     this.catchUp(followed, state);
   }
 
-  private receiveHello(hello: Hello): void {
+  private receiveHello(hello: WorldHello): void {
     const isNew = !this.sent;
     if (isNew) {
       const stored = hello.resumed ? sessionStorage.getItem(BEGINNING_KEY) : null;

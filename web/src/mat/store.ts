@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
-import type { CarDetails, Goals, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
+import type { CarDetails, Goals, WorldHello, LinkState, Pose, WorldProblem, WorldState } from "../api/world";
 import type { Stopped } from "../generated/messages";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
@@ -13,8 +13,8 @@ import type { Scene } from "./scene";
 export type Chosen = { car: number } | { piece: PieceId } | null;
 
 interface MatState {
-  link: Link;
-  hello: Hello | null;
+  link: LinkState;
+  hello: WorldHello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
   /** Which condition stopped the world; null once it goes on. */

@@ -7,7 +7,7 @@ import areas from "../ui/areas.module.css";
 import { Icon } from "../ui/icons";
 import { leave } from "./follow";
 import css from "./pair.module.css";
-import { type Shared, usePair } from "./store";
+import { type SharedWindows, usePair } from "./store";
 import { TextButton } from "../ui/controls";
 
 const TAKE = { leader: "pair.take", followers: "pair.takeFollowers" } as const;
@@ -16,7 +16,7 @@ export function PairBar() {
   const { t } = useTranslation();
   const { view, me, shared } = usePair();
   if (!view || !shared) return null;
-  const act = (task: (shared: Shared) => Promise<unknown>) => () => void attempt(() => task(shared));
+  const act = (task: (shared: SharedWindows) => Promise<unknown>) => () => void attempt(() => task(shared));
   const name = view.partner?.name ?? "";
   if (!view.joined) {
     return (

@@ -11,7 +11,7 @@ import { attempt } from "../projects/actions";
 import { markUnsaved, openProject, replaceBy } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
-import { isForeign, type Shared, usePair } from "./store";
+import { isForeign, type SharedWindows, usePair } from "./store";
 
 const WRITE_MS = 250;
 const AGAIN_MS = 2000;
@@ -32,7 +32,7 @@ const mine = (window: EditorName) => usePair.getState().view?.owners[window] ===
 const shared = () => usePair.getState().shared!;
 
 /** Take what is known of the pair now; null: there is none any more. */
-export function receive(view: PairView | null, me: string, by: Shared): void {
+export function receive(view: PairView | null, me: string, by: SharedWindows): void {
   const { view: before } = usePair.getState();
   usePair.setState({ view, me, shared: by });
   if (view?.joined && !before?.joined) void begin(view);
@@ -87,7 +87,7 @@ function showOwn(): void {
   useStudio.setState({ editor: own[0]!, ...(own[0] === "followers" && !followers && { followers: emptyState("followers") }) });
 }
 
-const tell = (playing: Parameters<Shared["conduct"]>[0]) => shared().conduct(playing).catch(() => undefined);
+const tell = (playing: Parameters<SharedWindows["conduct"]>[0]) => shared().conduct(playing).catch(() => undefined);
 const writeHidden = () => document.hidden && void write();
 
 function end(): void {

@@ -1,7 +1,7 @@
 /** Begin to share windows; what does it is loaded only where somebody shares them. */
 
 import type { PairView } from "../generated/classroom";
-import { comesToPair, MARK, type Shared, TAB_KEY, usePair } from "./store";
+import { comesToPair, MARK, type SharedWindows, TAB_KEY, usePair } from "./store";
 
 /** The pair of this tab, by its address or from before a reload; null for none. */
 function pairOfTab(): string | null {
@@ -19,6 +19,6 @@ export function startPairs(): void {
 }
 
 /** Take what the class's server tells of this pupil's pair. */
-export function receivePair(view: PairView | null, me: string, shared: Shared): void {
+export function receivePair(view: PairView | null, me: string, shared: SharedWindows): void {
   if (view || usePair.getState().view) void import("./follow").then(({ receive }) => receive(view, me, shared));
 }

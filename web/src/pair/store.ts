@@ -8,7 +8,7 @@ import type { Conducted, PairProject, PairView } from "../generated/classroom";
 export type Playing = Omit<Conducted, "number" | "by">;
 
 /** What shares the windows: a class's server, or the tabs of this browser. Each may throw RefusedError or UnreachableError. */
-export interface Shared {
+export interface SharedWindows {
   read(window: EditorName): Promise<PairProject>;
   /** Store a window of one's own that was made from version `base`; its new version. */
   write(window: EditorName, project: Project, base: number): Promise<number>;
@@ -24,7 +24,7 @@ interface PairState {
   view: PairView | null;
   /** What `PairView.owners` calls this page's user. */
   me: string;
-  shared: Shared | null;
+  shared: SharedWindows | null;
 }
 
 export const usePair = create<PairState>(() => ({ view: null, me: "", shared: null }));

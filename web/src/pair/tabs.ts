@@ -13,7 +13,7 @@ import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { receive, write } from "./follow";
-import { addressOf, rememberPair, type Shared } from "./store";
+import { addressOf, rememberPair, type SharedWindows } from "./store";
 
 const KEY = "motorcade.pair.";
 /** The windows of this tab, for after a reload. */
@@ -32,7 +32,7 @@ type Told =
 
 export const canShare = () => typeof BroadcastChannel !== "undefined" && "locks" in navigator;
 
-class Tabs implements Shared {
+class Tabs implements SharedWindows {
   private readonly me = uniqueName();
   private readonly channel: BroadcastChannel;
   /** What gives each own window back. */

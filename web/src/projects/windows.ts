@@ -7,7 +7,7 @@ import { useStudio } from "../state/studio";
 const CHANNEL = "motorcade.windows";
 
 /** `open`: a window has opened the project; `too`: the sender has it open already; `saved`: it has saved that version. */
-interface News {
+interface WindowNews {
   is: "open" | "too" | "saved";
   name: string;
   version: number;
@@ -18,11 +18,11 @@ export function watchOtherWindows(): void {
   // Without it the library still refuses to save over another window's version.
   if (typeof BroadcastChannel === "undefined") return;
   const channel = new BroadcastChannel(CHANNEL);
-  const tell = (is: News["is"]) => {
+  const tell = (is: WindowNews["is"]) => {
     const { base } = useStudio.getState();
-    if (base) channel.postMessage({ is, ...base } satisfies News);
+    if (base) channel.postMessage({ is, ...base } satisfies WindowNews);
   };
-  channel.addEventListener("message", ({ data }: MessageEvent<News>) => {
+  channel.addEventListener("message", ({ data }: MessageEvent<WindowNews>) => {
     const { base } = useStudio.getState();
     if (base?.name !== data.name) return;
     if (data.is === "open") tell("too");

@@ -7,11 +7,11 @@ import i18next from "i18next";
 import { create } from "zustand";
 import { UnreachableError } from "../api/service";
 import type { OpenedProject } from "../api/types";
-import { askClass, askTeacher, Stream } from "../classroom/ask";
+import { askClass, askTeacher, ClassStream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
 import { receivePair } from "../pair/start";
-import type { Shared } from "../pair/store";
+import type { SharedWindows } from "../pair/store";
 import { attempt, openSaved } from "../projects/actions";
 import { findWork, type StoredWork } from "../projects/autosave";
 import { openProject, sameProject } from "../projects/project";
@@ -27,7 +27,7 @@ interface Pupil {
 export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null }));
 
 /** A pair in a class: the server has the windows. */
-const CLASSROOM: Shared = {
+const CLASSROOM: SharedWindows = {
   read: (window) => askClass("pair/read", { window }),
   write: (window, project, base) => askClass("pair/write", { window, project, base }),
   take: (window, wants) => askClass("pair/take", { window, wants }),
@@ -105,7 +105,7 @@ function receive(answer: ClassAnswer): void {
 
 /** Follow the class from now on. To be called once. */
 export function startPupil(): void {
-  new Stream<ClassAnswer>("/api/class/stream", { onAnswer: receive });
+  new ClassStream<ClassAnswer>("/api/class/stream", { onAnswer: receive });
   keepDraft();
 }
 

@@ -4,7 +4,7 @@ import { create } from "zustand";
 import { LastingStream, openSocket } from "../api/connection";
 import type { Stream, StreamListeners } from "../api/service";
 import type { Sentence } from "../generated/messages";
-import { type Event, FRESH_MS, LASTS_MS, NEXT, type State, STAMP_STEP_MS, STAMP_STEPS, SWITCHES } from "../generated/driving";
+import { type DeadmanEvent, FRESH_MS, LASTS_MS, NEXT, type DeadmanState, STAMP_STEP_MS, STAMP_STEPS, SWITCHES } from "../generated/driving";
 import type { CarTelemetry, ListedCar, RemoteAnswer, RemoteMessage } from "../generated/remote";
 import { useSettings } from "../state/settings";
 
@@ -55,7 +55,7 @@ export type Switches = Record<string, number>;
 
 /** Decide what is sent when, by the table of motorcade/drive/deadman.py. */
 export class DeadmanSwitch {
-  private state: State = "idle";
+  private state: DeadmanState = "idle";
   /** When something was first sent in this state: a car is armed by what is sent, not by what waits. */
   private sinceMs: number | null = null;
   private axes = AT_REST;
@@ -112,7 +112,7 @@ export class DeadmanSwitch {
     }
   }
 
-  private take(event: Event): void {
+  private take(event: DeadmanEvent): void {
     const following = NEXT[this.state][event];
     if (following === undefined) return;
     this.state = following;
@@ -194,7 +194,7 @@ export class HeldInputs {
   }
 }
 
-export class Link {
+export class RemoteLink {
   private readonly stream: LastingStream<RemoteAnswer>;
   private number = 0;
   private sentMs = new Map<number, number>();
@@ -309,7 +309,7 @@ export const FIRST_LIMIT = 0.6;
 
 const now = () => performance.now();
 
-export const link = new Link((listeners) => openSocket(socketAddress(), listeners), now);
+export const link = new RemoteLink((listeners) => openSocket(socketAddress(), listeners), now);
 export const inputs = new HeldInputs((axes, switches) => link.drive(axes, switches), now);
 
 /** The emergency stop of all cars; what is held has to be released before it drives again. */

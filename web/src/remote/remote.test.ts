@@ -3,7 +3,7 @@ import cases from "../../../tests/drive/deadman_cases.json";
 import { PlayedStream } from "../api/testStream";
 import { PERIOD_MS } from "../generated/driving";
 import { useSettings } from "../state/settings";
-import { AT_REST, type Axes, DeadmanSwitch, HeldInputs, Link, socketAddress, stampAt, type Switches, useRemote, userOf } from "./link";
+import { AT_REST, type Axes, DeadmanSwitch, HeldInputs, RemoteLink, socketAddress, stampAt, type Switches, useRemote, userOf } from "./link";
 
 const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
 
@@ -17,8 +17,8 @@ function answered(): PlayedStream {
   return server;
 }
 
-function opened(firstCar: string | null = null): { link: Link; server: PlayedStream } {
-  const link = new Link((page) => new PlayedStream(page), () => nowMs);
+function opened(firstCar: string | null = null): { link: RemoteLink; server: PlayedStream } {
+  const link = new RemoteLink((page) => new PlayedStream(page), () => nowMs);
   link.open(firstCar);
   return { link, server: answered() };
 }

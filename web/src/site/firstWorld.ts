@@ -11,7 +11,7 @@ import type { Opening } from "./opening";
 
 const PICTURE_MS = 1000 / 30;
 const STATE_MS = 250;
-/** As `motorcade.service.playback` and `motorcade.service.world_session` have them. */
+/** As `motorcade.service.world_session` has them. */
 const MOST_BEHIND_MS = 250;
 const MOST_PICTURES_UNDER_WAY = 2;
 const MOST_TICKS_A_STEP = 100;

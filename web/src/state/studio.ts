@@ -2,7 +2,7 @@
 
 import { useDeferredValue } from "react";
 import { create } from "zustand";
-import type { Capabilities, Compiled, CompiledWord, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
+import type { Capabilities, CompiledBlocks, CompiledWord, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
 import { request, type ServiceState } from "../api/service";
 import type { Mat } from "../generated/world";
 import { useSettings } from "./settings";
@@ -46,7 +46,7 @@ export interface Studio {
   profileFigures: Profile | null;
   /** What the shell that answers can do. */
   capabilities: Capabilities | null;
-  compiled: Compiled | null;
+  compiled: CompiledBlocks | null;
   selection: Selection | null;
   /** The first blocks of stacks that are attached to no hat. */
   loose: readonly Selection[];

@@ -115,7 +115,7 @@ export function windowAt(before: Window | null, spanMs: number, tMs: number, pas
   return { beginMs, endMs: beginMs + spanMs };
 }
 
-export interface Span {
+export interface BlockSpan {
   beginMs: number;
   endMs: number;
   word: number;
@@ -124,7 +124,7 @@ export interface Span {
 export const Mark = { frame: 1, heard: 2, lost: 4 } as const;
 
 export interface Lane {
-  spans: Span[];
+  spans: BlockSpan[];
   /** What happened in each pixel, as a sum of marks: thousands of frames become one column. */
   marks: Uint8Array;
 }

@@ -11,7 +11,7 @@ const TICKS = { top: 20, height: 11 };
 const INKS = { text: "--text", quiet: "--quiet", line: "--line", panel: "--panel", accent: "--accent", heard: "--success", lost: "--error" } as const;
 type Look = Record<keyof typeof INKS | "font", string>;
 
-export interface View {
+export interface TimelineView {
   window: Window;
   nowMs: number;
   shownMs: number;
@@ -26,7 +26,7 @@ export interface View {
 
 export const lookOf = (element: HTMLElement): Look => ({ ...readInks(element, INKS), font: getComputedStyle(element).fontFamily });
 
-export function paint(g: CanvasRenderingContext2D, width: number, height: number, view: View, store: EventStore, look: Look) {
+export function paint(g: CanvasRenderingContext2D, width: number, height: number, view: TimelineView, store: EventStore, look: Look) {
   g.fillStyle = look.panel;
   g.fillRect(0, 0, width, height);
   const x = (ms: number) => ((ms - view.window.beginMs) / (view.window.endMs - view.window.beginMs)) * width;
@@ -79,7 +79,7 @@ function paintAxis(g: CanvasRenderingContext2D, width: number, height: number, w
   g.fillRect(0, AXIS_PX - 1, width, 1);
 }
 
-function paintSpans(g: CanvasRenderingContext2D, lane: Lane, top: number, x: (ms: number) => number, colourOf: View["colourOf"]) {
+function paintSpans(g: CanvasRenderingContext2D, lane: Lane, top: number, x: (ms: number) => number, colourOf: TimelineView["colourOf"]) {
   for (const { beginMs, endMs, word } of lane.spans) {
     const left = x(beginMs);
     g.fillStyle = colourOf(word);

@@ -56,14 +56,14 @@ export function sharedWords(before: readonly CompiledWord[], now: readonly Compi
   return now.map((word, place) => (sameWord(before[place], word) ? before[place]! : word));
 }
 
-export interface Span {
+export interface BitSpan {
   group: Field["group"];
   fields: Field[];
 }
 
 /** The fields in runs of one colour, for the table's head. */
-export function spansOf(fields: readonly Field[]): Span[] {
-  const spans: Span[] = [];
+export function spansOf(fields: readonly Field[]): BitSpan[] {
+  const spans: BitSpan[] = [];
   for (const field of fields) {
     const last = spans.at(-1);
     if (last?.group === field.group) last.fields.push(field);

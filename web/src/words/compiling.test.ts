@@ -1,10 +1,10 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { connectTo } from "../api/service";
-import type { Blocks, Compiled } from "../generated/messages";
+import type { Blocks, CompiledBlocks } from "../generated/messages";
 import { useStudio } from "../state/studio";
 import { areWordsDue, compileEveryChange } from "./compiling";
 
-const ANSWER: Compiled = {
+const ANSWER: CompiledBlocks = {
   diagnostics: [],
   image: null,
   dwell_ms: 0,
@@ -17,7 +17,7 @@ const ANSWER: Compiled = {
   left_out: [],
 };
 
-const asked: { blocks: Blocks; answer: (words: Partial<Compiled>) => void }[] = [];
+const asked: { blocks: Blocks; answer: (words: Partial<CompiledBlocks>) => void }[] = [];
 connectTo({
   ask: (_, message) => new Promise((resolve) => asked.push({ blocks: message as Blocks, answer: (own) => resolve({ ...ANSWER, ...own }) })),
   openStream: vi.fn(),

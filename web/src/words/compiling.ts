@@ -1,7 +1,7 @@
 /** Send each change to the compiler. Only the newest counts: while an answer is awaited, older ones are skipped. */
 
 import { RefusedError, request } from "../api/service";
-import type { Compiled, EditorName, WorkspaceState } from "../api/types";
+import type { CompiledBlocks, EditorName, WorkspaceState } from "../api/types";
 import { markDiagnostics } from "../blocks/marks";
 import { read, workspaceOf } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
@@ -62,7 +62,7 @@ async function editorsFilled(): Promise<void> {
 }
 
 /** The new answer, but the old objects where nothing changed, so that what shows them need not be drawn again. */
-function sharedAnswer(before: Compiled | null, now: Compiled): Compiled {
+function sharedAnswer(before: CompiledBlocks | null, now: CompiledBlocks): CompiledBlocks {
   if (before === null) return now;
   const same = JSON.stringify(before.diagnostics) === JSON.stringify(now.diagnostics);
   return { ...now, words: sharedWords(before.words, now.words), diagnostics: same ? before.diagnostics : now.diagnostics };

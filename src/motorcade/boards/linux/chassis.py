@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from gpiozero import OutputDevice, PWMOutputDevice, Servo
 
-from motorcade.boards.on_chip.parts import Wheels
+from motorcade.boards.on_chip.parts import MotorPair
 from motorcade.car.brain import FORWARD, LEFT, RIGHT
 from motorcade.config.pins import DUTY_MAX, PinMap
 from motorcade.config.profile import Profile
@@ -35,7 +35,7 @@ class Chassis(Protocol):
         """Stop, with straight wheels."""
 
 
-class Motor:
+class GpioMotor:
     """One motor behind an L298-style driver, at the pins of ``part`` in a pin file.
 
     Without ``enable`` the PWM is on the direction pins. ``devices`` closes what is opened here.
@@ -60,12 +60,12 @@ class Motor:
                 device.value = abs(duty) / DUTY_MAX if device is on[-1] else 1
 
 
-class TwoMotors(Wheels):
+class TwoMotors(MotorPair):
     """A left and a right motor; their difference steers."""
 
     def __init__(self, pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> None:
         self._max_duty = profile.motor.pwm_max
-        left, right = (Motor(pins, part, factory, devices) for part in ("left_motor", "right_motor"))
+        left, right = (GpioMotor(pins, part, factory, devices) for part in ("left_motor", "right_motor"))
         super().__init__(left, right, *_duties(pins, self._max_duty))
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
@@ -82,7 +82,7 @@ class SteeredMotor:
     """A motor and a steering servo; a turn on the spot becomes a tight bend."""
 
     def __init__(self, pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> None:
-        self._motor = Motor(pins, "drive_motor", factory, devices)
+        self._motor = GpioMotor(pins, "drive_motor", factory, devices)
         self._max_duty = profile.motor.pwm_max
         self._drive_duties, self._turn_duties = _duties(pins, self._max_duty)
         servo = profile.servo

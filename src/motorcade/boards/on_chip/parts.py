@@ -73,7 +73,7 @@ class Motor:
         self._pulsed[0].duty_u16(share)
 
 
-class Wheels:
+class MotorPair:
     """The left and the right motor of a car.
 
     Args:

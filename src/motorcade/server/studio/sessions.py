@@ -46,7 +46,7 @@ _QUICK_S = 0.002
 # Answers of which only the newest is of use.
 _NEWEST = (world_messages.State, world_messages.CarDetails)
 # Messages that may take longer than making a picture.
-_LONG = (world_messages.Reset, world_messages.Seek, world_messages.SetEnvironment, world_messages.Step)
+_LONG = (world_messages.Reset, world_messages.Seek, world_messages.SetEnvironment, world_messages.StepWorld)
 _KEY = re.compile(r"[0-9a-f]{32}")
 _T = TypeVar("_T")
 # The CPU time that a request may take in seconds, and those that may take more: a user's own computer may be busy with
