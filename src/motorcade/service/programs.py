@@ -215,9 +215,7 @@ def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
     return words
 
 
-def _costliest(
-    compiled: Compiled, too_many: str, prefix: str, steps: Sequence[Step]
-) -> messages.Costliest | None:
+def _costliest(compiled: Compiled, too_many: str, prefix: str, steps: Sequence[Step]) -> messages.Costliest | None:
     """Return the one of ``steps`` that makes the most words; the paths of these steps begin with ``prefix``."""
     for each in compiled.diagnostics:
         if each.code == too_many:
