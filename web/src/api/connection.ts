@@ -42,7 +42,7 @@ const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 3000;
 
 /** How long to wait before the k-th try, so that not all pages reach a server at once when it is back. */
-export function waitBeforeTry(k: number, chance: number): number {
+function waitBeforeTry(k: number, chance: number): number {
   return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
 }
 

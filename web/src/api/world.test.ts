@@ -81,6 +81,12 @@ describe("a connection", () => {
     vi.advanceTimersByTime(0.52 * 1000);
     expect(PlayedStream.all).toHaveLength(3);
     expect(links).toEqual(["connecting", "open", "lost", "connecting", "lost", "connecting"]);
+    // A server that is back after an hour has all its pages within four seconds.
+    for (let tries = 3; tries < 1000; tries++) {
+      PlayedStream.all.at(-1)!.end();
+      vi.advanceTimersByTime(4000);
+      expect(PlayedStream.all).toHaveLength(tries + 1);
+    }
   });
 
   it("leaves its world to the window that took it over until it is asked back", () => {

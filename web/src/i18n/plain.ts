@@ -1,4 +1,4 @@
-/** The texts of a small page in its language, as the studio's library would be too large there; and the choice for all pages. */
+/** The texts of a small page, for which the studio's library would be too large; and the language that was chosen, which all pages share. */
 
 import { create } from "zustand";
 

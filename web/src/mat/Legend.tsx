@@ -7,7 +7,7 @@ import { findText } from "../blocks/workspaces";
 import { useSettings } from "../state/settings";
 import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
-import { MARKS } from "./carPaint";
+import { LOSS_SIGNS } from "./carPaint";
 import { colourWords, hexColour } from "./colours";
 import { session } from "./session";
 import css from "./mat.module.css";
@@ -68,8 +68,8 @@ export function Legend() {
             (["missed", "collision"] as const).map((mark) => (
               <li key={mark} data-mark={mark}>
                 <svg viewBox="-1 -1 2 2" aria-hidden="true">
-                  <path d={MARKS[mark]} />
-                  <path d={MARKS[mark]} />
+                  <path d={LOSS_SIGNS[mark]} />
+                  <path d={LOSS_SIGNS[mark]} />
                 </svg>
                 <span>{t(`mat.marks.${mark}`)}</span>
               </li>

@@ -20,7 +20,7 @@ interface Ring {
 }
 
 /** A ring in the air at a moment; lengths are millimetres. */
-export interface Wave {
+interface Wave {
   x: number;
   y: number;
   radiusMm: number;

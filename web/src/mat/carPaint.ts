@@ -163,12 +163,12 @@ export function ring(g: CanvasRenderingContext2D) {
   g.fill(new Path2D("M.62 0 .12.36.12-.36z"));
 }
 
-/** At a car that lost a message. */
-export const MARKS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
+/** What the stage draws at a car that lost a message, as paths of SVG. */
+export const LOSS_SIGNS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
 
-export function mark(name: keyof typeof MARKS) {
+export function lossSign(name: keyof typeof LOSS_SIGNS) {
   return (g: CanvasRenderingContext2D) => {
-    const path = new Path2D(MARKS[name]);
+    const path = new Path2D(LOSS_SIGNS[name]);
     for (const [colour, width] of [[DARK, 0.5], ["#fff", 0.28]] as const) {
       g.strokeStyle = colour;
       g.lineWidth = width;

@@ -33,8 +33,6 @@ function chance(x: number, y: number): number {
 
 const GRID_STEPS_M = [0.5, 1, 5, 10, 100];
 const MOST_GRID_LINES = 200;
-/** Of a crater. */
-const CORNERS = 40;
 /** At most so many planks, tiles or streets are drawn: a hall has larger ones. */
 const MOST = 40;
 const stepFor = (length: number, wished: number) => wished * Math.max(1, Math.ceil(length / wished / MOST));
@@ -97,7 +95,7 @@ function craters(width: number, height: number): Mark[] {
       const radius = step * (0.07 + 0.2 * chance(x, y));
       const [cx, cy] = [x + radius + chance(y, x) * (step - 2 * radius), y + radius + chance(x + 7, y) * (step - 2 * radius)];
       if (cx + radius > width || cy + radius > height) continue;
-      marks.push(area("#9f9d98", ringOf([cx, cy], radius, CORNERS)), area("#b3b1ab", ringOf([cx + radius * 0.12, cy - radius * 0.12], radius * 0.8, CORNERS)));
+      marks.push(area("#9f9d98", ringOf([cx, cy], radius)), area("#b3b1ab", ringOf([cx + radius * 0.12, cy - radius * 0.12], radius * 0.8)));
     }
   }
   return marks;

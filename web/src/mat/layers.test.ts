@@ -3,7 +3,7 @@ import { expect, it, vi } from "vitest";
 import { framed, isWellFramed, toScreen } from "./camera";
 import { CarLayer, Motion } from "./carLayer";
 import type { MatTheme } from "./colours";
-import { TrackLayer } from "./layers";
+import { FurnitureLayer, TrackLayer } from "./layers";
 import { pictureOf } from "./testPictures";
 import type { Textures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
@@ -16,6 +16,14 @@ it("tracks stay when the stage is painted anew", () => {
   tracks.setTheme({ track: 0x445566 } as unknown as MatTheme);
   expect(tracks.view.children).toHaveLength(1);
   expect(tracks.view.tint).toBe(0x445566);
+});
+
+it("roads, spots and patches hide the floor below them", () => {
+  const layer = new FurnitureLayer({} as Textures, {} as MatTheme);
+  layer.setMat({ format: "motorcade-mat/1", name: "Town", line: [{ points_m: [[0, 0], [2, 2]] }], spot: [{ centre_m: [1, 1], radius_m: 0.2 }] }, null);
+  layer.draw(1, 0);
+  const painted = (layer.floor.children as Graphics[]).flatMap(({ context }) => context.instructions);
+  expect(painted.map(({ data }) => (data as { style: { alpha: number } }).style.alpha)).toEqual([1, 1, 1, 1, 1]);
 });
 
 it("the camera shows all cars of a mission, however small", () => {

@@ -30,6 +30,7 @@ export class FurnitureLayer {
   private drawnFor = "";
   private chosen: PieceId | null = null;
   private stale = true;
+  private groundLook = "";
 
   constructor(
     private readonly textures: Textures,
@@ -73,12 +74,17 @@ export class FurnitureLayer {
   }
 
   private drawGround(mat: Mat): void {
-    const g = this.ground.clear();
     drawMarks(this.roads.clear(), roadMarks(mat));
+    const hasRoads = listOf(mat, "line").length > 0;
+    const look = JSON.stringify([mat.size_m, this.floorName, this.theme.floor, this.theme.grid, hasRoads]);
+    // The pattern of a hall has thousands of shapes, and each step of a drag comes here.
+    if (look === this.groundLook) return;
+    this.groundLook = look;
+    const g = this.ground.clear();
     if (!mat.size_m) return;
     const [width, height] = [mat.size_m[0] * 1000, mat.size_m[1] * 1000];
     g.rect(0, 0, width, height).fill(this.theme.floor);
-    drawMarks(g, floorMarks(this.floorName, mat.size_m, this.theme.grid, listOf(mat, "line").length > 0));
+    drawMarks(g, floorMarks(this.floorName, mat.size_m, this.theme.grid, hasRoads));
   }
 
   private drawEdge(mat: Mat, scale: number): void {
@@ -138,10 +144,11 @@ export class FurnitureLayer {
 
 /** Draw marks, those that follow each other and look alike as one shape: each shape takes time in each picture. */
 function drawMarks(g: Graphics, marks: readonly Mark[]): void {
-  marks.forEach(({ way, widthM, colour: color, alpha }, k) => {
+  // Pixi takes an alpha of undefined for no number, and WebGL then draws nothing.
+  marks.forEach(({ way, widthM, colour: color, alpha = 1 }, k) => {
     g.poly(mm(way), !widthM);
     const next = marks[k + 1];
-    if (next?.colour === color && next.widthM === widthM && next.alpha === alpha) return;
+    if (next?.colour === color && next.widthM === widthM && (next.alpha ?? 1) === alpha) return;
     if (widthM) g.stroke({ width: widthM * 1000, color, alpha, cap: "round", join: "round" });
     else g.fill({ color, alpha });
   });

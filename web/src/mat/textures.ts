@@ -1,7 +1,7 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
-import { arrow, beacon, DARK, dot, face, fade, follower, leader, mark, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
+import { arrow, beacon, DARK, dot, face, fade, follower, leader, lossSign, outlined, rim, ring, rounded, shadow, TREADS, wheel } from "./carPaint";
 import { pageFont } from "./colours";
 
 const SIZE = 128;
@@ -69,8 +69,8 @@ export function makeTextures() {
     glow: draw(glow, 64),
     beacon: draw(beacon, 48),
     led: draw(led, 64),
-    collision: draw(mark("collision"), 64),
-    missed: draw(mark("missed"), 64),
+    collision: draw(lossSign("collision"), 64),
+    missed: draw(lossSign("missed"), 64),
     person: draw(person),
   };
 }

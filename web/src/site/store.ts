@@ -18,7 +18,7 @@ type Key = (string | number)[];
 /** Why the store can't be opened, or refuses a change. */
 export type Problem = "missing" | "newer" | "damaged" | "full";
 
-/** What one transaction changes: nothing where the revision is another one; null: whatever it is. */
+/** What one transaction changes. It changes nothing where the store has another `revision`; with null it changes the store in any case. */
 interface Changes {
   revision: number | null;
   put?: [Key, string][];

@@ -1,4 +1,4 @@
-/** What frames the areas of the page: a divider between two, a boundary around one that may fail, and when they change. */
+/** What the page's areas share: a divider, a boundary around one that may fail, sharp canvases, and listeners that can be ended. */
 
 import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
 import { flushSync } from "react-dom";
