@@ -3,7 +3,7 @@
 A keys file is one PEM file for each person or car, made by `motorcade drive keys` (`motorcade.drive.certificates`): its
 private key, its certificate, and the certificate of the authority that both ends trust. Only that authority counts, not
 those that the computer trusts: nobody drives with a web site's certificate. The drivers' keys that a car no longer
-takes are in a text file of serial numbers, which is read again and again.
+takes are in a text file of serial numbers, which is read again whenever it changes.
 """
 
 import re
@@ -180,21 +180,35 @@ class RevokedKeys:
     def __init__(self, file: Path, is_expected: bool = True) -> None:
         self.problem: MotorcadeError | None = None
         self._file = file
-        self._is_expected = is_expected
         self._numbers: frozenset[int] = frozenset()
-        self.reload()
+        # When the file was changed, its size and its inode at the last look; None where there was none.
+        self._stamp: tuple[int, int, int] | None = None
+        if is_expected or file.exists():
+            self._read()
 
     def __contains__(self, number: int | None) -> bool:
         """Whether the keys whose certificate has this serial number are revoked."""
         return number in self._numbers
 
     def reload(self) -> bool:
-        """Read the list again, once there is one. Returns whether the list or `problem` is another one now."""
-        self._is_expected = self._is_expected or self._file.exists()
-        before = self._numbers, str(self.problem)
-        if self._is_expected:
-            try:
-                self._numbers, self.problem = read_revoked(self._file), None
-            except MotorcadeError as problem:
-                self.problem = problem
+        """Read the list again where its file has changed. Returns whether the list or `problem` is another one now.
+
+        A car calls this for all bytes that come from a driver, so where nothing has changed it reads nothing.
+        """
+        return (self.problem is not None or self._now() != self._stamp) and self._read()
+
+    def _read(self) -> bool:
+        # The file may change while it is read: then it is read once more.
+        before, self._stamp = (self._numbers, str(self.problem)), self._now()
+        try:
+            self._numbers, self.problem = read_revoked(self._file), None
+        except MotorcadeError as problem:
+            self.problem = problem
         return (self._numbers, str(self.problem)) != before
+
+    def _now(self) -> tuple[int, int, int] | None:
+        try:
+            found = self._file.stat()
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_size, found.st_ino
