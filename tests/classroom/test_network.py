@@ -4,6 +4,7 @@ import asyncio
 import socket
 import sys
 from datetime import UTC, datetime, timedelta
+from typing import ClassVar
 
 import pytest
 from cryptography import x509
@@ -79,6 +80,7 @@ def test_the_teacher_chooses_the_address_of_the_qr_code(tmp_path):
 def announce(found):
     async def run():
         async with found.announced():
+            assert len(Announcing.opened) == bool(found.local_name), "what announces nothing is closed at once"
             return found.local_name, found.why_no_name
 
     return asyncio.run(run())
@@ -95,9 +97,11 @@ class Announcing:
     """Takes announcements in place of the network."""
 
     problem = None
+    opened: ClassVar[list] = []
 
     def __init__(self, interfaces):
         self.interfaces = interfaces
+        Announcing.opened.append(self)
 
     async def async_register_service(self, info):
         Announcing.info = info
@@ -105,7 +109,7 @@ class Announcing:
             raise self.problem
 
     async def async_close(self):
-        Announcing.closed_last = True
+        Announcing.opened.remove(self)
 
 
 @pytest.fixture
@@ -114,7 +118,8 @@ def announcing(monkeypatch):
 
     monkeypatch.setattr(zeroconf.asyncio, "AsyncZeroconf", Announcing)
     monkeypatch.setattr(Announcing, "problem", None)
-    return Announcing
+    yield Announcing
+    assert Announcing.opened == []
 
 
 def test_the_name_is_announced_with_all_addresses(announcing):
@@ -122,7 +127,6 @@ def test_the_name_is_announced_with_all_addresses(announcing):
     assert announce(found) == ("https://motorcade.local:7710/", None)
     assert announcing.info.server == "motorcade.local."
     assert announcing.info.parsed_addresses() == ["192.168.1.5", "10.0.0.2"]
-    assert announcing.closed_last
 
 
 @pytest.mark.parametrize("kind", ["taken", "forbidden", "gone"])

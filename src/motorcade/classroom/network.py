@@ -89,15 +89,17 @@ class Network:
             server=f"{LOCAL_NAME}.",
             properties={"path": "/join"},
         )
-        try:
-            zeroconf = AsyncZeroconf(interfaces=hosts)
-            opened.push_async_callback(zeroconf.async_close)
-            await zeroconf.async_register_service(info)
-        except NonUniqueNameException:
-            return MotorcadeError("local-name-taken", name=LOCAL_NAME)
-        except (OSError, RuntimeError) as found:
-            # RuntimeError: an interface is gone.
-            return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
+        async with AsyncExitStack() as own:
+            try:
+                zeroconf = AsyncZeroconf(interfaces=hosts)
+                own.push_async_callback(zeroconf.async_close)
+                await zeroconf.async_register_service(info)
+            except NonUniqueNameException:
+                return MotorcadeError("local-name-taken", name=LOCAL_NAME)
+            except (OSError, RuntimeError) as found:
+                # RuntimeError: an interface is gone.
+                return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
+            opened.push_async_callback(own.pop_all().aclose)
         return None
 
 
