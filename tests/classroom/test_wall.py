@@ -2,12 +2,15 @@
 
 import base64
 import json
+import math
 import struct
+from itertools import combinations
 
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.classroom.messages import ClassWall, DrawnWall
+from motorcade.classroom.shared_mat import parade
 from motorcade.classroom.wall import ShownWorld, WallPictures
 from motorcade.engine.moment import moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
@@ -214,6 +217,14 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
     assert room.teacher.ask("teacher/mat/close") == {}
     with room.teacher.open("teacher/stream") as shown:
         assert shown.until("class")["mat"]["state"] == "closed"
+
+
+@pytest.mark.parametrize("followers", range(11))
+def test_all_cars_of_a_parade_begin_on_its_mat_and_apart(followers):
+    mat = parade(7, followers)["mat"]
+    places = [tuple(car["at_m"]) for car in mat["car"]]
+    assert all(0 < x_m < mat["size_m"][0] and 0 < y_m < mat["size_m"][1] for x_m, y_m in places)
+    assert min(math.dist(*pair) for pair in combinations(places, 2)) > 0.2
 
 
 def test_a_parade_goes_on_without_a_page_of_its_own_and_names_stay_at_their_cars(room, now):

@@ -35,10 +35,12 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
     rows, columns = -(-leaders // _IN_A_ROW), min(leaders, _IN_A_ROW)
     # The row of followers ends before the next leader.
     apart_m = max(_BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M * (followers + 1))
+    # The first row of followers begins on the mat, too.
+    first_m = max(0.75 * apart_m, _BETWEEN_FOLLOWERS_M * (followers + 0.5))
     cars: list[dict[str, Any]] = []
     for place in range(leaders):
         row, column = divmod(place, _IN_A_ROW)
-        x_m, y_m = (column + 0.75) * apart_m, (rows - row - 0.5) * _BETWEEN_LEADERS_M
+        x_m, y_m = column * apart_m + first_m, (rows - row - 0.5) * _BETWEEN_LEADERS_M
         cars.append({"at_m": [x_m, y_m], "role": "leader"})
         cars += [{"at_m": [round(x_m - _BETWEEN_FOLLOWERS_M * (k + 1), 3), y_m]} for k in range(followers)]
     size_m = [(columns + 0.5) * apart_m, rows * _BETWEEN_LEADERS_M]
