@@ -309,7 +309,7 @@ def test_steps_that_no_dwell_fits_are_said_with_the_reason(steps: list[Step], pl
 @pytest.mark.parametrize(
     ("step", "nearest"),
     [
-        (together(forward(8), led(1, 7)), "7 s"),
+        (together(forward(8), led(1, 7)), "7 s or 10 s"),
         (together(forward(10), led(1, 7), avoid(1, 8)), "7 s"),  # however long it is, 7 s and 8 s don't go together
     ],
 )

@@ -90,6 +90,7 @@ def test_the_largest_image_comes_back(word: int, level: int, tagged: int) -> Non
         Program([], Followers([forward(3), led(0, 1), together(left(2), led(1, 1), voice())], forward=True)),
         Program([], Followers([led(0, 3), led(1, 2, accept_ir=True), forward(1, forward=True)], accept_ir=False)),
         Program([], Followers([led(0, 3), led(0, 3)], tagged=True)),
+        Program([], Followers([forward(4), together(forward(1), led(0, 1))], tagged=True)),
         Program([], Followers([led(0, 3), led(1, 3)], forward=True, tagged=False)),
         Program([], Followers([led(0, 3)], forward=True, tagged=True)),
         Program([], Followers([wait(8), together(wait(8), led(1, 2)), pir(8)], tagged=True)),

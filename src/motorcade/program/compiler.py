@@ -13,6 +13,7 @@ from motorcade.program.expansion import (
     Row,
     best_round,
     cut_for_leader,
+    either,
     literal_round,
     longest_dwell_ms,
 )
@@ -32,6 +33,8 @@ from motorcade.words.image import Image, image_words, words_to_bytes
 
 _ACCEPT_IR = CONTROL.field("accept_ir").word_mask
 _FORWARD = CONTROL.field("forward").word_mask
+# Of longer togethers; a shorter one always is.
+_MOST_TRIES = 100
 
 
 @dataclass(frozen=True)
@@ -250,12 +253,22 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
 
 
 def _not_expressible_together(item: Item, levels_ms: tuple[int, ...]) -> Diagnostic:
-    """Return the Diagnostic for a together whose blocks are possible only alone; it names a shorter one that is."""
-    seconds = nearest = item.total_ms / 1000
-    fits = False
-    while not fits:
-        nearest, _ = nearest_sums(nearest, levels_ms)
-        durations_ms = tuple(min(duration, round(nearest * 1000)) for duration in item.durations_ms)
-        fits = cut(durations_ms, levels_ms[1:], levels_ms) is not None
-    shorter = Phrase("some-seconds", first=f"{nearest:g}")
-    return error("duration-not-expressible", item.path, item.id, seconds=f"{seconds:g}", nearest=shorter)
+    """Return the Diagnostic for a together whose blocks are possible only alone: the nearest for its longest block."""
+
+    def fits(seconds: float) -> bool:
+        total_ms = round(seconds * 1000)
+        durations_ms = tuple(
+            total_ms if duration == item.total_ms else min(duration, total_ms) for duration in item.durations_ms
+        )
+        return cut(durations_ms, levels_ms[1:], levels_ms) is not None
+
+    seconds = item.total_ms / 1000
+    below, above = nearest_sums(seconds, levels_ms)
+    while not fits(below):
+        below, _ = nearest_sums(below, levels_ms)
+    for _ in range(_MOST_TRIES):
+        if fits(above):
+            break
+        _, above = nearest_sums(above, levels_ms)
+    nearest = either(below, above) if fits(above) else Phrase("some-seconds", first=f"{below:g}")
+    return error("duration-not-expressible", item.path, item.id, seconds=f"{seconds:g}", nearest=nearest)

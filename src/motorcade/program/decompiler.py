@@ -107,9 +107,13 @@ def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
 
 def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
     """Return how many of the first words do the same, whatever their durations; 1 where one does several things."""
-    if isinstance(step_in(words[0], profile.durations_ms), TogetherStep):
-        return 1
-    return len(list(takewhile(lambda word: not (word ^ words[0]) & ~_DURATIONS, words)))
+
+    def goes_on(word: int) -> bool:
+        # LED 0 has no bit but its duration: with it a word does two things.
+        is_one = not isinstance(step_in(word, profile.durations_ms), TogetherStep)
+        return is_one and not (word ^ words[0]) & ~_DURATIONS
+
+    return max(1, len(list(takewhile(goes_on, words))))
 
 
 def _lasting(step: Step, duration_ms: int) -> Step:

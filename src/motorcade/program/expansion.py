@@ -166,11 +166,16 @@ class Expander:
         if duration_ms is not None and is_sum(duration_ms, self._levels_ms):
             return
         below, above = nearest_sums(seconds, self._levels_ms)
-        nearest = Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
+        nearest = either(below, above)
         problem = error("duration-not-expressible", path, step.id or step_id, seconds=f"{seconds:g}", nearest=nearest)
         # 0 s is possible, yet nobody means it who writes half a second.
         fixes = (Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S)
         self.diagnostics.append(problem.with_fixes(*fixes))
+
+
+def either(below: float, above: float) -> Phrase:
+    """Return the phrase for one of two durations, in seconds."""
+    return Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
