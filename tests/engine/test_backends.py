@@ -26,6 +26,7 @@ from motorcade.engine.webassembly import WebAssemblyKernels
 from motorcade.engine.world import DIGESTS, World, library_problem, proof
 from motorcade.errors import MotorcadeError
 from support.linear_instance import MockInstance
+from support.waiting import DEADLINE_S
 from support.world_hash import state_hash
 from support.worlds import ROAMING, Case, cases, contents, crowd, digest, large_and_many, ran
 
@@ -202,6 +203,29 @@ def test_a_backend_proves_itself(name: str, monkeypatch: pytest.MonkeyPatch) -> 
     else:
         pytest.skip("a library of another system")
     assert proof(backend) == proof(InterpretedKernels())
+
+
+def test_words_for_fewer_cars_than_there_are_are_refused() -> None:
+    world = ran(crowd(12), 20)
+    with pytest.raises(ValueError, match="size"):
+        world.begin_words(bytes(4))
+
+
+def test_a_world_with_threads_runs_on_while_python_ends() -> None:
+    """The main thread ends, and a thread of the program's runs its world to its end."""
+    script = """
+import threading
+from motorcade import Program, World, compile_program, forward
+from motorcade.mats import playground
+main = threading.main_thread()
+world = World(playground(), [compile_program(Program([forward(1)])).image], seeds=range(8), threads=2)
+def run():
+    main.join()
+    world.run(400)
+    print(world.now_ms)
+threading.Thread(target=run).start()
+"""
+    assert subprocess.check_output([sys.executable, "-c", script], text=True, timeout=DEADLINE_S) == "400\n"
 
 
 def test_many_worlds_have_memories_of_their_own() -> None:

@@ -34,7 +34,7 @@ def cell_of(x: float, y: float, frame: Floats) -> int:
 
 @in_kernel
 def cells_around(x: float, y: float, wide: float, frame: Floats) -> tuple[int, int, int, int, int]:
-    """As `cells_between`, of one place."""
+    """The columns and rows of cells within ``wide`` of a place (left, right, bottom, top), and how many columns."""
     return cells_between(x, y, x, y, wide, frame)
 
 

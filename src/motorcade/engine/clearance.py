@@ -39,9 +39,9 @@ def with_others(clear: int, others: int) -> int:
 
 
 @in_kernel
-def with_obstacles(clear: int, half: int) -> int:
+def with_obstacles(clear: int, obstacles: int) -> int:
     """``clear`` with a new half for obstacles."""
-    return int(clear) >> 16 << 16 | half
+    return int(clear) >> 16 << 16 | obstacles
 
 
 @in_kernel
@@ -92,7 +92,7 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
     others, obstacles_too = others_due(cars.clear[i], tick), obstacles_due(cars.clear[i], tick)
     if look > 0.0:
         others, obstacles_too = True, True
-    gap, restless_gap, place_ticks, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0
+    gap, restless_gap, obstacle_ticks, obstacle_anyhow = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0
     ticks, seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
     if others and rules.collisions:
         gap, restless_gap, push_x, push_y = bodies.others_near(i, world, now.begin, now.end, cars, arrays.cells, rules)
@@ -100,7 +100,7 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         # A car that stands may touch a wall, which doesn't push it but holds it.
         obstacles_too = True
     if obstacles_too:
-        place_ticks, place_anyhow, ticks, distance, push_x, push_y = bodies.obstacles_near(
+        obstacle_ticks, obstacle_anyhow, ticks, distance, push_x, push_y = bodies.obstacles_near(
             i, look, push_x, push_y, cars, arrays.obstacles, rules
         )
     is_pushed = push_x != 0.0 or push_y != 0.0
@@ -125,7 +125,7 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
                 free = min(free, (gap - bodies.ROUNDED_UM) / own, soon)
         cars.clear[i] = with_others(cars.clear[i], half(tick + whole_ticks(free), pushed))
     if obstacles_too:
-        until = half(tick + whole_ticks(place_anyhow if pushed else place_ticks), pushed)
+        until = half(tick + whole_ticks(obstacle_anyhow if pushed else obstacle_ticks), pushed)
         cars.clear[i] = with_obstacles(cars.clear[i], until)
     return whole_ticks(ticks), min(distance, seen), push_x, push_y
 

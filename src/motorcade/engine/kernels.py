@@ -362,7 +362,8 @@ def run_large(
 def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
     """Make every car look around in its next tick, because its surroundings have changed.
 
-    The car at index ``moved`` also gets the displacement of its new heading; with ALL every car, without noise.
+    The car at index ``moved`` also gets the displacement of its new heading. With ALL every car gets its own, but
+    none does where wheels have noise.
     """
     cars, rules = arrays.cars, arrays.rules
     now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds

@@ -52,8 +52,8 @@ _FEW_CARS = 24
 # With more cars around a sender, each line of sight looks for those near it.
 _MOST_AROUND = 1 << 8
 _NEVER = 1 << 40
-_PLACE_CELL_UM = 250_000.0
-_FEW_PLACE_CELLS = 1 << 14
+_OBSTACLE_CELL_UM = 250_000.0
+_FEW_OBSTACLE_CELLS = 1 << 14
 
 
 class Standing(NamedTuple):
@@ -222,7 +222,7 @@ def obstacles_of(mat: Mat, rules: Rules, backend: "Backend", look_mm: int = 0) -
     """
     walls, discs = outlines_of(mat)
     reach = _reach(rules, look_mm)
-    frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
+    frame = _obstacle_frame(walls, discs, reach, max(_FEW_OBSTACLE_CELLS, len(mat.starts) // 3))
     obstacles = Obstacles(
         segments=backend.allocate("Obstacles.segments", Buffer.of("float64", chain.from_iterable(walls), 4)),
         discs=backend.allocate("Obstacles.discs", Buffer.of("float64", chain.from_iterable(discs), 3)),
@@ -265,7 +265,7 @@ def _reach(rules: Rules, look_mm: int) -> float:
     return float(max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight))
 
 
-def _place_frame(walls: Sequence[_Wall], discs: Sequence[_Disc], reach: float, most_cells: int) -> list[float]:
+def _obstacle_frame(walls: Sequence[_Wall], discs: Sequence[_Disc], reach: float, most_cells: int) -> list[float]:
     """Divide the rectangle within reach of walls and obstacles into square cells; as `Cells.frame` has it."""
     if not walls and not discs:
         return [0.0, 0.0, 0.0, 1.0, 1.0]
@@ -273,7 +273,7 @@ def _place_frame(walls: Sequence[_Wall], discs: Sequence[_Disc], reach: float, m
     boxes += [(x - radius, y - radius, x + radius, y + radius) for x, y, radius in discs]
     left, bottom = (min(box[side] for box in boxes) - reach - 1 for side in (0, 1))
     right, top = (max(box[side] for box in boxes) + reach + 1 for side in (2, 3))
-    side = max(_PLACE_CELL_UM, math.sqrt((right - left) * (top - bottom) / most_cells))
+    side = max(_OBSTACLE_CELL_UM, math.sqrt((right - left) * (top - bottom) / most_cells))
     # Nothing is within reach beyond the border cells, so their lists are empty, which is also right outside.
     columns, rows = (float(math.ceil(length / side) + 2) for length in (right - left, top - bottom))
     return [left - side, bottom - side, 1 / side, columns, rows]

@@ -179,8 +179,12 @@ if hasattr(os, "register_at_fork"):
 
 def _share(work: Callable[[], None], threads: int) -> None:
     """Call ``work`` in each of several threads, of which this is one; return when all of them have ended."""
-    helpers = [_pool.submit(work) for _ in range(threads - 1)]
+    helpers = []
     try:
+        # While Python ends, a pool takes no work; then fewer threads do all of it.
+        with suppress(RuntimeError):
+            for _ in range(threads - 1):
+                helpers.append(_pool.submit(work))
         work()
     finally:
         wait(helpers)

@@ -163,7 +163,7 @@ class Simulation:
     def _set_environment(self, mat: Mat, profile: Profile) -> None:
         backend, rules = self.backend, layout.rules_of(mat, profile, self.images)
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
-        self._place = layout.obstacles_of(mat, rules, backend, self._look_mm)
+        self._obstacles = layout.obstacles_of(mat, rules, backend, self._look_mm)
         self._rules = allocate_all(backend, rules)
         self._floor = backend.allocate("floor", floor.floor_of(mat, rules.floor_aside))
         self._people = allocate_all(backend, layout.people_of(mat, self._parts))
@@ -244,7 +244,8 @@ class Simulation:
             words: four bytes a car, little-endian, in the order of worlds and car numbers: a control word without
                 parity, or `motorcade.engine.agents.KEEP`.
         """
-        given = self.backend.allocate("words", Buffer.of("uint32", array("I", words)))
+        given = self.backend.zeros("words", (self.worlds * self.cars,), "uint32")
+        self.backend.write(given, words)
         self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
 
     def read_senses(self) -> BackendArray:
@@ -328,7 +329,7 @@ class Simulation:
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
-        mat = self._place, self._people, self._voices
+        mat = self._obstacles, self._people, self._voices
         more = self._driven, self._floor, self._around
         return Arrays(self.state, self._cells, *mat, *more, self._rules, self._counters)
 

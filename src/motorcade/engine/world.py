@@ -97,7 +97,7 @@ class World(Simulation):
             *state,
             *self._cells,
             *self._around,
-            *self._place,
+            *self._obstacles,
             *self._people,
             *self._voices,
             self._driven,
