@@ -24,7 +24,7 @@ def goal_kinds() -> str:
 
 
 def _field(name: str, schema: Schema, is_optional: bool) -> dict[str, Any]:
-    """A key of a goal; ``first``, what a new goal of the editor has: a number that is needed, as small as it may be."""
+    """A key of a goal. ``first`` is what a new goal of the editor has: the default, or the allowed number next to 1."""
     field: dict[str, Any] = {"name": name, "input": name if name in _OWN else "number"}
     if not is_optional or name == "least_m":
         if "default" in schema:

@@ -1,7 +1,8 @@
 """Translate expressions of integers to C99; `scripts.exports.c_functions` has the rules."""
 
 import ast
-from typing import TYPE_CHECKING, NamedTuple, TypeGuard
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol, TypeGuard
 
 from motorcade.car.senses import Senses
 
@@ -20,9 +21,6 @@ from .c_source import (
     Source,
     number,
 )
-
-if TYPE_CHECKING:
-    from .c_functions import Program
 
 # Of a number in the source, which takes the type of what it is used with.
 NUMBER = CType("number")
@@ -92,6 +90,20 @@ def declared_function(source: Source, node: ast.FunctionDef, c_name: str) -> Fun
     return Function(c_name, parameters, source.type_of(node.returns, node), ANYTHING, ANYTHING)
 
 
+class Program(Protocol):
+    """What an expression looks up in the program that it is part of."""
+
+    @property
+    def sources(self) -> Mapping[str, Source]:
+        """The modules by their short names."""
+
+    def function(self, source: Source, name: str, caller: ast.AST, calling: Source) -> Function:
+        """Return the function ``name`` of a module, which ``caller`` in the module ``calling`` calls."""
+
+    def constant(self, source: Source, name: str, node: ast.AST, using: Source) -> int:
+        """Return the value of a module's constant, which C will need."""
+
+
 class Expressions:
     """The expressions of one function.
 
@@ -104,7 +116,7 @@ class Expressions:
         reads, writes: what the expressions that were translated so far may read and change.
     """
 
-    def __init__(self, program: "Program", source: Source, types: dict[str, CType]) -> None:
+    def __init__(self, program: Program, source: Source, types: dict[str, CType]) -> None:
         self._program = program
         self._source = source
         self._types = types

@@ -41,7 +41,7 @@ HTTP_STATUSES: _Rows = (
     (403, ("wrong-first-key", "class-closed", "cable-of-another", "held-by-another", "not-your-turn")),
     (403, ("window-of-another", "window-is-free")),
     (404, ("no-mission", "no-such-pupil", "car-not-listed", "no-camera-here", "no-example")),
-    (404, ("no-project", "no-version", "no-world", "not-found", "no-such-profile")),
+    (404, ("no-draft", "no-project", "no-version", "no-world", "not-found", "no-such-profile")),
     (409, ("no-such-host", "no-car-there", "speaks-no-tls", "hung-up", "away", "takes-no-requests", "not-trusted")),
     (409, ("refuses", "keys-refused", "another-drives", "is-stopped", "full", "enough-of-you", "no-program")),
     (409, ("not-yours", "no-such-connection", "not-a-request", "too-long", "nickname-taken", "nickname-reserved")),

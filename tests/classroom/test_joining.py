@@ -79,7 +79,7 @@ def test_nobody_else_reads_a_draft(room):
     assert ben.ask("class/draft/read") == {"name": "", "project": None, "saved_at": ""}
     assert room.teacher.ask("teacher/library", pupil=mia.id)["draft_at"]
     assert room.teacher.ask("teacher/project", pupil=mia.id, name="")["leader"] == {"a": 1}
-    assert room.teacher.ask("teacher/project", pupil=ben.id, name="") == "no-project"
+    assert room.teacher.ask("teacher/project", pupil=ben.id, name="") == "no-draft"
 
 
 def test_only_the_printed_key_sets_the_password_and_only_once(tmp_path):

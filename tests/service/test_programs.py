@@ -106,6 +106,11 @@ def test_the_other_blocks_keep_their_words():
     assert bad_block(answer)["block"] == "x"
 
 
+def test_the_same_mistake_is_told_of_each_block_also_of_blocks_without_ids():
+    found = ask("compile", blocks([forward(0.5), forward(0.5)]))["diagnostics"]
+    assert [each["path"] for each in found] == ["leader[0]", "leader[1]"]
+
+
 def test_blocks_that_make_no_program_are_left_out_too():
     sent = blocks([wait(1, id="w"), led(0, 1, id="l"), wait(2, id="z")])
     middle = sent["leader"]["blocks"]["blocks"][0]["next"]["block"]["next"]["block"]

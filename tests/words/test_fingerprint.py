@@ -44,13 +44,16 @@ def test_the_canonical_text_has_a_line_for_each_field():
         {"one_hot": True},
         {"only": ((1, "trot"),)},
         {"reserved": True},
-        {"goes_with": "legs"},
         {"parity_masks": (1, 2, 4, 8)},
     ],
     ids=lambda change: next(iter(change)),
 )
 def test_what_changes_the_word_changes_the_fingerprint(change):
     assert fingerprint(walker(**change)) != fingerprint(walker())
+
+
+def test_what_a_field_goes_with_changes_the_fingerprint():
+    assert fingerprint(walker(one_hot=True, goes_with="legs")) != fingerprint(walker(one_hot=True))
 
 
 @pytest.mark.parametrize("change", [{"meaning": "its gait"}, {"source": "a book"}, {"default": 3}, {"needs": "on"}])

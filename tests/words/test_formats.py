@@ -235,6 +235,13 @@ def test_a_format_whose_fields_make_no_word_cannot_be_defined(places, reason):
         declared(*places)
 
 
+def test_a_field_that_goes_with_another_has_a_bit_for_each_value():
+    """The sentence for a value that is refused says 'exactly one bit'."""
+    fields = [Field("most", 31, 1, "for a test", goes_with="legs"), Field("legs", 0, 0, "for a test")]
+    with pytest.raises(ValueError, match="most goes with legs, so it must be one-hot"):
+        WordFormat("own", fields)
+
+
 @pytest.mark.parametrize("link", ["needs", "goes_with"])
 def test_a_format_with_a_link_to_a_missing_field_cannot_be_defined(link):
     with pytest.raises(ValueError, match="field most names leg, which is no field"):

@@ -194,7 +194,7 @@ class Scene:
         return np.where(hits, far, np.inf), np.broadcast_to(colours[:, None], (*far.shape, 3))
 
     def _seen_discs(self, x: float, y: float, cos: float, sin: float) -> tuple[Floats, Floats]:
-        """The same of each round obstacle."""
+        """How far ahead each round obstacle is in each column, inf where it isn't seen, and its colour there."""
         disc_x, disc_y, radius = self._discs.T[..., None]
         ahead, aside = (disc_x - x) * cos + (disc_y - y) * sin, (disc_y - y) * cos - (disc_x - x) * sin
         a = 1 + self._slopes**2

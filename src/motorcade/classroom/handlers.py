@@ -312,7 +312,7 @@ class Handlers:
             draft = await self.read_draft(owner)
             name, found = draft.name, draft.project
         if found is None:
-            raise MotorcadeError("no-project", name="")
+            raise MotorcadeError("no-draft")
         return StoredProject(**structs.asdict(found) | {"name": name})
 
     @request("teacher/progress")

@@ -47,7 +47,10 @@ class Exchange(NamedTuple):
 
 
 def request(name: str, *, is_open: bool = False, stores: bool = False) -> Callable[[_Method], _Method]:
-    """Declare that a method answers a request, as `Exchange` says; its parameters are the fields of the message."""
+    """Declare that a method answers a request, as `Exchange` says.
+
+    Its parameters are the fields of the message, except that a Struct alone is the message itself.
+    """
 
     def declare(method: _Method) -> _Method:
         found = Endpoint.of(method, GIVEN, forbid_unknown_fields=True)

@@ -254,7 +254,8 @@ def _list_keys(folder: Path, as_json: bool) -> None:
     for row in rows:
         key = "keys-listed-revoked" if row["revoked"] else "keys-listed"
         lines.append(translated(key, **row | {"role": Phrase(f"role-{row['role']}")}))
-    print_result(rows, "\n".join(lines), as_json)
+    if rows or as_json:
+        print_result(rows, "\n".join(lines), as_json)
 
 
 def _options(telemetry_port: int | None, keys: Path | None, name: str | None) -> dict[str, Any]:

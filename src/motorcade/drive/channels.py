@@ -21,7 +21,8 @@ from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 
 PERIOD_S = 0.1
-# All that the system keeps of a connection (`motorcade.drive.listener`): newer commands never lie behind it.
+# More than the system keeps of a connection (`motorcade.drive.listener`; Linux: at most 16 KiB), so that no newer
+# command lies behind a full buffer.
 _BUFFER_BYTES = 1 << 15
 MOST_WRONG = 16
 _MOST_REQUESTS_PER_S = 20

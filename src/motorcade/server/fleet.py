@@ -110,6 +110,8 @@ class SingleCar(Fleet):
 class CombinedFleet(Fleet):
     """The cars of a visitor: those of a world, whose names are numbers, then real cars, whose names are none.
 
+    To connect, to stop, for a camera and for a pause ask the fleet that `of` returns: this one has none of them.
+
     Args:
         simulated: the cars of the visitor's world; None where there is no world.
         real: the real cars.
@@ -233,7 +235,7 @@ class RemoteControl:
                 await asyncio.sleep(_AGAIN_S)
 
     def telemetry(self) -> dict[str, Any]:
-        """The last telemetry, and what concerns this page: also the fields of `remote_messages.CarTelemetry`."""
+        """The last telemetry and what concerns this page, by name: also all of `remote_messages.CarTelemetry`."""
         if not (client := self.client):
             return {"why": sentences(MotorcadeError("place-given-up"))}
         telemetry = client.telemetry
@@ -317,7 +319,7 @@ class RemoteCars(Fleet):
     def page_names(self, car: RemoteCar) -> dict[str, str]:
         """The names of this server's pages with a user, by their names at a car; "" where it hasn't said."""
         return {
-            each.client.you.get("name", ""): each.page
+            str(each.client.you.get("name") or ""): each.page
             for each in self._controls[car.name]
             if each.client and _BEFORE_ADDRESS in each.page
         }

@@ -39,7 +39,7 @@ class StreamAnswer(Struct, tag_field="is", tag=str.lower):
     """What a page is sent over a WebSocket; ``is`` says what it is."""
 
 
-class Nothing(Struct):
+class Nothing(Struct, forbid_unknown_fields=True):
     """A request without arguments, or an answer without content."""
 
 

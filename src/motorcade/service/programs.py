@@ -14,8 +14,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
 from motorcade.program.blocks import blocks_of, field_value, holder_of, program_of
-from motorcade.program.compiler import Compiled as Compiled
-from motorcade.program.compiler import compile_program
+from motorcade.program.compiler import Compiled, compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
 from motorcade.program.model import Program, placed_steps, with_ids_of
@@ -79,7 +78,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.CompiledBlocks:
         for each in found:
             # A warning of what is left is not one of the whole program.
             if each.severity == "error" or not left_out:
-                diagnostics.setdefault((each.code, each.id, str(each.details)), each)
+                diagnostics.setdefault((each.code, each.id or each.path, str(each.details)), each)
         if compiled:
             answer = _answer(compiled, program)
             first = first or answer

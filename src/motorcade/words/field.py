@@ -238,6 +238,8 @@ class WordFormat:
             for other in (field.needs, field.goes_with):
                 if other and other not in names:
                     raise ValueError(f"{self.name}: field {field.name} names {other}, which is no field")
+            if field.goes_with and not field.one_hot:
+                raise ValueError(f"{self.name}: field {field.name} goes with {field.goes_with}, so it must be one-hot")
 
     def _decode_source(self, space: "dict[str, Any]") -> str:
         refused = self._conditions("found.")

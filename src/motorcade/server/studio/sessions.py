@@ -125,7 +125,7 @@ class Visitors:
         )
 
     def visitor(self, connection: HTTPConnection) -> str:
-        """Return whom a connection counts for: its address. Raises MotorcadeError: they may not come."""
+        """Return whom a connection counts for: its address. Raises MotorcadeError where the visitor is not let in."""
         return connection.client.host if connection.client else ""
 
     def context(self, visitor: str) -> Context:
