@@ -1,11 +1,15 @@
 """The mat drawn by WebGL, as for most users; in a module of its own, since it is slow without a graphics processor."""
 
+import io
+
+import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import expect
 
 from support.browser_profiles import Profiles, launched
 from support.studio_page import StudioPage
-from support.studio_programs import EXAMPLE, FOLLOWED
+from support.studio_programs import EXAMPLE, FOLLOWED, PAIR
 from support.waiting import wait_until
 
 # How a block looks while some car runs it.
@@ -24,6 +28,30 @@ RESTS = """async () => {
   for (let k = 0; k < 20; k++) await new Promise(requestAnimationFrame);
   return asked - before === 20 && contexts.every(({ state }) => state !== "running");
 }"""
+# A graphics processor, as far as the page's question goes whether there is a fast one; a program draws in its place.
+FAST = """
+const context = HTMLCanvasElement.prototype.getContext;
+const answers = { isContextLost: false, getExtension: null, getParameter: "GPU" };
+const gpu = new Proxy({ canvas: {} }, { get: (own, key) => own[key] ?? (() => (key in answers ? answers[key] : {})) });
+HTMLCanvasElement.prototype.getContext = function (kind, options) {
+  return options?.failIfMajorPerformanceCaveat ? gpu : context.call(this, kind, options);
+};
+"""
+# One of each thing that a mat may have, near the cars.
+FULL = {
+    **FOLLOWED,
+    "mat": {
+        **PAIR,
+        "edge": "wall",
+        "line": [{"points_m": [[0.4, 1.25], [2.5, 1.25], [2.5, 2.6]], "bend_m": 0.2}],
+        "spot": [{"centre_m": [1.55, 1.6], "radius_m": 0.12}],
+        "patch": [{"corners_m": [[1.5, 0.9], [1.8, 0.9], [1.65, 1.1]]}],
+        "wall": [{"from_m": [1.6, 1.8], "to_m": [2.2, 1.8]}],
+        "disc": [{"centre_m": [2.6, 1.0], "radius_m": 0.1}],
+        "polygon": [{"corners_m": [[2.2, 0.8], [2.5, 0.8], [2.35, 1.0]]}],
+        "person": [{"path": [[0, 2.3, 1.6]]}],
+    },
+}
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +83,27 @@ def test_webgl_that_is_a_program_is_found_by_its_speed_whatever_its_name(browser
     stage = studio.page.locator("#stage canvas").first
     assert stage.evaluate("canvas => canvas.getContext('2d') !== null")
     studio.context.close()
+
+
+def stage_of(page: StudioPage) -> np.ndarray:
+    """The colours of the stage, (height, width, 3)."""
+    shown = page.page.locator("#stage canvas").first.screenshot()
+    return np.asarray(Image.open(io.BytesIO(shown)).convert("RGB"), dtype=int)
+
+
+def apart(one: np.ndarray, other: np.ndarray) -> float:
+    """The share of pixels whose colours differ more than an edge that is drawn more softly."""
+    return float((abs(one - other) > 40).any(axis=2).mean())
+
+
+def test_webgl_and_a_canvas_show_the_same_mat(browser, studio) -> None:
+    pages = [StudioPage.open(browser, studio.url, project=FULL, script=script) for script in ("", FAST)]
+    kinds = [page.page.evaluate("document.querySelector('#stage canvas').getContext('2d') !== null") for page in pages]
+    assert kinds == [True, False]
+    # Nothing moves. The road alone covers more of the stage than may differ.
+    wait_until(lambda: apart(*map(stage_of, pages)) < 0.01)
+    for page in pages:
+        page.context.close()
 
 
 def test_a_page_where_nothing_moves_draws_nothing_and_is_silent_without_work(open_page) -> None:
