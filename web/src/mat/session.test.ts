@@ -96,6 +96,23 @@ it("a world that runs on after a reload doesn't begin anew, however late its pro
   vi.useRealTimers();
 });
 
+it("a first world plays when it has its program, and stands until then", () => {
+  vi.useFakeTimers();
+  useStudio.setState({ isOpening: true });
+  const page = opened();
+  page.hello(0);
+  vi.advanceTimersByTime(1000);
+  expect(page.sent.map((message) => message.do)).toEqual(["set"]);
+  page.state(false);
+  useStudio.setState({ compiled: { image: "AAAA", words: [] } as never });
+  vi.advanceTimersByTime(1000);
+  expect(page.sent.slice(1).map((message) => message.do)).toEqual(["set", "play"]);
+  page.end();
+  useStudio.setState({ isOpening: false, compiled: null });
+  useMat.setState({ hello: null, state: null });
+  vi.useRealTimers();
+});
+
 it("an edit plays on, another project stands at its beginning", () => {
   vi.useFakeTimers();
   const program = (image: string) => useStudio.setState({ compiled: { image, words: [] } as never });

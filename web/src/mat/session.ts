@@ -200,7 +200,7 @@ export class Session {
     }
   }
 
-  /** Set a new world, which plays if the one before did. */
+  /** Set a new world, which plays if the one before did, once its program is compiled. */
   private begin(playing: boolean): void {
     const { mat, rangeMm, compiled, profile, mission } = useStudio.getState();
     const { seed } = useMat.getState();
@@ -210,7 +210,8 @@ export class Session {
     sessionStorage.setItem(BEGINNING_KEY, this.sent.beginning!);
     this.movedStarts = false;
     this.starts = null;
-    if (playing) this.pass({ do: "play", speed: useMat.getState().speed });
+    this.playRequested ||= playing;
+    if (playing && compiled) this.pass({ do: "play", speed: useMat.getState().speed });
   }
 
   /** Play as the partner's page does: the same run at the same time. */
