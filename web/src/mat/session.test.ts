@@ -103,6 +103,8 @@ it("a first world plays when it has its program, and stands until then", () => {
   page.hello(0);
   vi.advanceTimersByTime(1000);
   expect(page.sent.map((message) => message.do)).toEqual(["set"]);
+  // Of the world before.
+  page.state(true);
   page.state(false);
   useStudio.setState({ compiled: { image: "AAAA", words: [] } as never });
   vi.advanceTimersByTime(1000);

@@ -265,7 +265,8 @@ export class Session {
 
   private receiveState(state: WorldState): void {
     const tMs = state.shown_ms ?? state.t_ms;
-    if (state.playing) this.playRequested = false;
+    // The state may be that of the world before: until its program is compiled, none counts.
+    if (state.playing && useStudio.getState().compiled) this.playRequested = false;
     // Whoever plays on, or begins again, has seen why the world stopped.
     useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed, stopped: null }) });
     if (this.commanded) this.onCommand?.(state);
