@@ -5,6 +5,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from starlette.routing import WebSocketRoute
@@ -26,8 +27,9 @@ GUARDED = [
 
 
 # All routes of the teacher, as the application has them.
-APP = make_class_app(ClassServerSettings(library=Path("none"), page=Path("none")), ClassFolder(Path("none")))
-TEACHERS = [each for each in APP._app.routes if getattr(each, "path", "").startswith("/api/teacher/")]
+with mock.patch("motorcade.classroom.app.Starlette") as made:
+    make_class_app(ClassServerSettings(library=Path("none"), page=Path("none")), ClassFolder(Path("none")))
+TEACHERS = [each for each in made.call_args.kwargs["routes"] if getattr(each, "path", "").startswith("/api/teacher/")]
 STREAMS = [each.path.removeprefix("/api/") for each in TEACHERS if isinstance(each, WebSocketRoute)]
 
 

@@ -1,9 +1,7 @@
 """``motorcade drive remote`` and ``motorcade studio --car`` as their users start them."""
 
 import json
-import signal
 import ssl
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -15,7 +13,7 @@ from websockets.sync.client import connect
 
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import server_context
-from support.command_line import refusal, started
+from support.command_line import CTRL_C, refusal, started
 from support.driven_car import PATIENT, DrivenCar
 from support.picture_server import picture_server
 from support.waiting import DEADLINE_S
@@ -26,7 +24,7 @@ def serving(*command: str) -> Iterator[dict]:
     """What the command says once it answers; Ctrl-C ends it."""
     with started(*command, "--port", "0") as (process, told):
         yield told
-        process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
+        process.send_signal(CTRL_C)
         assert process.communicate(timeout=DEADLINE_S) == ("", "")
         assert process.returncode == 0
 

@@ -24,7 +24,6 @@ from support.waiting import DEADLINE_S, wait_until
 
 LINUX = Path(__file__).parents[2] / "firmware" / "linux"
 NOTED = Path(__file__).parent / "noted_pi_car.py"
-CLASSROOM = Path(__file__).parents[2] / "src" / "motorcade" / "profiles" / "classroom.toml"
 AHEAD = compile_program(Program([together(forward(3, speed=3), led(1, 3))])).image
 TURNS_LEFT = compile_program(Program([together(left(3, speed=2), led(2, 3))])).image
 WHEELS, LEDS_AT = (5, 6, 12, 16, 26, 13), (17, 27, 22, 10)
@@ -50,22 +49,17 @@ class Pins:
 
 
 @pytest.fixture
-def files(tmp_path: Path) -> tuple[Path, Path]:
-    """Write a pin file, and a profile with long time limits for a busy machine."""
-    pins, profile = tmp_path / "pins.toml", tmp_path / "patient.toml"
-    pins.write_text(HEAD + ENABLED + LEDS, encoding="utf-8")
-    text = CLASSROOM.read_text(encoding="utf-8")
-    for key, was, patient in (("watchdog", 200, 30_000), ("failsafe", 300, 40_000), ("hand_over", 5000, 60_000)):
-        assert f"{key}_ms = {was}\n" in text
-        text = text.replace(f"{key}_ms = {was}\n", f"{key}_ms = {patient}\n")
-    profile.write_text(text, encoding="utf-8")
-    return pins, profile
+def wired(tmp_path: Path) -> Path:
+    """A pin file."""
+    file = tmp_path / "pins.toml"
+    file.write_text(HEAD + ENABLED + LEDS, encoding="utf-8")
+    return file
 
 
 @contextmanager
-def served(tmp_path: Path, files: tuple[Path, Path], *options: str) -> Iterator[tuple[subprocess.Popen, dict, Pins]]:
+def served(tmp_path: Path, wired: Path, *options: str) -> Iterator[tuple[subprocess.Popen, dict, Pins]]:
     noted = tmp_path / "pins.txt"
-    command = ["--pins", files[0], "--profile", files[1], "--port", "0", *options]
+    command = ["--pins", wired, "--port", "0", *options]
     command += ["--store", tmp_path / "car.image", "--upload-tcp", "127.0.0.1:0"]
     program = sys.executable, NOTED, noted
     with started("drive", "serve", "--board", "raspberry-pi", *command, program=program) as (process, told):
@@ -79,10 +73,8 @@ def upload(told: dict, image: bytes) -> None:
         assert answers.readline() == ok_line(image)
 
 
-def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(
-    tmp_path: Path, files: tuple[Path, Path]
-) -> None:
-    with served(tmp_path, files) as (process, told, pins):
+def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(tmp_path: Path, wired: Path) -> None:
+    with served(tmp_path, wired) as (process, told, pins):
         assert told["store"] == str(tmp_path / "car.image")
         with BlockingDriveClient(told["host"], told["port"], telemetry_port=told["telemetry_port"]) as driver:
             with pytest.raises(CarRefusesError, match="holds no program"):
@@ -115,8 +107,8 @@ def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(
     assert (tmp_path / "car.image").read_bytes() == TURNS_LEFT
 
 
-def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp_path: Path) -> None:
-    real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", files[0])
+def test_wrong_options_are_refused_with_a_sentence(wired: Path, tmp_path: Path) -> None:
+    real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", wired)
     assert "a simulated one leads" in refusal(2, "drive", "serve", "--port", "0", "--role", "follower")
     both = ("--upload-tcp", "127.0.0.1:0", "--upload-serial", "/dev/ttyS9")
     assert "--upload-serial and --upload-tcp exclude" in refusal(2, *real, *both)
@@ -169,13 +161,13 @@ def installed_service(tmp_path: Path) -> list[str]:
 
 
 def test_the_service_refuses_a_driver_whose_keys_are_revoked_and_says_where_its_list_is_missing(
-    tmp_path: Path, files: tuple[Path, Path]
+    tmp_path: Path, wired: Path
 ) -> None:
     make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], ["lin"], datetime.now(UTC))
     shutil.copy(tmp_path / "car-ada.pem", tmp_path / "car.pem")
     lost = shutil.copy(tmp_path / "driver-lin.pem", tmp_path / "lost.pem")
     program = sys.executable, NOTED, tmp_path / "pins.txt"
-    with started(*installed_service(tmp_path), "--profile", files[1], program=program) as (process, told):
+    with started(*installed_service(tmp_path), program=program) as (process, told):
         assert "revoked.txt can't be read" in told["revoked_problem"]
         port = {"port": told["port"], "telemetry_port": told["telemetry_port"]}
         with BlockingDriveClient("127.0.0.1", **port, keys=lost, car="ada") as driver:

@@ -5,10 +5,12 @@ import io
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
 from pathlib import Path
+from subprocess import PIPE
 from types import SimpleNamespace
 from unittest import mock
 
@@ -17,7 +19,13 @@ import pytest
 from motorcade.cli import main
 from support.waiting import DEADLINE_S
 
-INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
+_PROGRAMS = str(Path(sys.executable).parent)
+INSTALLED = shutil.which("motorcade", path=_PROGRAMS) or f"{_PROGRAMS}/motorcade"
+# On Windows only a process group of its own can be sent a Ctrl-C.
+if sys.platform == "win32":
+    OWN_GROUP, CTRL_C = subprocess.CREATE_NEW_PROCESS_GROUP, signal.CTRL_BREAK_EVENT
+else:
+    OWN_GROUP, CTRL_C = 0, signal.SIGINT
 PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
 
 
@@ -76,11 +84,12 @@ def started(*arguments, program=(sys.executable, "-m", "motorcade")):
 
     ``program`` is what starts the command line.
     """
-    # On Windows only a process group of its own can be sent a Ctrl-C.
-    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
-    streams = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
     command = [*map(str, (*program, *arguments)), "--json"]
-    with subprocess.Popen(command, **streams, **apart, encoding="utf-8") as process:
+    with subprocess.Popen(
+        command, stdin=PIPE, stdout=PIPE, stderr=PIPE, creationflags=OWN_GROUP, encoding="utf-8"
+    ) as process:
+        assert process.stdout
+        assert process.stderr
         # Whoever waits for what it never says shall see it end; a test waits several times.
         patience = threading.Timer(4 * DEADLINE_S, process.kill)
         patience.start()

@@ -34,7 +34,7 @@ class Way:
     def __init__(self, faults, random):
         self._faults = faults
         self._random = random
-        self._pieces = deque()
+        self._pieces: deque[tuple[int, bytes]] = deque()
         self._count = 0
 
     def put(self, data, now_ms):

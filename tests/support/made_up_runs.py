@@ -1,6 +1,7 @@
 """Missions and runs that a test makes up, moment by moment."""
 
 from array import array
+from typing import Any
 
 from motorcade.engine.events import START
 from motorcade.engine.moment import COLUMNS, Event, Moment
@@ -31,13 +32,10 @@ def mission(*goals, seconds=1.0, **more):
 
 
 def moment(t_ms, x=(0.5, 1.0, 1.5), y=(1.0, 1.0, 1.0), heading=(0.0, 0.0, 0.0), **more):
-    shown = {"wheels": (0, 0, 0), "led": (NO_LED,) * 3, "touching_ms": 0} | more
-    nothing = (0, 0, 0)
-    counts = {"touching_ms": shown["touching_ms"]}
-    columns = (array("f", each) for each in (x, y, heading))
-    positions = dict(zip(("x_m", "y_m", "heading"), columns, strict=True))
-    others = {name: bytes(shown.get(name, nothing)) for name in COLUMNS if name not in positions}
-    return Moment(t_ms, counts=counts, **positions, **others)
+    shown: dict[str, Any] = {"wheels": (0, 0, 0), "led": (NO_LED,) * 3, "touching_ms": 0} | more
+    columns: dict[str, Any] = {name: bytes(shown.get(name, (0, 0, 0))) for name in COLUMNS}
+    columns |= {"x_m": array("f", x), "y_m": array("f", y), "heading": array("f", heading)}
+    return Moment(t_ms, counts={"touching_ms": shown["touching_ms"]}, **columns)
 
 
 def watched(goals, *more, **options):

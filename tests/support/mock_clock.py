@@ -6,9 +6,14 @@ Sockets stay real, so a test proves the real protocol; only waiting takes no tim
 import asyncio
 import functools
 import selectors
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import TypeVar, TypeVarTuple
 
 from support.waiting import DEADLINE_S
 
+_Arguments = TypeVarTuple("_Arguments")
+_Answer = TypeVar("_Answer")
 # So long a loop waits for the sockets of this computer before its time jumps.
 _IDLE_S = 0.001
 # A test in which nothing happens any more fails after this real time.
@@ -35,9 +40,11 @@ class MockClockLoop(asyncio.SelectorEventLoop):
         self._now_s += seconds
         return True
 
-    def run_in_executor(self, executor, function, *arguments):
+    def run_in_executor(
+        self, executor: Executor | None, func: Callable[[*_Arguments], _Answer], *args: *_Arguments
+    ) -> asyncio.Future[_Answer]:
         self._jobs += 1
-        future = super().run_in_executor(executor, function, *arguments)
+        future = super().run_in_executor(executor, func, *args)
         future.add_done_callback(self._end_job)
         return future
 

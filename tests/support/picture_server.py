@@ -13,10 +13,25 @@ def part(picture, tells_length):
     return b"--%s\r\nContent-Type: image/jpeg\r\n%s\r\n%s\r\n" % (BOUNDARY.encode(), length, picture)
 
 
+class PictureServer(ThreadingHTTPServer):
+    """A camera whose pictures are numbers, at ``url``; ``asked`` are the paths that it was asked for."""
+
+    def __init__(self, kind, tells_length, tls):
+        super().__init__(("127.0.0.1", 0), Pictures)
+        if tls:
+            self.socket = tls.wrap_socket(self.socket, server_side=True)
+        self.url = f"http{'s' if tls else ''}://127.0.0.1:{self.server_port}/camera?token=secret"
+        self.kind, self.tells_length = kind, tells_length
+        self.asked: list[str] = []
+        self.numbers = itertools.count(1)
+        self.over = threading.Event()
+
+
 class Pictures(BaseHTTPRequestHandler):
     """A camera; ``server.kind`` says which."""
 
     protocol_version = "HTTP/1.1"
+    server: PictureServer
 
     def log_message(self, *said):
         pass
@@ -65,13 +80,8 @@ class Pictures(BaseHTTPRequestHandler):
 
 @contextmanager
 def picture_server(kind, tells_length=True, tls=None):
-    """A camera whose pictures are numbers, at ``url``; ``asked`` are the paths that it was asked for."""
-    with ThreadingHTTPServer(("127.0.0.1", 0), Pictures) as server:
-        server.kind, server.tells_length = kind, tells_length
-        server.asked, server.numbers, server.over = [], itertools.count(1), threading.Event()
-        if tls:
-            server.socket = tls.wrap_socket(server.socket, server_side=True)
-        server.url = f"http{'s' if tls else ''}://127.0.0.1:{server.server_port}/camera?token=secret"
+    """A camera that serves while the block runs."""
+    with PictureServer(kind, tells_length, tls) as server:
         thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:

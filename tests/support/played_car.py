@@ -1,6 +1,7 @@
 """The car's end of a serial line, a pseudo-terminal or TCP, that a test plays."""
 
 import contextlib
+import io
 import itertools
 import os
 import select
@@ -24,8 +25,8 @@ class PlayedCar:
     """The car's end of a line, played by a test, or by a script beside it."""
 
     def __init__(self, kind):
-        self._ends = []
-        self._scripts = []
+        self._ends: list[io.RawIOBase] = []
+        self._scripts: list[threading.Thread] = []
         self._over, self._ending = socket.socketpair()
         if kind == "pty":
             import pty
@@ -100,7 +101,9 @@ class PlayedCar:
         self.play(script)
 
     def get_ready(self):
-        self.send(ready_line(check_words(*read_check(self.receive(CHECK_BYTES))), OLD))
+        check = read_check(self.receive(CHECK_BYTES))
+        assert check, "it came damaged"
+        self.send(ready_line(check_words(*check), OLD))
 
     def close(self):
         self._ending.close()

@@ -1,22 +1,22 @@
 """Commands of Motorcade that serve pages, in processes of their own."""
 
 import json
-import signal
 import subprocess
 import sys
 from contextlib import contextmanager
+from subprocess import PIPE
 from types import SimpleNamespace
 
+from support.command_line import CTRL_C, OWN_GROUP
 from support.waiting import DEADLINE_S
 
 
 @contextmanager
 def serving(*command):
     """A command that serves pages, in a process of its own, and what it says when it is ready; Ctrl-C stops it."""
-    # On Windows only a process group of its own can be sent a Ctrl-C.
-    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
     whole = [sys.executable, "-m", "motorcade", *map(str, command), "--no-browser", "--json"]
-    process = subprocess.Popen(whole, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **apart)
+    process = subprocess.Popen(whole, stdout=PIPE, stderr=PIPE, text=True, creationflags=OWN_GROUP)
+    assert process.stdout
     try:
         yield process, json.loads(process.stdout.readline())
     finally:
@@ -42,5 +42,5 @@ def started_class(folder, port=0, *more):
 
 def stop(process):
     if process.poll() is None:
-        process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
+        process.send_signal(CTRL_C)
     return process.communicate(timeout=DEADLINE_S)

@@ -19,8 +19,8 @@ WHERE_QUERY = b"\x1b[6n"
 class TerminalProcess:
     """A user at a terminal in which ``process`` runs."""
 
-    def __init__(self, handle):
-        self.handle = handle
+    def __init__(self, handle, process):
+        self.handle, self.process = handle, process
         self.seen = b""
 
     def wait_for(self, text):
@@ -79,10 +79,8 @@ def terminal(*arguments):
     command = [INSTALLED, *map(str, arguments)]
     process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, close_fds=True)
     os.close(theirs)
-    user = TerminalProcess(ours)
-    user.process = process
     try:
-        yield user
+        yield TerminalProcess(ours, process)
     finally:
         process.kill()
         process.wait()

@@ -63,7 +63,7 @@ class Car:
 
 def events_of(end, arrivals, now_ms):
     """All that ``end`` reports while the arrivals come, each after its pause."""
-    events = []
+    events: list[upload.CarEvent] = []
     for data, pause_ms in arrivals:
         now_ms = now_ms + pause_ms & LAST_TICK
         end.receive_data(data, now_ms)

@@ -253,7 +253,7 @@ def whole_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rul
 
 
 @in_kernel
-def _person_at(k: int, now: int, people: People) -> tuple[float, float]:
+def person_at(k: int, now: int, people: People) -> tuple[float, float]:
     """The place of person ``k``: on the straight line between two points of the path."""
     first, last = people.first[k], people.first[k + 1] - 1
     at = now
@@ -276,7 +276,7 @@ def person_near(i: int, part: int, now: int, cars: CarArrays, people: People, ru
     if people.walked_ms[part] != now:
         people.walked_ms[part] = now
         for k in range(people.now_x.shape[1]):
-            people.now_x[part, k], people.now_y[part, k] = _person_at(k, now, people)
+            people.now_x[part, k], people.now_y[part, k] = person_at(k, now, people)
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     reach = rules.pir_range * rules.pir_range

@@ -17,8 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, profile_from_dict
+from motorcade.engine.backend import allocate_all
+from motorcade.engine.bodies import person_at
 from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.layout import people_of
 from motorcade.engine.moment import Event, Moment
+from motorcade.engine.native import InterpretedKernels
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Starts
 from motorcade.mats.document import document_of, mat_of
@@ -120,14 +124,9 @@ class Description:
 
     def people_at(self, t_ms: int) -> list[tuple[float, float]]:
         """The position of each person at a moment, (x, y) in metres."""
-        places = []
-        for person in self.mat.people:
-            times, xs, ys = zip(*person.path, strict=True)
-            t_s = t_ms / 1000
-            if person.repeats and times[-1] > 0:
-                t_s %= times[-1]
-            places.append((float(np.interp(t_s, times, xs)), float(np.interp(t_s, times, ys))))
-        return places
+        paths = allocate_all(InterpretedKernels(), people_of(self.mat, 1))
+        places = (person_at(k, t_ms, paths) for k in range(len(self.mat.people)))
+        return [(x / 1e6, y / 1e6) for x, y in places]
 
 
 class Recording(Protocol):

@@ -10,6 +10,7 @@ import pytest
 from motorcade import Program, compile_program, forward, led, left, right, together
 from motorcade.boards.computer import Equipment, HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
+from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.car.arbiter import APPLIED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
@@ -311,11 +312,11 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
     car = made()
     car.session.resume_program()
 
-    def fail(which):
+    def fail(board, which):
         raise OSError("the LEDs are out")
 
     with monkeypatch.context() as broken:
-        broken.setattr(car.board._board, "set_led", fail)
+        broken.setattr(RaspberryPi, "set_led", fail)
         car.go_on(2000)
         assert wheels(pins) == ALL_STILL
         car.control.beat()

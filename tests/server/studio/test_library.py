@@ -22,8 +22,14 @@ HARD_NAMES += ["名字", "نام\u200cها", "👩\u200d🚀 rocket", "🚗" * L
 
 
 @pytest.fixture
-def library(tmp_path):
-    return FolderStorage(tmp_path / "library")
+def disk(tmp_path):
+    """The library's folder."""
+    return tmp_path / "library"
+
+
+@pytest.fixture
+def library(disk):
+    return FolderStorage(disk)
 
 
 def save(library, name, text):
@@ -44,19 +50,19 @@ def names(library):
     return [entry.name for entry in library.list("")]
 
 
-def project_folder(library, name):
-    """The project's folder on the disk."""
+def project_folder(disk, name):
+    """The folder of a project that is saved."""
+    library = FolderStorage(disk)
     save(library, name, "x")
-    before = {entry.name for entry in library.list("")}
-    assert name in before
-    (folder,) = (each for each in library._folder.iterdir() if name_of(each.name) == name)
+    assert name in names(library)
+    (folder,) = (each for each in disk.iterdir() if name_of(each.name) == name)
     return folder
 
 
-def test_the_project_saved_last_is_listed_first(library):
+def test_the_project_saved_last_is_listed_first(disk, library):
     for number, name in enumerate(("old", "new", "middle")):
         save(library, name, "x")
-        file = project_folder(library, name) / "000001.motorcade.json"
+        file = project_folder(disk, name) / "000001.motorcade.json"
         os.utime(file, (100 + (0, 9, 5)[number],) * 2)
     assert names(library) == ["new", "middle", "old"]
     assert library.list("")[0].saved_at == "1970-01-01T00:01:49.000+00:00"
@@ -64,13 +70,13 @@ def test_the_project_saved_last_is_listed_first(library):
 
 
 @pytest.mark.parametrize("name", HARD_NAMES)
-def test_a_name_in_any_language_is_stored_under_a_portable_file_name(library, name):
-    folder = project_folder(library, name)
+def test_a_name_in_any_language_is_stored_under_a_portable_file_name(disk, library, name):
+    folder = project_folder(disk, name)
     assert names(library) == [name]
     assert read(library, name) == b"x"
     assert len(folder.name.encode()) <= 255
     assert not set('<>:"/\\|?*.') & set(folder.name)
-    assert folder.parent == library._folder
+    assert folder.parent == disk
     stem = folder.name.partition(".")[0].upper()
     assert stem not in {"CON", "PRN", "AUX", "NUL", *(f"{device}{n}" for device in ("COM", "LPT") for n in range(10))}
 
@@ -85,24 +91,24 @@ def test_a_name_and_its_folder_determine_each_other(name):
     assert name_of(folder) == unicodedata.normalize("NFC", name).strip()
 
 
-def test_names_that_differ_only_in_case_have_different_folders(library):
-    folders = [project_folder(library, name).name.casefold() for name in ("Dance", "dance", "DANCE")]
+def test_names_that_differ_only_in_case_have_different_folders(disk, library):
+    folders = [project_folder(disk, name).name.casefold() for name in ("Dance", "dance", "DANCE")]
     assert len(set(folders)) == 3
     assert sorted(names(library)) == ["DANCE", "Dance", "dance"]
 
 
-def test_a_folder_has_its_name_also_in_the_form_in_which_a_file_system_may_give_it_back(library):
-    folder = project_folder(library, "Caf\u00e9")
+def test_a_folder_has_its_name_also_in_the_form_in_which_a_file_system_may_give_it_back(disk):
+    folder = project_folder(disk, "Caf\u00e9")
     assert name_of(unicodedata.normalize("NFD", folder.name)) == "Caf\u00e9"
 
 
-def test_other_files_in_the_folder_are_ignored(library):
-    folder = project_folder(library, "a")
+def test_other_files_in_the_folder_are_ignored(disk, library):
+    folder = project_folder(disk, "a")
     save(library, "b", "x")
-    (library._folder / "notes.txt").write_text("x")
-    (library._folder / "a-00000000").mkdir()
-    (library._folder / "%FF-12345678").mkdir()
-    (library._folder / "empty").mkdir()
+    (disk / "notes.txt").write_text("x")
+    (disk / "a-00000000").mkdir()
+    (disk / "%FF-12345678").mkdir()
+    (disk / "empty").mkdir()
     (folder / "000002.motorcade.json").mkdir()
     (folder / "000003.motorcade.json").touch()
     (folder / "copy of 000001.motorcade.json").write_text("x")
@@ -141,39 +147,39 @@ def test_parallel_saves_lose_nothing(tmp_path):
 def test_saves_at_the_same_moment_get_different_numbers(tmp_path, monkeypatch):
     """Both look for the newest version before either writes."""
     one, other = FolderStorage(tmp_path), FolderStorage(tmp_path)
-    reserve = library_module._reserve
+    check_base = library_module.check_base
 
     def late(*arguments):
-        monkeypatch.setattr(library_module, "_reserve", reserve)
+        monkeypatch.setattr(library_module, "check_base", check_base)
         assert save(other, "a", "other") == 1
-        return reserve(*arguments)
+        check_base(*arguments)
 
-    monkeypatch.setattr(library_module, "_reserve", late)
+    monkeypatch.setattr(library_module, "check_base", late)
     assert save(one, "a", "one") == 2
     assert (read(one, "a", 1), read(one, "a", 2)) == (b"other", b"one")
-    monkeypatch.setattr(library_module, "_reserve", late)
+    monkeypatch.setattr(library_module, "check_base", late)
     other.delete("", "a")
     assert refusal(lambda: one.write_version("", "a", b"one", base=0)) == "project-exists"
     assert read(one, "a") == b"other"
 
 
-def test_a_deleted_project_is_moved_to_a_folder(library):
+def test_a_deleted_project_is_moved_to_a_folder(disk, library):
     for text in ("one", "two"):
         save(library, "a", text)
         library.delete("", "a")
         assert library.list("") == []
-    kept = sorted((library._folder / DELETED).rglob("*.motorcade.json"))
+    kept = sorted((disk / DELETED).rglob("*.motorcade.json"))
     assert [file.read_text() for file in kept] == ["one", "two"]
     assert save(library, "a", "three") == 1
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="needs a folder that can't be written to")
-def test_a_read_only_folder_is_an_error(library):
+def test_a_read_only_folder_is_an_error(disk, library):
     save(library, "a", "one")
-    library._folder.chmod(0o500)
+    disk.chmod(0o500)
     assert refusal(save, library, "b", "x") == "cant-save"
     assert refusal(library.delete, "", "a") == "cant-delete"
-    library._folder.chmod(0o700)
+    disk.chmod(0o700)
 
 
 def test_what_was_stored_before_the_start_and_deleted_counts_too(tmp_path):

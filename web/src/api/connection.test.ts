@@ -1,5 +1,7 @@
 import { afterEach, expect, it, vi } from "vitest";
+import { useStudio } from "../state/studio";
 import { LastingStream, post } from "./connection";
+import { HttpService } from "./http";
 import { RefusedError, type StreamListeners, UnreachableError } from "./service";
 
 afterEach(() => {
@@ -36,4 +38,18 @@ it("a stream whose server answered again is soon back the next time too", () => 
   opened.at(-1)!.onClose();
   vi.advanceTimersByTime(1.25 * 500);
   expect(opened).toHaveLength(7);
+});
+
+it("a page whose server is gone asks for it, later each time, until it is back", async () => {
+  vi.useFakeTimers();
+  const fetched = vi.fn(() => Promise.reject<Response>(new TypeError("no network")));
+  vi.stubGlobal("fetch", fetched);
+  const service = new HttpService();
+  await Promise.all([1, 2].map(() => expect(service.ask("capabilities", null)).rejects.toBeInstanceOf(UnreachableError)));
+  await vi.advanceTimersByTimeAsync(1.25 * (500 + 1000 + 2000));
+  expect(fetched).toHaveBeenCalledTimes(2 + 3);
+  expect(useStudio.getState().service).toBe("gone");
+  fetched.mockImplementation(() => Promise.resolve(Response.json({})));
+  await vi.advanceTimersByTimeAsync(4000);
+  expect(useStudio.getState().service).toBe("ready");
 });

@@ -41,9 +41,9 @@ const FIRST_WAIT_MS = 500;
 /** With its spread, a page is back within four seconds of its server. */
 const LONGEST_WAIT_MS = 3000;
 
-/** How long to wait before the k-th try, so that not all pages reach a server at once when it is back. */
-function waitBeforeTry(k: number, chance: number): number {
-  return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
+/** Make the k-th try after a wait, so that not all pages reach a server at once when it is back. */
+export function tryLater(k: number, attempt: () => void): ReturnType<typeof setTimeout> {
+  return setTimeout(attempt, Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + Math.random() / 2));
 }
 
 /** A stream of messages that is opened again, later each time, whenever it is lost; `close` ends it, and `reopen` begins it anew. */
@@ -84,7 +84,7 @@ export class LastingStream<Answer> {
   /** Close it as if it were lost: it is opened again after a wait. */
   lose(): void {
     this.close();
-    this.timer = setTimeout(() => this.reopen(), waitBeforeTry(this.tries, Math.random()));
+    this.timer = tryLater(this.tries, () => this.reopen());
     this.tries += 1;
     this.receiver.onClose?.();
   }

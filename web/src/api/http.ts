@@ -2,10 +2,8 @@
 
 import type { Requests } from "../generated/messages";
 import { useStudio } from "../state/studio";
-import { openSocket, post } from "./connection";
+import { openSocket, post, tryLater } from "./connection";
 import { type Service, type Stream, type StreamListeners, type StreamName, UnreachableError } from "./service";
-
-const RETRY_MS = 1500;
 
 /** The server of this page; the store's `service` says whether it answers. */
 export class HttpService implements Service {
@@ -26,7 +24,7 @@ export class HttpService implements Service {
     if (useStudio.getState().service === "gone") return;
     useStudio.setState({ service: "gone" });
     const back = () => useStudio.setState({ service: "ready" });
-    const askLater = () => setTimeout(() => void post("/api/capabilities", null).then(back, askLater), RETRY_MS);
-    askLater();
+    const askLater = (k: number): unknown => tryLater(k, () => void post("/api/capabilities", null).then(back, () => askLater(k + 1)));
+    askLater(0);
   }
 }

@@ -96,8 +96,6 @@ const DEFINITIONS: Record<string, Definition> = {
   },
 };
 
-export const BLOCK_TYPES = Object.keys(DEFINITIONS);
-
 /** The definition as Blockly's JSON. */
 function jsonOf(type: string, profile: Profile): Record<string, unknown> {
   const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;

@@ -6,7 +6,7 @@ import css from "./blocks.module.css";
 import { UNSEEN } from "./inView";
 import { liveWorkspaces } from "./workspaces";
 
-export interface BlocksPicture {
+interface BlocksPicture {
   svg: string;
   width: number;
   height: number;

@@ -18,7 +18,7 @@ import { endAll } from "../ui/areas";
 type Kind = StopCondition["kind"];
 
 /** A condition; of a block it has the block, whose words differ from program to program. */
-export interface ChosenStop {
+interface ChosenStop {
   condition: StopCondition;
   block?: { editor: EditorName; id: string; text: string };
 }

@@ -40,7 +40,7 @@ export const useTrials = create<Trials>(() => ({ ...NOTHING, ...UNCOMPARED, befo
 
 /** Who edits gets its words first; the program is tried again when the hands rest. */
 const REST_MS = 1500;
-export const RUNS = 200;
+const RUNS = 200;
 
 /** What is tried: the mission that is played, or the one that is written, on the project's mat. */
 function triedMission(): MissionChoice | null {

@@ -317,7 +317,7 @@ export class Motion {
   }
 }
 
-export function between(a: Picture, b: Picture, share: number, drawn: Drawn): void {
+function between(a: Picture, b: Picture, share: number, drawn: Drawn): void {
   for (let k = 0; k < b.cars; k++) {
     const dx = b.x[k]! - a.x[k]!;
     const dy = b.y[k]! - a.y[k]!;

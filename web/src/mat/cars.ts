@@ -97,7 +97,7 @@ function room([width, height]: Point, spacing: number): number {
 }
 
 /** A larger mat, with everything moved to its middle. */
-export function grown(mat: Mat, factor: number): Mat {
+function grown(mat: Mat, factor: number): Mat {
   const [width, height] = mat.size_m!;
   const size_m: Point = [Math.ceil(width * factor * 10) / 10, Math.ceil(height * factor * 10) / 10];
   return { ...shifted(mat, (size_m[0] - width) / 2, (size_m[1] - height) / 2), size_m };

@@ -3,7 +3,7 @@
 import { FLAT, type FloorName, type Line, type Mat, type Person, type Point, SHAPES } from "../generated/world";
 
 export { FLOOR_NAMES } from "../generated/world";
-export type { Car, Crowd, Disc, FloorName, Line, Mat, Person, Point, Polygon, Voice, Wall } from "../generated/world";
+export type { Car, Crowd, FloorName, Line, Mat, Person, Point, Voice } from "../generated/world";
 
 export type FurnitureKind = keyof typeof SHAPES;
 type Pieces = { [K in FurnitureKind]: NonNullable<Mat[K]>[number] };

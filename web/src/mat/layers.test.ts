@@ -22,7 +22,7 @@ it("roads, spots and patches hide the floor below them", () => {
   const layer = new FurnitureLayer({} as Textures, {} as MatTheme);
   layer.setMat({ format: "motorcade-mat/1", name: "Town", line: [{ points_m: [[0, 0], [2, 2]] }], spot: [{ centre_m: [1, 1], radius_m: 0.2 }] }, null);
   layer.draw(1, 0);
-  const painted = (layer.floor.children as Graphics[]).flatMap(({ context }) => context.instructions);
+  const painted = layer.floor.children.flatMap((each) => (each instanceof Graphics ? each.context.instructions : []));
   expect(painted.map(({ data }) => (data as { style: { alpha: number } }).style.alpha)).toEqual([1, 1, 1, 1, 1]);
 });
 

@@ -17,7 +17,7 @@ const CHIME_GAP_S = 0.12;
 /** A context that runs costs a tenth of a processor, also while it is silent. The longest note is shorter. */
 const REST_MS = 3000;
 
-export interface Heard {
+interface Heard {
   /** The mean speed of all wheels, 0 to 1. */
   motors: number;
   /** Whether a leader sent a frame. */

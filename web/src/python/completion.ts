@@ -17,7 +17,7 @@ interface Parameter {
 }
 
 /** A function that makes a step. */
-export interface Call extends Pick<(typeof PYTHON_CALLS)[number], "name" | "kind" | "signature" | "example"> {
+interface Call extends Pick<(typeof PYTHON_CALLS)[number], "name" | "kind" | "signature" | "example"> {
   parameters: readonly Parameter[];
 }
 

@@ -16,7 +16,7 @@ const CAR = "virtual-car";
 type Key = (string | number)[];
 
 /** Why the store can't be opened, or refuses a change. */
-export type Problem = "missing" | "newer" | "damaged" | "full";
+type Problem = "missing" | "newer" | "damaged" | "full";
 
 /** What one transaction changes. It changes nothing where the store has another `revision`; with null it changes the store in any case. */
 interface Changes {
@@ -27,7 +27,7 @@ interface Changes {
 }
 
 /** The store of all tabs; Python's `motorcade.browser.storage` has the rules. */
-export interface Store {
+interface Store {
   /** How many changes were made; it differs where another tab has changed something. */
   revision(): Promise<number>;
   /** Everything but the texts, as JSON. */

@@ -6,7 +6,7 @@ import { type Studio, useStudio } from "./studio";
 export type DialogName = "upload" | "library" | "examples" | "share" | "pair" | "missions" | "notes" | "run" | "help";
 type Tone = "info" | "success" | "warning" | "error";
 
-export interface Notice {
+interface Notice {
   id: number;
   text: string;
   tone: Tone;

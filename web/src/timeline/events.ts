@@ -115,7 +115,7 @@ export function windowAt(before: Window | null, spanMs: number, tMs: number, pas
   return { beginMs, endMs: beginMs + spanMs };
 }
 
-export interface BlockSpan {
+interface BlockSpan {
   beginMs: number;
   endMs: number;
   word: number;

@@ -11,7 +11,7 @@ const TICKS = { top: 20, height: 11 };
 const INKS = { text: "--text", quiet: "--quiet", line: "--line", panel: "--panel", accent: "--accent", heard: "--success", lost: "--error" } as const;
 type Look = Record<keyof typeof INKS | "font", string>;
 
-export interface TimelineView {
+interface TimelineView {
   window: Window;
   nowMs: number;
   shownMs: number;

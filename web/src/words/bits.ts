@@ -56,7 +56,7 @@ export function sharedWords(before: readonly CompiledWord[], now: readonly Compi
   return now.map((word, place) => (sameWord(before[place], word) ? before[place]! : word));
 }
 
-export interface BitSpan {
+interface BitSpan {
   group: Field["group"];
   fields: Field[];
 }
