@@ -227,6 +227,15 @@ def test_progress_in_a_mission_is_seen_live(room):
     assert "forward-and-stop" in {each["id"] for each in progress["missions"]}
 
 
+def test_a_renamed_pupil_comes_back_by_the_new_name_and_number(room):
+    ben, tablet = room.join("Ben"), room.browser()
+    assert room.teacher.ask("teacher/rename", pupil=ben.id, name="Benjamin") == {}
+    known = {"code": room.code, "number": room.teacher.ask("teacher/reset-number", pupil=ben.id)["number"]}
+    assert tablet.ask("class/return", name="Ben", **known) == "wrong-number"
+    me = tablet.ask("class/return", name="benjamin", **known)
+    assert (me["id"], me["name"]) == (ben.id, "Benjamin")
+
+
 def test_all_work_is_collected_with_an_overview(room):
     mia, ben = room.join("Mia"), room.join("小明")
     for name in ("Robot <3", "robot _3", "con", "draft"):

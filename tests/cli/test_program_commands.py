@@ -134,6 +134,12 @@ def test_a_bad_project_gets_one_diagnostic_and_exit_code_1_and_leaves_the_old_im
     assert only_line(ran.err).endswith(diagnostic["message"])
 
 
+def test_every_mistake_of_a_step_has_a_line_of_its_own(project):
+    ran = run("compile", project(document({"drive": {"direction": "up", "speed": 9, "seconds": -1}})))
+    places = [line.partition(": ")[0] for line in ran.err.splitlines()]
+    assert sorted(places) == [f"leader[0].drive.{name}" for name in ("direction", "seconds", "speed")]
+
+
 @pytest.mark.parametrize("typed", ["simulate", "upload --port no-such-port"])
 def test_a_bad_project_neither_drives_nor_reaches_a_port(project, typed):
     content, code, _ = BAD["256 states"]

@@ -45,6 +45,7 @@ def test_a_pin_file_says_what_is_where():
         (PI.replace("pins/1", "pins/9") + PIR.format(4), 'format is "motorcade-pins/9"; allowed: "motorcade-pins/1"'),
         (UNO + PIR.format(1), "GPIO1 of Arduino Uno.* is the USB line's"),
         (UNO + "[infrared]\nsender = 3\n", r"infrared.sender is 3, but on Arduino Uno.* this wire can only be at D11"),
+        (UNO + "[ultrasonic]\ntrigger = 4\necho = 5\n", "this wire can only be at D2, D3"),
         (UNO + "[voice]\nreceive = 5\n", "this wire can only be at A0, A1, A2, A3, A4, A5"),
         (MEGA + "[infrared]\nsender = 11\n", "this wire can only be at D10"),
         (PI, "no device is connected; devices are left_motor"),

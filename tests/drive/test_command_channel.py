@@ -72,6 +72,15 @@ def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
     assert (told.refused, told.turned_away, told.driver) == (2 * MOST_WRONG - 1, 1, None)
 
 
+def test_a_client_that_sends_nonsense_alone_takes_no_place() -> None:
+    car = Car()
+    for port in range(9):
+        receive(car.commands(port)[0], b"GET ")
+    channel, line = car.commands(99)
+    receive(channel, command(90))
+    assert (car.board.angles, line.is_open) == ([90], True)
+
+
 def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -> None:
     car = Car()
     channels = [car.commands(port) for port in range(9)]

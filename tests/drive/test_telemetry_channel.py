@@ -164,6 +164,16 @@ def test_a_frame_that_is_too_long_is_answered_and_ends_the_connection() -> None:
     assert not line.is_open
 
 
+@pytest.mark.parametrize("size", [1, 30, 1000])
+def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    data = b"".join(struct.pack(">I", len(text)) + text for text in (b'{"do": "stop"}', b'{"do": "clear"}'))
+    for at in range(0, len(data), size):
+        channel.data_received(data[at : at + size])
+    assert [answer["do"] for answer in line.frames()] == ["stop", "clear"]
+
+
 def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
     car = Car()
     channel, line = car.telemetry()

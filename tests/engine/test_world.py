@@ -72,6 +72,16 @@ def test_a_moved_car_receives_and_touches_at_its_new_place_at_once() -> None:
     assert counted(cars)["touching_ms"] == 2 * cars.tick_ms
 
 
+def test_a_driving_car_stops_at_a_new_obstacle() -> None:
+    cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
+    cars.run(500)
+    # So near that the car would pass into it before it looked around again by itself.
+    cars.set_environment(replace(cars.mat, discs=((0.34, 0, 0.1),)))
+    for _ in range(40):
+        cars.run(50)
+        assert cars.snapshot().x_m[0] < 0.34 - 0.1 - 0.07
+
+
 def test_setting_the_environment_changes_the_range_of_infrared() -> None:
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(1.5, 0)])
     assert hearers(cars, 500) == set()

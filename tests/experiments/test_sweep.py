@@ -271,8 +271,8 @@ def test_a_worker_with_other_code_is_refused():
 
 
 def test_parts_of_another_sweep_are_refused_and_the_change_is_named(tmp_path):
-    table = tmp_path / "out.parquet"
-    with Store(table, plan_of("seeds = 2")).opened():
+    table, plan = tmp_path / "out.parquet", plan_of("seeds = 2")
+    with Store(table, plan).opened():
         pass
     for changed, what in (
         (plan_of("seeds = 3"), "seeds"),
@@ -285,6 +285,8 @@ def test_parts_of_another_sweep_are_refused_and_the_change_is_named(tmp_path):
         refused = pytest.raises(MotorcadeError, match=rf"holds another sweep \({what} has changed\)")
         with refused, Store(table, changed).opened():
             pass
+        # So they aren't taken for its own where their plan is lost, either.
+        assert changed.task_name(0) != plan.task_name(0)
 
 
 def test_two_commands_do_not_write_the_same_table(tmp_path):

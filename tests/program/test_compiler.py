@@ -104,6 +104,16 @@ def test_followers_words_come_from_their_steps_in_order(steps: list[Step]) -> No
     assert compiled.dwell_ms * compiled.follower_words == total_ms
 
 
+def test_an_origin_names_the_block() -> None:
+    program = Program([repeat(2, wait(1, id="w")), led(0, 4, id="l")], [together(wait(2), led(0, 1), id="t")])
+    assert compile_program(program).origins == (
+        ("", None),
+        *[("leader[0].repeat.steps[0]", "w")] * 2,
+        *[("leader[1]", "l")] * 2,
+        ("followers.steps[0]", "t"),
+    )
+
+
 @pytest.mark.parametrize(
     ("steps", "dwell_ms", "count"),
     [

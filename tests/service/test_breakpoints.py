@@ -1,10 +1,14 @@
 """A page's world stops when that happens which its user has chosen, and goes on when it is played again."""
 
+import json
+
 import pytest
 
 from motorcade import Followers, Program, compile_program, forward, led, wait
+from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.service.breakpoints import LOOK_MS
+from motorcade.service.messages import decode
 from motorcade.service.world_messages import (
     Play,
     Reset,
@@ -15,6 +19,7 @@ from motorcade.service.world_messages import (
     StopCondition,
     Stopped,
     StopWhen,
+    WorldMessage,
 )
 from support.session_page import SessionPage, server_world, site_world
 
@@ -143,3 +148,16 @@ def test_a_run_begins_again_at_any_time_with_all_that_was_before(page):
     assert (state.t_ms, state.earliest_ms, state.playing) == (2000, 0, False)
     assert page.session.world.pictures.moment(is_stored=False)[: 3 * 4 * 3] == wanted[: 3 * 4 * 3]
     assert page.session.receive(Seek(150))[0].shown_ms == 100
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"do": "stop-when", "conditions": [{"kind": "zone", "corners_m": [[1]]}]},
+        {"do": "reset", "until_ms": -1},
+        {"do": "reset", "until_ms": 600_001},
+    ],
+)
+def test_a_zone_that_is_none_and_a_run_of_more_than_ten_minutes_are_refused(wrong):
+    with pytest.raises(MotorcadeError, match="message"):
+        decode(json.dumps(wrong), WorldMessage)

@@ -238,6 +238,16 @@ def test_after_the_end_play_begins_a_run_that_is_judged_again():
     assert progress(page) == lost
 
 
+def test_goals_see_each_event_once():
+    mission = built_in_mission("follow-me")
+    page, seen = page_of(mission, mission.solution), []
+    page.session.world.referee.see = lambda t_ms, moment, events, touching_ms: seen.append(events)
+    page.send(Play())
+    page.look(2)
+    assert any(seen)
+    assert b"".join(page.session.events()).startswith(b"".join(seen))
+
+
 OWN_MAT = built_in_mission(NAME).mat_document
 NEARER = {**OWN_MAT, "car": [{"at_m": [0.9, 0.5], "role": "leader"}]}
 NOISY = {**OWN_MAT, "physics": {"bit_error_rate": 0.1}}

@@ -158,6 +158,11 @@ def writes_over_slowly(self, data):
             file.write(data[place : place + 256])
 
 
+def sees_for_ever(self):
+    self.has_seen = self.has_seen or self.tin.person
+    return self.has_seen
+
+
 def removes_first(self, data):
     new = self.path.with_suffix(".new")
     new.write_bytes(data)
@@ -319,6 +324,7 @@ OBSERVED: list[tuple[str, Any, str]] = [
     ("a slow distance", SlowDistance, "too late for a car that drives"),
     ("nobody is seen", {"sees_person": lambda self: False}, "doesn't become True"),
     ("everybody is seen", {"sees_person": lambda self: True}, "sees_person() isn't False"),
+    ("a person stays", {"sees_person": sees_for_ever, "has_seen": False}, "sees_person() isn't False"),
     ("no floor is dark", {"dark_floor": lambda self: 0}, "gives 0 where the floor under its sensors is 1"),
     ("light is dark", {"dark_floor": lambda self: 3 - self.tin.floor}, "takes light floor for dark"),
     ("sensors swapped", changed("dark_floor", lambda dark: (0, 2, 1, 3)[dark]), "the left sensor is the right one"),

@@ -23,10 +23,11 @@ from motorcade.service.messages import sentences
 from motorcade.timing import monotonic_ms
 from support.driven_car import PATIENT, DrivenCar
 from support.fault_proxy import FaultProxy
+from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
 from support.picture_server import picture_server
 from support.remote_page import RemotePage
-from support.waiting import wait_until
+from support.waiting import until, wait_until
 
 HERE = "127.0.0.1:7700"
 FULL = (90, 1, 255)
@@ -241,6 +242,29 @@ def test_a_failing_camera_is_an_error_in_both_languages(nowhere, monkeypatch):
         for car, code in (("bo", "no-camera-here"), ("cy", "car-not-listed"), (url, "car-not-listed")):
             answer = pages.client.get("/camera/snapshot.jpg", params={"car": car})
             assert answer.json()["error"]["code"] == code
+
+
+@mock_clock
+async def test_a_page_is_told_how_old_telemetry_is_until_its_car_is_away():
+    async with loop_car() as car, FaultProxy(car.telemetry_port) as telling:
+        control = await RemoteCars([RemoteCar("ada", "127.0.0.1", car.port, telling.port)]).connect("ada", "page")
+        await until(lambda: "state" in control.telemetry())
+        telling.hold(True)
+        await until(lambda: control.telemetry()["silent_ms"] > 1000)
+        assert control.telemetry()["state"] == "ready"
+        await until(lambda: "state" not in control.telemetry())
+        control.leave()
+
+
+@mock_clock
+async def test_a_page_gives_a_car_back_at_once():
+    async with loop_car() as car:
+        control = await RemoteCars([at("ada", car)]).connect("ada", "page")
+        control.steer(0.5, 0.0)
+        await until(lambda: car.control.telemetry().driver)
+        await control.act("release")
+        assert car.control.telemetry().driver is None
+        control.leave()
 
 
 @mock_clock
