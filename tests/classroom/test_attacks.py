@@ -207,6 +207,15 @@ def test_a_page_of_another_site_opens_no_stream_with_the_browsers_cookies(shared
             assert asked.json()["error"]["code"] == f"foreign-{header}"
 
 
+@pytest.mark.parametrize("scheme", ["http", "https"])
+def test_no_script_and_no_other_site_gets_a_cookie_and_https_keeps_it_secret(room, scheme):
+    joins = json.dumps({"code": room.code, "name": "Mia", "avatar": "bus"})
+    answer = room.browser().client.post(f"{scheme}://192.168.1.5:7710/api/class/join", content=joins)
+    kept = {part.strip().lower() for part in answer.headers["set-cookie"].split(";")}
+    assert {"httponly", "samesite=strict"} <= kept
+    assert ("secure" in kept) == (scheme == "https")
+
+
 def test_no_page_and_no_redirect_holds_a_secret_and_none_is_sent_to_another_site(shared):
     for browser in (shared.eve, shared.teacher, shared.browser()):
         for path in ("/", "/join", "/teacher", "/wall", "/privacy"):

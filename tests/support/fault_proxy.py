@@ -24,7 +24,6 @@ class FaultProxy:
         self._dead: set[_Writers] = set()
         self._carrying: set[asyncio.Task[None]] = set()
         self._writers: list[asyncio.StreamWriter] = []
-        self._under_way: list[asyncio.Queue[tuple[float, bytes]]] = []
         self._changed = asyncio.Event()
 
     async def __aenter__(self) -> "FaultProxy":
@@ -43,11 +42,6 @@ class FaultProxy:
         for writer in self._writers:
             writer.transport.abort()
         await asyncio.gather(*(writer.wait_closed() for writer in self._writers), return_exceptions=True)
-
-    @property
-    def up_waiting(self) -> int:
-        """How many chunks are under way to the server."""
-        return sum(queue.qsize() for queue in self._under_way[::2])
 
     def hold(self, is_held: bool) -> None:
         """Freeze the network, or let it go on; any thread may call this."""
@@ -100,7 +94,6 @@ class FaultProxy:
     async def _carry_way(self, source: asyncio.StreamReader, target: asyncio.StreamWriter, pair: _Writers) -> None:
         """Pass on until the source ends; then end the target."""
         under_way: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
-        self._under_way.append(under_way)
         delivery = asyncio.create_task(self._deliver(under_way, target, pair))
         try:
             chunk = b"not the end"
