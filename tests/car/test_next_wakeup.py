@@ -155,6 +155,10 @@ def test_a_car_with_a_word_to_pass_on_rests_while_others_send() -> None:
     assert next_wakeup.relay_rest_ms(memory, 0, 0) == 1
 
 
+def test_a_car_never_wakes_to_pass_on_a_word_that_it_keeps_for_itself() -> None:
+    assert next_wakeup.relay_rest_ms(follower(DRIVE_800), 0, 0) == next_wakeup.NEVER_MS
+
+
 def test_a_car_that_waits_to_send_rests_until_then() -> None:
     memory = follower(PASSED_ON)
     now = 0

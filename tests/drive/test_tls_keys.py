@@ -112,6 +112,11 @@ def without_authority(text):
     return text[: text.rindex("-----BEGIN CERTIFICATE-----")]
 
 
+def with_broken_authority(text):
+    # OpenSSL doesn't see a certificate that begins within a line, so the keys in front of it are fine.
+    return without_authority(text) + "authority: -----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")
 @pytest.mark.parametrize("most_bytes", [100, 800])
 def test_a_full_disk_leaves_no_half_written_keys(tmp_path, most_bytes):
@@ -135,9 +140,10 @@ def test_a_full_disk_leaves_no_half_written_keys(tmp_path, most_bytes):
         (lambda text: "\udcff", "isn't text"),
         (lambda text: text.replace("PRIVATE KEY", "SECRET"), "is no keys file"),
         (without_authority, "no certificate of an authority"),
+        (with_broken_authority, "its last certificate can't be read"),
         (lambda text: text.replace("driver lin", "car lin"), "the keys of a driver are needed"),
     ],
-    ids=["empty", "not text", "no key", "no authority", "a car's"],
+    ids=["empty", "not text", "no key", "no authority", "broken authority", "a car's"],
 )
 def test_a_file_that_is_no_keys_file_is_refused_in_a_sentence(folder, tmp_path, change, says):
     broken = tmp_path / "broken.pem"

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.wire import (
+    DriveError,
     newest_of_each_code,
     pack_frame,
     pack_word,
@@ -44,6 +45,14 @@ def test_frames_are_read_however_their_bytes_are_cut(sent: list[dict], size: int
         received += data[at : at + size]
         found += [struct.pack(">I", len(text)) + text for text in take_frames(received, 1 << 16)]
     assert found == list(map(pack_frame, sent))
+
+
+def test_a_frame_may_be_as_long_as_allowed_and_no_longer() -> None:
+    frame = pack_frame({"do": "join"})
+    most_bytes = len(frame) - 4
+    assert len(list(take_frames(bytearray(frame), most_bytes))) == 1
+    with pytest.raises(DriveError, match=f"at most {most_bytes - 1} bytes of JSON"):
+        list(take_frames(bytearray(frame), most_bytes - 1))
 
 
 @pytest.mark.parametrize("text", [b"", b"[]", b"{", b"\xff", b'{"a":' * 2000])

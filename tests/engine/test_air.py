@@ -111,10 +111,10 @@ def test_walls_and_obstacles_shade_infrared(more: dict, hears: bool) -> None:
     assert hearers(table([wait(1)], LIT, PAIR, physics=Physics(line_of_sight=False), **more), 2000)
 
 
-def test_a_car_shades_the_cars_behind_it() -> None:
+def test_a_car_shades_the_cars_behind_it_but_not_on_an_open_table() -> None:
     row = [Pose(0, 0), Pose(0.4, 0), Pose(0.8, 0.02)]
     assert hearers(table([wait(1)], LIT, row, physics=Physics()), 2000) == {1}
-    assert hearers(table([wait(1)], LIT, row, physics=Physics(line_of_sight=False)), 2000) == {1, 2}
+    assert hearers(world(open_table(row), [wait(1)], LIT), 2000) == {1, 2}
 
 
 @pytest.mark.parametrize(("half_deg", "heard_by"), [(180, {1, 2, 3}), (60, {1, 2}), (30, {1})])

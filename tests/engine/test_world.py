@@ -57,6 +57,20 @@ def test_an_impossible_world_is_refused(change: dict, images: int, says: str) ->
         World(mat, [compile_program(Program([wait(1)], None)).image] * images)
 
 
+@pytest.mark.parametrize(
+    ("body", "tick_ms", "says"),
+    [
+        ({"ultrasonic_cone_deg": 90}, 1, "ultrasonic_cone_deg is 90"),
+        ({"diameter_mm": 40}, 40, "in a tick, which is more than a quarter of its body's 40 mm"),
+        ({"diameter_mm": 3000}, 60, "tick_ms is 60 and the shortest frame takes"),
+    ],
+)
+def test_a_body_that_can_not_be_simulated_is_refused(body: dict, tick_ms: int, says: str) -> None:
+    profile = replace(CLASSROOM, body=replace(CLASSROOM.body, **body))
+    with pytest.raises(MotorcadeError, match=says):
+        leaders([wait(1)], [Pose(0, 0)], profile, tick_ms=tick_ms)
+
+
 def test_a_world_that_exceeds_the_memory_is_refused() -> None:
     with pytest.raises(MotorcadeError, match="GB of memory"):
         World(open_table([Pose(0, 0)]), [compile_program(Program([wait(1)], None)).image], seeds=range(1 << 31))

@@ -9,13 +9,15 @@ from datetime import UTC, datetime
 from functools import wraps
 
 import pytest
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
 
 from motorcade import Program, compile_program, forward, led
 from motorcade.car.loop import Car
 from motorcade.drive.certificates import CarKeys, list_keys, make_keys
 from motorcade.drive.keys import client_context, peer_number, server_context
 from motorcade.errors import MotorcadeError
-from motorcade.fleet.cars import Cars
+from motorcade.fleet.cars import Cars, Finder
 from motorcade.fleet.contact import Contact
 from motorcade.fleet.places import Place, place_of
 from motorcade.words.request import (
@@ -250,6 +252,22 @@ async def test_a_cable_that_is_pulled_in_an_upload_is_one_verdict_and_the_others
         assert [verdicts[car.address].holds for car in made] == ["new", "new"]
         assert (verdicts[port].error.code, pulled.image) == ("went-away", FIRST)
         assert all(verdicts[port].error.sentence(language) for language in ("en", "zh"))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+@in_loop
+async def test_a_car_is_found_when_its_cable_is_plugged_in_and_forgotten_when_it_is_pulled(tmp_path, monkeypatch):
+    there = []
+    monkeypatch.setattr(list_ports, "comports", lambda: [*there])
+    with car_at_a_cable(tmp_path) as (_, port, _):
+        async with Cars() as cars, Finder(cars).looking(["127.0.0.1"]):
+            board, mouse = ListPortInfo(port), ListPortInfo("/dev/no-board")
+            board.vid, board.pid = 0x1A86, 0x7523
+            there.extend([board, mouse])
+            await until(lambda: port in cars.contacts and not cars.contacts[port].status().away)
+            assert mouse.device not in cars.contacts
+            there.clear()
+            await until(lambda: port not in cars.contacts)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")

@@ -52,6 +52,18 @@ def test_announced_cars_and_studios_are_found():
     assert problems == []
 
 
+def test_a_car_that_can_not_announce_itself_runs_on_and_says_so(monkeypatch):
+    def refuses(**_):
+        raise OSError("no multicast here")
+
+    problems = []
+    monkeypatch.setattr("zeroconf.Zeroconf", refuses)
+    with announced(CAR, "ada", ("127.0.0.1", 9), problems.append, on_loopback=True):
+        pass
+    assert [problem.code for problem in problems] == ["not-announced"]
+    assert "no multicast here" in problems[0].sentence("en")
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

@@ -5,10 +5,11 @@ from statistics import median_low
 import numpy as np
 import pytest
 
-from motorcade.engine.events import START
+from motorcade.config.profile import built_in_profile
+from motorcade.engine.events import EVENT, START
 from motorcade.mats import Mat, Physics, Pose, open_table
 from motorcade.mats.model import Starts
-from motorcade.runs.running import Slot, simulate
+from motorcade.runs.running import Slot, SlotCounts, simulate
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
@@ -73,6 +74,17 @@ def test_slots_are_counted_for_more_cars_than_are_recorded_and_for_each_leader()
     assert [(slot.leader, slot.tag) for slot in run.slots] == [(0, 1), (600, 1), (0, 2), (600, 2)]
     assert all(slot.once + slot.again + slot.never == 1198 for slot in run.slots)
     assert run.slots[0].once > 1000
+
+
+def test_a_word_that_is_begun_late_counts_for_its_slot_until_its_tag_comes_again() -> None:
+    counts = SlotCounts(image(1), chain(2), built_in_profile("classroom"))
+    counts.write_events(30 * DWELL_MS + 1, np.zeros(0, EVENT))
+    begun = np.zeros(1, EVENT)
+    for name, value in (("t_ms", 30 * DWELL_MS + 500), ("kind", START), ("car", 1), ("other", 1)):
+        begun[name] = value
+    counts.write_events(30 * DWELL_MS + 1000, begun)
+    first = counts.slots(DWELL_MS)[0]
+    assert (first.tag, first.once, first.lag_p50_ms) == (1, 1, 30 * DWELL_MS + 500)
 
 
 def test_a_word_that_nobody_begins_has_no_lag() -> None:

@@ -20,8 +20,6 @@ from motorcade.words.infrared import TAGS
 
 # Runs of more cars are recorded into files where that is asked for, and not in memory.
 MOST_CARS_IN_MEMORY = 1000
-# A tagged word can still be begun so many slots later; after that its tag counts as newer again.
-_OPEN_SLOTS = 31
 _NEVER_MS = np.iinfo(np.int32).max
 
 
@@ -89,7 +87,8 @@ class SlotCounts(Sink):
             begun = np.bincount(cars[of_slot], minlength=len(counts))
             counts[:] = np.minimum(counts + begun, 2)
             np.minimum.at(lags_ms, cars[of_slot], (at_ms[of_slot] - slot * self._dwell_ms).astype(np.int32))
-        while len(self._closed) < (t_ms - 1) // self._dwell_ms - _OPEN_SLOTS:
+        # A tag is used again after so many slots.
+        while len(self._closed) <= (t_ms - 1) // self._dwell_ms - TAGS:
             self._close_one()
 
     def slots(self, until_ms: int) -> list[Slot]:
@@ -106,7 +105,7 @@ class SlotCounts(Sink):
         """The slot that each beginning belongs to, -1 where to none; ``now`` are the slots in which they happened."""
         if self._tagged:
             behind = (now % TAGS + 1 - started["other"].astype(np.int64)) % TAGS
-            found = np.where((behind <= _OPEN_SLOTS) & (started["other"] > 0), now - behind, -1)
+            found = np.where(started["other"] > 0, now - behind, -1)
         else:
             words = started["word"].astype(np.int64)
             before = np.where(words == self._words[(now - 1) % len(self._words)], now - 1, -1)
