@@ -227,7 +227,7 @@ def test_the_informed_hold_the_word_that_the_leader_sent_last():
 
 
 def test_the_distance_is_to_the_nearest_leader_and_empty_without_leaders():
-    poses = [Pose(0, 0), Pose(3, 0), Pose(0.5, 0), Pose(2, 0)]
+    poses = [Pose(0, 1), Pose(3, 1), Pose(0.5, 1), Pose(2, 1)]
     still = compile_program(Program(leader=[led(0, 1)])).image
     mat = dataclasses.replace(open_table(poses), starts=Starts.of(poses, [True, True, False, False]))
     (row,) = rows_of(plan_of("mats = ['two.toml']", mats=[mat], image=still))
