@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import math
+import time
 from random import Random
 from types import SimpleNamespace
 
@@ -17,12 +18,13 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.experiments import plan as planning
 from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import Store, run_sweep
+from motorcade.experiments.run import Store, on_this_computer, run_sweep
 from motorcade.experiments.spec import parse_sweep
 from motorcade.experiments.task import run_task
 from motorcade.mats import Pose, Starts, open_table
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers
+from support.waiting import DEADLINE_S
 
 HEAD = 'format = "motorcade-sweep/1"\nprograms = ["a"]\n'
 CLASSROOM = built_in_profile("classroom")
@@ -260,6 +262,15 @@ def test_a_run_that_fails_is_named_with_its_point(monkeypatch):
         MotorcadeError, match="a, the empty table, cars = 3: this computer has too little memory for it"
     ):
         run_task(plan.task(0))
+
+
+def test_workers_of_a_sweep_that_is_stopped_end_in_the_middle_of_a_task():
+    lasts_s = (0, 3 * DEADLINE_S)
+    results = on_this_computer(2, time.sleep)(SimpleNamespace(task=lasts_s.__getitem__), range(2))
+    assert next(results) == (0, None)
+    begun_s = time.monotonic()
+    results.close()
+    assert time.monotonic() < begun_s + DEADLINE_S
 
 
 def test_a_worker_with_other_code_is_refused():
