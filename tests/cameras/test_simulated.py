@@ -134,6 +134,15 @@ def test_the_floor_ends_at_the_mats_edge() -> None:
     assert np.abs(bottom - far).max() > 20
 
 
+def test_only_a_mat_whose_edge_is_a_wall_shows_walls_there() -> None:
+    still = open_table([Pose(0.5, 1.0)])
+    an_open, walled = (seen(world(replace(still, size_m=(1.0, 2.0), walled=each), [wait(3)])) for each in (False, True))
+    # Above the horizon there is nothing but the sky and what stands.
+    sky = slice(0, int(view.HEIGHT * 0.4))
+    assert (an_open[sky] == EMPTY[sky]).all()
+    assert len(columns(walled[sky], EMPTY[sky])) == view.WIDTH
+
+
 def test_a_picture_is_drawn_at_a_wall_in_an_obstacle_and_on_another_car() -> None:
     for more in ({"walls": ((0.0751, -1, 0.0751, 1),)}, {"discs": ((0.1, 0.0, 0.3),)}, {"walls": ((-1, 0, 1, 0),)}):
         assert shown([Pose(0, 0)], **more).shape == EMPTY.shape

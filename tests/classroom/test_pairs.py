@@ -59,6 +59,8 @@ def test_windows_are_swapped_when_both_want_it_and_how_one_plays_is_told_to_the_
     assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}
     played = {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400}
     assert view(bo)["conducted"] == played
+    assert bo.ask("class/pair/conduct", playing=False, speed=2, seed=7, t_ms=900) == {}
+    assert view(mia)["conducted"] == played | {"number": 2, "by": bo.id, "playing": False, "t_ms": 900}
     assert mia.ask("class/pair/swap", wants=True) == {}
     assert view(bo)["asks"] == mia.id
     assert mia.ask("class/pair/swap", wants=True) == {}

@@ -200,3 +200,16 @@ def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission,
     empty = tmp_path / "empty"
     empty.mkdir()
     assert run("check", mission, empty).code == 2
+
+
+def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(mission, tmp_path):
+    folder = tmp_path / "class"
+    folder.mkdir()
+    near = json.dumps({"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]})
+    (folder / "cut").write_text(near[:40], encoding="utf-8")
+    (folder / "near").write_text(near, encoding="utf-8")
+    cut, lost = json.loads(run("check", mission, folder).out)["files"]
+    (why, *_) = [goal["why"] for goal in lost["goals"] if not goal["met"]]
+    shown = run("check", mission, folder, stdout=Terminal()).out.splitlines()
+    for name, reason in (("cut", cut["problem"]), ("near", why)):
+        assert any(name in line and reason[:20] in line for line in shown)

@@ -73,6 +73,15 @@ def test_a_car_that_asks_for_arming_and_measures_its_battery_tells_both_in_eithe
             pass
 
 
+def test_telemetry_is_at_the_port_after_that_of_commands_unless_another_is_named() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    with started("drive", "serve", "--port", str(port)) as (_, told):
+        assert (told["port"], told["telemetry_port"]) == (port, port + 1)
+    with served("--telemetry-port", str(port)) as (_, told):
+        assert told["telemetry_port"] == port
+
+
 def test_other_computers_reach_a_car_only_where_its_owner_said_so(tmp_path: Path) -> None:
     sentence = refusal(2, "drive", "serve", "--port", "0", "--host", "0.0.0.0")
     assert sentence.startswith("at 0.0.0.0 others can reach this car")

@@ -72,6 +72,8 @@ def test_defaults_are_filled_in_on_every_level_and_a_whole_number_with_a_point_b
     ("document", "sentence"),
     [
         ({"cuont": 3, "count": 9}, "it.toml: cuont is not known; known are name, count, edge, on, at"),
+        ({"a\tb": 3}, r"it.toml: 'a\tb' is not known"),
+        ({"a" * 99: 3}, f"it.toml: '{'a' * 40}' is not known"),
         ({"count": 9}, "it.toml: count is 9; allowed: a whole number from 1 to 5"),
         ({"count": True}, "it.toml: count is true; allowed: a whole number from 1 to 5"),
         ({"count": 10**5000}, "it.toml: count is a very long number; allowed: a whole number from 1 to 5"),
@@ -91,6 +93,11 @@ def test_defaults_are_filled_in_on_every_level_and_a_whole_number_with_a_point_b
 )
 def test_the_first_fault_is_told_with_its_place_and_what_is_allowed(document, sentence):
     assert first_fault(document).startswith(sentence)
+
+
+def test_a_text_without_bounds_may_be_empty():
+    schema = table(("note",), name=line(10), note={"type": "string"})
+    assert load({"name": "n", "note": ""}, schema, "it.toml")["note"] == ""
 
 
 def test_a_value_may_be_told_by_a_phrase_of_its_own_with_a_unit_and_be_unique():

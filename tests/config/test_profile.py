@@ -53,6 +53,7 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("hand_over_ms = 5000", "hand_over_ms = 300", "hand_over_ms 300; each must be shorter"),
         ("battery_low_mv = 0", "battery_low_mv = 6400", "drive.battery_low_mv is 6400 and battery_charged_mv 0"),
         ("failsafe_ms = 300", "failsafe_ms = 2001", "allowed: a whole number from 1 to 2000"),
+        ("idle_state_ms = 100", "idle_state_ms = 1048576", "allowed: a whole number from 1 to 1048575"),
     ],
 )
 def test_what_is_wrong_in_a_profile_is_named(old: str, new: str, said: str) -> None:

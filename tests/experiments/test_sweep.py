@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import math
+import time
 from random import Random
 from types import SimpleNamespace
 
@@ -17,12 +18,13 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.experiments import plan as planning
 from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import Store, run_sweep
+from motorcade.experiments.run import Store, on_this_computer, run_sweep
 from motorcade.experiments.spec import parse_sweep
 from motorcade.experiments.task import run_task
 from motorcade.mats import Pose, Starts, open_table
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers
+from support.waiting import DEADLINE_S
 
 HEAD = 'format = "motorcade-sweep/1"\nprograms = ["a"]\n'
 CLASSROOM = built_in_profile("classroom")
@@ -227,7 +229,7 @@ def test_the_informed_hold_the_word_that_the_leader_sent_last():
 
 
 def test_the_distance_is_to_the_nearest_leader_and_empty_without_leaders():
-    poses = [Pose(0, 0), Pose(3, 0), Pose(0.5, 0), Pose(2, 0)]
+    poses = [Pose(0, 1), Pose(3, 1), Pose(0.5, 1), Pose(2, 1)]
     still = compile_program(Program(leader=[led(0, 1)])).image
     mat = dataclasses.replace(open_table(poses), starts=Starts.of(poses, [True, True, False, False]))
     (row,) = rows_of(plan_of("mats = ['two.toml']", mats=[mat], image=still))
@@ -260,6 +262,15 @@ def test_a_run_that_fails_is_named_with_its_point(monkeypatch):
         MotorcadeError, match="a, the empty table, cars = 3: this computer has too little memory for it"
     ):
         run_task(plan.task(0))
+
+
+def test_workers_of_a_sweep_that_is_stopped_end_in_the_middle_of_a_task():
+    lasts_s = (0, 3 * DEADLINE_S)
+    results = on_this_computer(2, time.sleep)(SimpleNamespace(task=lasts_s.__getitem__), range(2))
+    assert next(results) == (0, None)
+    begun_s = time.monotonic()
+    results.close()
+    assert time.monotonic() < begun_s + DEADLINE_S
 
 
 def test_a_worker_with_other_code_is_refused():

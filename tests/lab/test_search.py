@@ -186,6 +186,14 @@ def test_programs_are_of_the_missions_blocks_and_differ(name):
     assert len(kinds) > len(wanted.palette) / 2
 
 
+def test_a_change_makes_a_program_longer_or_shorter_or_leaves_its_length():
+    source, random = ProgramSource(built_in_mission("the-square")), Random(1)
+    drawn = [source.draw(random) for _ in range(100)]
+    lengths = [(len([*placed_steps(each)]), len([*placed_steps(source.change(random, each))])) for each in drawn]
+    more, fewer = (sum(sign * after > sign * before for before, after in lengths) for sign in (1, -1))
+    assert min(more, fewer, 100 - more - fewer) > 10
+
+
 def _kinds(program):
     return {step.kind for _, step in placed_steps(program)}
 

@@ -300,6 +300,20 @@ def test_every_goal_is_described_in_every_language():
             assert "{" not in "".join(told)
 
 
+@pytest.mark.parametrize(
+    ("who", "named"),
+    [
+        ({"who": "leader"}, "the leader"),
+        ({"who": "followers"}, "all 2 followers"),
+        ({"who": "followers", "share": 0.5}, "at least 1 of all 2 followers"),
+        ({"who": [FIRST]}, "cars 1"),
+    ],
+)
+def test_a_goal_says_of_which_cars_it_is(who, named):
+    wanted = mission({**ZONE, **who})
+    assert goal_phrase(wanted.goals[0], wanted).sentence("en").endswith(f": {named}")
+
+
 NEARER = at(1.5)
 BUMP, LONG_BUMP = {"touching_ms": 100}, {"touching_ms": 2000}
 

@@ -33,6 +33,7 @@ def test_gathered_counts_the_cars_in_the_zone_every_tenth_of_a_second_but_not_at
     assert score(goal, [((2.5, 3, 3.5), LEVEL), ((2.5, 0, 0), LEVEL)]) == 10
     # The disc has its radius.
     assert score({"kind": "gathered", "zone": "lake"}, [((2.49, 2.51, 3.49), LEVEL)]) == 20
+    assert score({"kind": "gathered", "zone": "lake"}, [((3.3, 3.4, 3.0), (1.3, 1.4, 0.4))]) == 10
 
 
 def test_covered_is_a_hundred_times_what_the_mean_distance_is_less_than_the_diameter():

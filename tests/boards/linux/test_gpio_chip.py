@@ -126,6 +126,12 @@ def test_lines_of_another_computer_have_their_numbers(kernel):
     factory.close()
 
 
+def test_the_rescue_finds_the_lines_of_another_computer(kernel):
+    gpio_chip.pull_low("linux", "", "231")
+    assert kernel.opened == [0]
+    assert kernel.written == [(231, False)]
+
+
 def test_a_computer_without_pins_says_so():
     with pytest.raises(MotorcadeError, match="--board simulated") as raised:
         gpio_chip.open_gpio(PI)

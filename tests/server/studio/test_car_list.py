@@ -12,6 +12,7 @@ from motorcade.server.studio.sessions import CARS
 from motorcade.upload import serial_port
 from support.remote_page import PageSocket
 from support.rooms import FIRST, SECOND, SECOND_CRC32, simulated_cars
+from support.waiting import DEADLINE_S, wait_until
 from support.world_page import server
 
 
@@ -73,3 +74,25 @@ def test_cars_are_asked_at_the_places_and_with_the_keys_of_the_settings(tmp_path
     ):
         Page(socket).shows(lambda found: "gone" in found)
     assert asked[-1] == (places, keys)
+
+
+def test_cars_are_looked_for_while_any_page_shows_them(tmp_path, monkeypatch):
+    looking = []
+
+    class NotedCars(Cars):
+        async def __aenter__(self):
+            looking.append("begins")
+            return await super().__aenter__()
+
+        async def __aexit__(self, *given):
+            looking.append("ends")
+            await super().__aexit__(*given)
+
+    monkeypatch.setattr(cars, "Cars", NotedCars)
+    with server(tmp_path, places=(place_of("127.0.0.1:1", "gone"),)) as client:
+        with client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as socket:
+            Page(socket).shows(lambda found: "gone" in found)
+            with client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as another:
+                Page(another).shows(lambda found: "gone" in found)
+            assert looking == ["begins"]
+        wait_until(lambda: looking == ["begins", "ends"], deadline_s=DEADLINE_S)
