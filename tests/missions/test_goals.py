@@ -306,7 +306,8 @@ def test_every_goal_is_described_in_every_language():
         ({"who": "leader"}, "the leader"),
         ({"who": "followers"}, "all 2 followers"),
         ({"who": "followers", "share": 0.5}, "at least 1 of all 2 followers"),
-        ({"who": [FIRST]}, "cars 1"),
+        ({"who": [FIRST]}, "car 1"),
+        ({"who": [FIRST, 2]}, "cars 1, 2"),
     ],
 )
 def test_a_goal_says_of_which_cars_it_is(who, named):

@@ -230,7 +230,7 @@ def _whole_phrase(goal: Goal, mission: Mission) -> Phrase:
 def _who_phrase(goal: Goal) -> Phrase:
     who, count = goal.values["who"], len(goal.cars)
     if isinstance(who, list):
-        name = Phrase("goal-who-cars", cars=", ".join(map(str, who)))
+        name = Phrase("goal-who-cars" if count > 1 else "goal-who-one-car", cars=", ".join(map(str, who)))
     else:
         name = Phrase(f"goal-who-{who}", count=count) if count > 1 else Phrase(f"goal-who-one-{who}")
     needed = goals.needed_of(goal.values.get("share", 1), count)
