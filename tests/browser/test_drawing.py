@@ -87,6 +87,8 @@ def test_webgl_that_is_a_program_is_found_by_its_speed_whatever_its_name(browser
 
 def stage_of(page: StudioPage) -> np.ndarray:
     """The colours of the stage, (height, width, 3)."""
+    # The whole mat, wherever the camera was.
+    page.page.get_by_role("application", name=page.say("mat.canvas")).press("a")
     shown = page.page.locator("#stage canvas").first.screenshot()
     return np.asarray(Image.open(io.BytesIO(shown)).convert("RGB"), dtype=int)
 
