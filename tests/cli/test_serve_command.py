@@ -17,6 +17,7 @@ from motorcade.words.formats import DRIVE
 from support.command_line import refusal, started
 from support.waiting import DEADLINE_S
 
+CLASSROOM = Path(__file__).parents[2] / "src" / "motorcade" / "profiles" / "classroom.toml"
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
 AHEAD = DRIVE.encode(angle=40, direction=1, speed=200)
 
@@ -71,6 +72,14 @@ def test_a_car_that_asks_for_arming_and_measures_its_battery_tells_both_in_eithe
             assert (frame["speed"], frame["battery_mv"], frame["obstacle_mm"]) == (0, 7412, None)
         with driven(told, struct.pack("<I", STILL)):
             pass
+
+
+def test_a_served_car_has_the_limits_of_its_profile(tmp_path: Path) -> None:
+    profile = tmp_path / "careful.toml"
+    text = CLASSROOM.read_text(encoding="utf-8")
+    profile.write_text(text.replace("arming = false", "arming = true"), encoding="utf-8")
+    with served("--profile", str(profile)) as (_, told), driven(told, struct.pack(">I", AHEAD), "disarmed") as frame:
+        assert frame["speed"] == 0
 
 
 def test_telemetry_is_at_the_port_after_that_of_commands_unless_another_is_named() -> None:
