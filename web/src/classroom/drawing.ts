@@ -20,7 +20,7 @@ const WORLD_HEAD_BYTES = 8;
 
 /**
  * The worlds of a binary picture of the wall, by their place in the list `number`; null where the bytes are cut off.
- * `Wall` in motorcade/classroom/messages.py describes the format.
+ * `ClassWall` in motorcade/classroom/messages.py describes the format.
  */
 export function decodeWall(bytes: ArrayBuffer): { number: number; worlds: Map<number, Cars> } | null {
   if (bytes.byteLength < HEAD_BYTES) return null;
