@@ -33,7 +33,7 @@ from motorcade.words.image import Image, image_words, words_to_bytes
 
 _ACCEPT_IR = CONTROL.field("accept_ir").word_mask
 _FORWARD = CONTROL.field("forward").word_mask
-# Of longer togethers; a shorter one always is.
+# How many longer lengths of a together are tried. Among shorter ones 0 s is always possible.
 _MOST_TRIES = 100
 
 
