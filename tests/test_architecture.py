@@ -15,8 +15,8 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 245
-MOST_LINES = 400
+MOST_FILES = 250
+MOST_LINES = 500
 MOST_PARAMETERS = 8
 # What a page is sent of these has their name too.
 SAME_IN_MESSAGES = {"Diagnostic", "Fix", "Mission", "Resume", "Telemetry"}
