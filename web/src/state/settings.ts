@@ -1,6 +1,7 @@
 /** What the user has chosen in this browser, from visit to visit. */
 
 import { create } from "zustand";
+import { keep, replaceForbiddenStorage } from "./storage";
 
 export type ThemeName = "light" | "dark" | "contrast";
 export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
@@ -71,8 +72,9 @@ function stored(): Partial<Settings> {
   }
 }
 
-/** Read the settings, apply the theme, and store each change. To be called once, before anything is drawn. */
+/** Read the settings, apply the theme, and store each change. To be called once, before anything is drawn or stored. */
 export function startSettings(): void {
+  replaceForbiddenStorage();
   const applyTheme = () => (document.documentElement.dataset.theme = useSettings.getState().theme);
   const { shares, ...others } = stored();
   useSettings.setState({ theme: preferredTheme(), ...others, shares: { ...useSettings.getState().shares, ...shares } });
@@ -80,6 +82,6 @@ export function startSettings(): void {
   useSettings.subscribe((settings, before) => {
     // The stage is painted anew whenever the attribute is set.
     if (settings.theme !== before.theme) applyTheme();
-    localStorage.setItem(KEY, JSON.stringify(settings));
+    keep("localStorage", KEY, JSON.stringify(settings));
   });
 }
