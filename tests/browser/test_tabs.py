@@ -48,7 +48,7 @@ def visit(browser: Browser, url: str) -> Page:
 def site_tab(browser: Browser, folder: Path) -> Iterator[Page]:
     write_site(folder, site_files())
     with serving(folder) as site:
-        yield visit(browser, elsewhere(site.url))
+        yield visit(browser, elsewhere(site.url), lambda context: context.route("**/python.zip", lambda _: None))
 
 
 @contextmanager
