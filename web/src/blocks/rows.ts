@@ -72,8 +72,14 @@ function alterEditor(editor: EditorName, state: WorkspaceState): void {
   const [wanted] = (state as { blocks?: { blocks?: State[] } }).blocks?.blocks ?? [];
   const [hat] = workspace?.getBlocksByType(hatOf(editor)) ?? [];
   if (!hat || !wanted) return;
+  // Each text is measured once, and the workspace when all blocks are there.
+  Blockly.utils.dom.startTextWidthCache();
+  workspace!.setResizesEnabled(false);
   alter(hat, wanted);
   replaceRow(hat.nextConnection!, wanted.next?.block);
+  Blockly.renderManagement.triggerQueuedRenders(workspace);
+  workspace!.setResizesEnabled(true);
+  Blockly.utils.dom.stopTextWidthCache();
   noteEdit(editor);
 }
 
