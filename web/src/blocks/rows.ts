@@ -6,7 +6,7 @@ import { endEdit, record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { collectEdits, noteEdit } from "../words/compiling";
 import { hatOf } from "./definitions";
-import { emptyState, workspaceOf } from "./workspaces";
+import { drawAtOnce, emptyState, workspaceOf } from "./workspaces";
 
 type State = Blockly.serialization.blocks.State;
 
@@ -72,14 +72,10 @@ function alterEditor(editor: EditorName, state: WorkspaceState): void {
   const [wanted] = (state as { blocks?: { blocks?: State[] } }).blocks?.blocks ?? [];
   const [hat] = workspace?.getBlocksByType(hatOf(editor)) ?? [];
   if (!hat || !wanted) return;
-  // Each text is measured once, and the workspace when all blocks are there.
-  Blockly.utils.dom.startTextWidthCache();
-  workspace!.setResizesEnabled(false);
-  alter(hat, wanted);
-  replaceRow(hat.nextConnection!, wanted.next?.block);
-  Blockly.renderManagement.triggerQueuedRenders(workspace);
-  workspace!.setResizesEnabled(true);
-  Blockly.utils.dom.stopTextWidthCache();
+  drawAtOnce(workspace!, () => {
+    alter(hat, wanted);
+    replaceRow(hat.nextConnection!, wanted.next?.block);
+  });
   noteEdit(editor);
 }
 

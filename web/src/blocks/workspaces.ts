@@ -151,6 +151,16 @@ export function disposeWorkspace(editor: EditorName): void {
   live.delete(editor);
 }
 
+/** Make many blocks and draw them: each text is measured once, and the workspace when all blocks are there. */
+export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): void {
+  Blockly.utils.dom.startTextWidthCache();
+  workspace.setResizesEnabled(false);
+  make();
+  Blockly.renderManagement.triggerQueuedRenders(workspace);
+  workspace.setResizesEnabled(true);
+  Blockly.utils.dom.stopTextWidthCache();
+}
+
 /** Fill the editor; a state without the first block gets one. */
 export function fill(editor: EditorName, state: WorkspaceState): void {
   const workspace = live.get(editor)!;
@@ -158,7 +168,7 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   Blockly.Events.disable();
   workspace.clear();
   Blockly.Events.enable();
-  Blockly.serialization.workspaces.load(state, workspace);
+  drawAtOnce(workspace, () => Blockly.serialization.workspaces.load(state, workspace));
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
