@@ -158,7 +158,8 @@ export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): v
   make();
   Blockly.renderManagement.triggerQueuedRenders(workspace);
   workspace.setResizesEnabled(true);
-  Blockly.utils.dom.stopTextWidthCache();
+  // Blocks above and beside the new ones are drawn again in the next picture.
+  void Blockly.renderManagement.finishQueuedRenders().then(() => Blockly.utils.dom.stopTextWidthCache());
 }
 
 /** Fill the editor; a state without the first block gets one. */
