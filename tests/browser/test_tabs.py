@@ -7,6 +7,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, Playwright, expect
+from scripts.studio_process import project_link
 
 from motorcade.browser.site import site_files, write_site
 from motorcade.locales import catalogue
@@ -14,6 +15,7 @@ from support.browser_profiles import launched, storing
 from support.class_visits import Visit
 from support.running_studio import started, started_class
 from support.site_server import serving
+from support.studio_programs import EXAMPLE
 from support.waiting import wait_until
 
 TEXTS = catalogue("en")["page"]
@@ -36,10 +38,12 @@ def elsewhere(url: str) -> str:
     return url.replace(urlsplit(url).hostname or "", OTHER_HOST)
 
 
-def visit(browser: Browser, url: str) -> Page:
+def visit(browser: Browser, url: str, prepare: Callable[[BrowserContext], object] = lambda _: None) -> Page:
     """Open an address in a profile that has seen the tour."""
     kept = {"motorcade.language": "en", "motorcade.settings": '{"toured": true, "level": "words"}'}
-    page = browser.new_context(storage_state=storing(url, kept)).new_page()
+    context = browser.new_context(storage_state=storing(url, kept))
+    prepare(context)
+    page = context.new_page()
     page.goto(url)
     return page
 
@@ -144,19 +148,25 @@ def test_a_duplicated_tab_has_cars_of_its_own(tab) -> None:
 
 @pytest.mark.parametrize("tab", ["studio"], indirect=True)
 def test_blocks_are_pasted_in_another_tab_and_a_paste_of_nothing_says_what_to_do(tab) -> None:
-    other = another_tab(tab.context, tab.url)
-    blocks = other.locator("#leader-blocks .blocklyBlock")
-    other.locator("#leader-blocks .blocklyBlock").first.click()
-    other.keyboard.press("ControlOrMeta+v")
+    address = tab.url
+    paste_into(other := another_tab(tab.context, address))
     expect(other.get_by_role("log")).to_contain_text(TEXTS["clipboard"]["empty"])
-    before = blocks.count()
-    tab.get_by_role("treeitem", name=TEXTS["drawers"]["move"]).first.click()
-    tab.get_by_role("option").first.click()
+    tab.evaluate("link => { location.hash = new URL(link).hash }", project_link(address, EXAMPLE))
+    expect(blocks_of(tab)).to_have_count(3)
+    # The block's own outline, below its icon.
+    blocks_of(tab).last.locator(":scope > .blocklyPath").click(position={"x": 4, "y": 20})
     tab.keyboard.press("ControlOrMeta+c")
-    other.keyboard.press("ControlOrMeta+v")
-    expect(blocks).to_have_count(before + 1)
+    paste_into(other)
+    expect(blocks_of(other)).to_have_count(2)
     # A tab that is opened afterwards has them too.
-    third = another_tab(tab.context, tab.url)
-    third.locator("#leader-blocks .blocklyBlock").first.click()
-    third.keyboard.press("ControlOrMeta+v")
-    expect(third.locator("#leader-blocks .blocklyBlock")).to_have_count(before + 1)
+    paste_into(third := another_tab(tab.context, address))
+    expect(blocks_of(third)).to_have_count(2)
+
+
+def blocks_of(page: Page) -> Locator:
+    return page.locator("#leader-blocks .blocklyBlockCanvas .blocklyBlock")
+
+
+def paste_into(page: Page) -> None:
+    blocks_of(page).first.locator(":scope > .blocklyPath").click(position={"x": 4, "y": 20})
+    page.keyboard.press("ControlOrMeta+v")

@@ -1,6 +1,6 @@
 import { afterEach, expect, it, vi } from "vitest";
 import { useStudio } from "../state/studio";
-import { LastingStream, post } from "./connection";
+import { LastingStream, openSocket, post, useSockets } from "./connection";
 import { HttpService } from "./http";
 import { RefusedError, type StreamListeners, UnreachableError } from "./service";
 
@@ -38,6 +38,30 @@ it("a stream whose server answered again is soon back the next time too", () => 
   opened.at(-1)!.onClose();
   vi.advanceTimersByTime(1.25 * 500);
   expect(opened).toHaveLength(7);
+});
+
+it("a page says when the network lets requests through and no WebSocket, until one opens", async () => {
+  vi.useFakeTimers();
+  const sockets: EventTarget[] = [];
+  class Socket extends EventTarget {
+    constructor() {
+      super();
+      sockets.push(this);
+    }
+    close(): void {
+      this.dispatchEvent(new Event("close"));
+    }
+  }
+  vi.stubGlobal("WebSocket", Socket);
+  vi.stubGlobal("fetch", () => Promise.resolve(new Response("")));
+  new LastingStream((listeners) => openSocket("/api/world", listeners), { onAnswer: vi.fn() }).reopen();
+  await vi.advanceTimersByTimeAsync(6000);
+  expect(useSockets.getState().blocked).toBe(true);
+  // A socket that nobody answers is given up, and another one is tried.
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(sockets).toHaveLength(2);
+  sockets[1]!.dispatchEvent(new Event("open"));
+  expect(useSockets.getState().blocked).toBe(false);
 });
 
 it("a page whose server is gone asks for it, later each time, until it is back", async () => {

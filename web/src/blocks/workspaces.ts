@@ -3,6 +3,7 @@
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
+import { notify } from "../state/dialogs";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { hatOf, toolboxOf } from "./definitions";
@@ -169,7 +170,14 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   Blockly.Events.disable();
   workspace.clear();
   Blockly.Events.enable();
-  drawAtOnce(workspace, () => Blockly.serialization.workspaces.load(state, workspace));
+  drawAtOnce(workspace, () => {
+    try {
+      Blockly.serialization.workspaces.load(state, workspace);
+    } catch (error) {
+      console.warn("These blocks are damaged:", error);
+      notify(i18next.t("project.damaged"), "error");
+    }
+  });
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }

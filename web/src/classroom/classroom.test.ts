@@ -162,6 +162,7 @@ describe("a stream", () => {
     wake();
     expect(Socket.opened.map(({ closed }) => closed)).toEqual([true, false]);
     expect(links).toEqual([true]);
+    Socket.opened[1]!.dispatchEvent(new Event("open"));
     vi.advanceTimersByTime(20_000);
     expect(Socket.opened).toHaveLength(2);
   });

@@ -82,7 +82,7 @@ export class Session {
   /** Connect, and send each change of the program and the mat. */
   open(): void {
     // Where the world ends with its page, a reloaded page begins the same run again.
-    useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) });
+    useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) || 0 });
     this.unsubscribe = endAll(
       useMat.subscribe(({ seed, chosen }, before) => {
         if (seed !== before.seed) keep("sessionStorage", SEED_KEY, String(seed));

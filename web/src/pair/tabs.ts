@@ -52,6 +52,15 @@ function holdLock(name: string, options: LockOptions, onEnd: () => void = () => 
 /** To wait so long for a lock; 0: not at all. */
 const patience = (ms: number): LockOptions => (ms ? { signal: AbortSignal.timeout(ms) } : { ifAvailable: true });
 
+/** What lies under a key; null where that is nothing, or damaged. */
+function storedAt(key: string): unknown {
+  try {
+    return JSON.parse(localStorage.getItem(KEY + key) ?? "null");
+  } catch {
+    return null;
+  }
+}
+
 class Tabs implements SharedWindows {
   private readonly me = uniqueName();
   private readonly channel: BroadcastChannel | null;
@@ -105,7 +114,7 @@ class Tabs implements SharedWindows {
   }
 
   private stored(each: EditorName): PairProject | null {
-    return JSON.parse(localStorage.getItem(`${KEY}${this.id}.${each}`) ?? "null") as PairProject | null;
+    return storedAt(`${this.id}.${each}`) as PairProject | null;
   }
 
   private view(): PairView {
@@ -259,7 +268,7 @@ export async function openSecondWindow(): Promise<boolean> {
 
 /** Come into the pair of another tab, or back into it after a reload: take the windows of before, the followers', or else the one that is free. */
 export async function comeIn(id: string, isNew: boolean): Promise<void> {
-  const name = JSON.parse(localStorage.getItem(KEY + id) ?? "null") as string | null;
+  const name = storedAt(id) as string | null;
   if (name === null || !canShare()) {
     rememberPair(null);
     if (name === null) notify(i18next.t("share.damaged"), "error");

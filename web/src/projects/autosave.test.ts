@@ -11,7 +11,7 @@ describe("the stored work", () => {
     expect(stored).toMatchObject({ name: "三", leader: { blocks: {} }, parkedFollowers: { blocks: { a: 1 } }, at: 5 });
   });
 
-  it.each([null, "", "{", "[]", "7", '{"leader": 1}', '{"leader": {}, "followers": [], "profile": "c", "at": 1}'])(
+  it.each([null, "", "{", "[]", "7", '{"leader": 1}', '{"leader": {}, "followers": [], "profile": "c", "at": 1}', '{"leader": {}, "followers": null, "profile": "c", "at": 1, "mat": 5}'])(
     "is left alone where it is %s",
     (text) => expect(parseWork(text)).toBeNull(),
   );

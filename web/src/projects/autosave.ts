@@ -61,6 +61,8 @@ export function parseWork(text: string | null): StoredWork | null {
     isObject(stored) &&
     isObject(stored.leader) &&
     (stored.followers === null || isObject(stored.followers)) &&
+    [stored.mat ?? {}, stored.attempts ?? {}, stored.kept ?? {}, stored.parkedFollowers ?? {}].every(isObject) &&
+    typeof (stored.name ?? "") === "string" &&
     typeof stored.profile === "string" &&
     typeof stored.at === "number";
   return whole ? (stored as StoredWork) : null;
