@@ -1,4 +1,4 @@
-"""What browsers and networks forbid: storage, WebAssembly, WebSockets. No work is lost, and a sentence says what to do."""
+"""What browsers and networks forbid: storage, WebAssembly, WebSockets. No work is lost; a sentence says what to do."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,9 +9,10 @@ from playwright.sync_api import Browser, Page, Playwright, expect
 from motorcade.locales import catalogue
 from support.browser_profiles import launched, storing
 from support.running_studio import started_class
+from support.waiting import wait_until
 
 PAGE_TEXTS = catalogue("en")["page"]
-NO_ROOM = """Storage.prototype.setItem = () => { throw new DOMException("The quota has been exceeded.", "QuotaExceededError") }"""
+NO_ROOM = """Storage.prototype.setItem = () => { throw new DOMException("It is full.", "QuotaExceededError") }"""
 FORBIDDEN = """for (const name of ["localStorage", "sessionStorage"]) Object.defineProperty(window, name, {
     get() { throw new DOMException("The operation is insecure.", "SecurityError") }
 }); window.BroadcastChannel = function () { throw new DOMException("", "SecurityError") }"""
@@ -20,7 +21,7 @@ REFUSED = """window.WebSocket = class extends EventTarget {
     constructor() { super(); setTimeout(() => this.dispatchEvent(new CloseEvent("close"))) }
     close() {}
 }"""
-SWALLOWED = REFUSED.replace("setTimeout(() => this.dispatchEvent(new CloseEvent('close')))", "")
+SWALLOWED = "window.WebSocket = class extends EventTarget { close() {} }"
 
 
 @pytest.fixture
@@ -52,8 +53,10 @@ def asks_who_leaves(page: Page) -> bool:
     """Whether the browser asks before it closes the page."""
     asked: list[str] = []
     page.on("dialog", lambda dialog: (asked.append(dialog.type), dialog.dismiss()))
+    other = page.context.new_page()
     page.close(run_before_unload=True)
-    page.wait_for_timeout(500)
+    # A call lets Playwright hear what has happened.
+    wait_until(lambda: other.title() == "" and (asked or page.is_closed()))
     return asked == ["beforeunload"]
 
 
@@ -75,6 +78,7 @@ def test_who_leaves_work_that_the_browser_cant_store_is_asked(open_with, studio_
 
 def test_who_leaves_stored_work_is_not_asked(open_with, studio_of_server) -> None:
     page = open_with(studio_of_server.url, "")
+    expect(page.locator("#leader-blocks .blocklyBlock").first).to_be_visible()
     page.get_by_role("textbox", name=PAGE_TEXTS["project"]["name"]).fill("Stored")
     expect(page.get_by_text(PAGE_TEXTS["project"]["unsaved"], exact=True)).to_be_visible()
     assert not asks_who_leaves(page)
@@ -95,7 +99,7 @@ def test_a_studio_without_websockets_says_so(open_with, studio_of_server, script
 
 
 def test_a_site_without_webassembly_says_so(playwright: Playwright, chromium_path: Path, studio_of_site) -> None:
-    with launched(playwright, chromium_path, "--disable-gpu", "--js-flags=--noexpose-wasm") as browser:
+    with launched(playwright, chromium_path, "--disable-gpu", "--js-flags=--jitless") as browser:
         page = browser.new_page(locale="en")
         page.goto(studio_of_site.url)
         assert page.evaluate("typeof WebAssembly") == "undefined"

@@ -1,6 +1,6 @@
 import { afterEach, expect, it, vi } from "vitest";
 import { useStudio } from "../state/studio";
-import { LastingStream, openSocket, post, useSockets } from "./connection";
+import { LastingStream, post } from "./connection";
 import { HttpService } from "./http";
 import { RefusedError, type StreamListeners, UnreachableError } from "./service";
 
@@ -41,6 +41,8 @@ it("a stream whose server answered again is soon back the next time too", () => 
 });
 
 it("a page says when the network lets requests through and no WebSocket, until one opens", async () => {
+  vi.resetModules();
+  const { LastingStream, openSocket, useSockets } = await import("./connection");
   vi.useFakeTimers();
   const sockets: EventTarget[] = [];
   class Socket extends EventTarget {
