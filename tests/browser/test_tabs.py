@@ -154,7 +154,7 @@ def test_blocks_are_pasted_in_another_tab_and_a_paste_of_nothing_says_what_to_do
     tab.evaluate("link => { location.hash = new URL(link).hash }", project_link(address, EXAMPLE))
     expect(blocks_of(tab)).to_have_count(3)
     # The block's own outline, below its icon.
-    blocks_of(tab).last.locator(":scope > .blocklyPath").first.click(position={"x": 4, "y": 20})
+    blocks_of(tab).last.locator(":scope > .blocklyPath").first.click(position={"x": 4, "y": 20}, force=True)
     tab.keyboard.press("ControlOrMeta+c")
     paste_into(other)
     expect(blocks_of(other)).to_have_count(2)
@@ -168,5 +168,5 @@ def blocks_of(page: Page) -> Locator:
 
 
 def paste_into(page: Page) -> None:
-    blocks_of(page).first.locator(":scope > .blocklyPath").first.click(position={"x": 4, "y": 20})
+    blocks_of(page).first.locator(":scope > .blocklyPath").first.click(position={"x": 4, "y": 20}, force=True)
     page.keyboard.press("ControlOrMeta+v")
