@@ -9,9 +9,5 @@ const { textIn } = plainTexts<Texts>(languages);
 
 export function SocketNotice({ language }: { language: string }) {
   const blocked = useSockets((state) => state.blocked);
-  return (
-    <div role="alert">
-      {blocked && <p className={areas.warning}>{textIn(language, "noSockets", { host: location.host })}</p>}
-    </div>
-  );
+  return blocked && <p role="alert" className={areas.warning}>{textIn(language, "noSockets", { host: location.host })}</p>;
 }
