@@ -73,11 +73,11 @@ def test_a_project_names_its_profile_so_the_option_may_name_no_other(tmp_path):
 
 def test_simulate_drives_on_a_mat_and_records_the_run(tmp_path):
     recording = tmp_path / "run.mcap"
-    ran = run("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording)
+    ran = run("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording, "--json")
     told = json.loads(ran.out)
     assert len(told["cars"]) > 6
     assert told["counts"]["frames"] > 0
-    lines = run("replay", recording).out.splitlines()
+    lines = run("replay", recording, "--json").out.splitlines()
     assert json.loads(lines[0])["mat"]["name"] != "open table"
 
 

@@ -64,7 +64,7 @@ def test_missions_lists_each_with_its_path_order_and_stars():
     assert all(
         {*each} == {"id", "name", "path", "order", "stars", "shortest"} and each["stars"] == 3 for each in listed
     )
-    assert json.loads(run("missions", "--language", "zh").out)[0]["name"] != listed[0]["name"]
+    assert json.loads(run("missions", "--language", "zh", "--json").out)[0]["name"] != listed[0]["name"]
     shown = run("missions", stdout=Terminal()).out
     assert [each["id"] for each in listed if each["id"] not in shown] == []
     assert ("–" in shown, "None" in shown) == (any(each["shortest"] is None for each in listed), False)
@@ -93,11 +93,11 @@ def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
 
 def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
     standing = project(tmp_path, {"wait": {"seconds": 1}})
-    ran = run("check", mission, standing, "--language", "zh")
+    ran = run("check", mission, standing, "--language", "zh", "--json")
     assert ran.code == 1
     assert json.loads(ran.out)["goals"][1]["why"].startswith("小车 在")
     forbidden = project(tmp_path, FORWARD, {"led": {"which": 0, "seconds": 1}})
-    ran = run("check", mission, forbidden)
+    ran = run("check", mission, forbidden, "--json")
     assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (
         1,
         "the program uses light; allowed are driving, waiting",
@@ -125,7 +125,7 @@ def test_check_takes_images_and_python_text_and_never_executes_it(mission, tmp_p
     text.write_text("from motorcade import *\nprogram = Program([forward(3)])\nif __name__ == '__main__':\n    1 / 0\n")
     run("compile", project(tmp_path, FORWARD), "-o", image)
     for program in (text, image):
-        assert json.loads(run("check", mission, program).out)["stars"] == 2
+        assert json.loads(run("check", mission, program, "--json").out)["stars"] == 2
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_search_saves_the_best_programs_and_a_picture_of_its_archive(mission, tm
     assert (ran.code, found["shortest"]) == (0, 1)
     assert found["best"][0]["grade"] == 1
     assert (folder / "archive.png").stat().st_size > 3000
-    checked = json.loads(run("check", mission, found["best"][0]["file"]).out)
+    checked = json.loads(run("check", mission, found["best"][0]["file"], "--json").out)
     assert (checked["stars"], checked["grade"]) == (2, 1)
     again = run("search", mission, "--runs", 100, "--output", folder, "--seed", 1)
     assert (again.code, "--seed" in again.err) == (2, True)
@@ -178,7 +178,7 @@ def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission,
         (folder / name).write_text(text, encoding="utf-8")
     (folder.parent / "photo.png").write_bytes(b"\x89PNG" + bytes(500))
     for language, stars in (("zh", "星星"), ("en", "Stars")):
-        ran = run("check", mission, folder.parent, "--language", language)
+        ran = run("check", mission, folder.parent, "--language", language, "--json")
         assert ran.code == 1
         told = json.loads(ran.out)
         page, table = Path(told["page"]), Path(told["table"])
@@ -208,7 +208,7 @@ def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(missi
     near = json.dumps({"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]})
     (folder / "cut").write_text(near[:40], encoding="utf-8")
     (folder / "near").write_text(near, encoding="utf-8")
-    cut, lost = json.loads(run("check", mission, folder).out)["files"]
+    cut, lost = json.loads(run("check", mission, folder, "--json").out)["files"]
     (why, *_) = [goal["why"] for goal in lost["goals"] if not goal["met"]]
     shown = run("check", mission, folder, stdout=Terminal()).out.splitlines()
     for name, reason in (("cut", cut["problem"]), ("near", why)):

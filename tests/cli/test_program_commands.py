@@ -59,7 +59,7 @@ def test_compile_says_that_words_are_tagged(project):
 
 
 def test_an_error_has_code_severity_message_path_and_id(project):
-    ran = run("compile", project(document(DRIVE, {**HALF, "id": "block-7"})))
+    ran = run("compile", project(document(DRIVE, {**HALF, "id": "block-7"})), "--json")
     assert ran.code == 1
     printed = json.loads(ran.out)
     assert printed["words"] == []
@@ -72,7 +72,7 @@ def test_an_error_has_code_severity_message_path_and_id(project):
 
 def test_a_warning_stops_nothing(project, tmp_path):
     output = tmp_path / "empty.image"
-    ran = run("compile", project(document()), "-o", output)
+    ran = run("compile", project(document()), "-o", output, "--json")
     assert ran.code == 0
     (diagnostic,) = json.loads(ran.out)["diagnostics"]
     assert (diagnostic["code"], diagnostic["severity"]) == ("empty-program", "warning")
@@ -86,17 +86,17 @@ def test_a_project_that_windows_notepad_saved_compiles(project):
 
 def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, monkeypatch):
     path = project(document({**DRIVE, "accept_ir": True}))
-    asked = run("compile", path, "--language", "zh")
+    asked = run("compile", path, "--language", "zh", "--json")
     assert asked.code == 1
     # The sentence is seed 000's, c1 2.1.1.
     assert "无法设置主机接受红外信息" in json.loads(asked.out)["diagnostics"][0]["message"]
     assert "错误 leader-accepts-ir: 无法设置主机接受红外信息" in only_line(asked.err)
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    assert run("compile", path) == asked
+    assert run("compile", path, "--json") == asked
     for name in ("LC_ALL", "LC_MESSAGES", "LANG"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(locale, "getlocale", lambda *category: ("zh_CN", "UTF-8"))
-    assert run("compile", path) == asked
+    assert run("compile", path, "--json") == asked
     assert "错误 leader-accepts-ir" in only_line(run("simulate", path).err)
     assert "A leader can't" in only_line(run("compile", path, "--language", "en").err)
 
@@ -104,7 +104,7 @@ def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, m
 def test_json_comes_whatever_the_output_can_encode(project):
     path = project(document({**DRIVE, "accept_ir": True, "id": "方块"}))
     narrow = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-    command = [INSTALLED, "compile", str(path), "--language", "zh"]
+    command = [INSTALLED, "compile", str(path), "--language", "zh", "--json"]
     ran = subprocess.run(command, env=narrow, capture_output=True, timeout=DEADLINE_S, check=False)
     assert ran.returncode == 1
     assert b"Traceback" not in ran.stderr
@@ -127,7 +127,7 @@ def test_a_bad_project_gets_one_diagnostic_and_exit_code_1_and_leaves_the_old_im
     content, code, path = BAD[name]
     output = tmp_path / "old.image"
     output.write_bytes(b"kept")
-    ran = run("compile", project(content), "-o", output)
+    ran = run("compile", project(content), "-o", output, "--json")
     assert (ran.code, output.read_bytes()) == (1, b"kept")
     (diagnostic,) = json.loads(ran.out)["diagnostics"]
     assert (diagnostic["code"], diagnostic["severity"], diagnostic["path"]) == (code, "error", path)

@@ -145,7 +145,7 @@ def _neutral(
 def _wiring(
     pins: Annotated[Path, typer.Argument(metavar="PINS", exists=True, dir_okay=False)],
     output: options.OptionalOutput = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
     from motorcade.config.pins import load_pins

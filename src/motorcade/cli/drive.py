@@ -186,7 +186,7 @@ def _send(
     telemetry_port: TelemetryPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.drive.blocking_client import BlockingDriveClient
 
@@ -214,7 +214,7 @@ def _keys(
     driver: list[str] | None = None,
     revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
-from motorcade.cli.output import print_diagnostics, wants_json
+from motorcade.cli.output import print_diagnostics
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -19,12 +19,21 @@ DEFAULT_PROFILE = "classroom"
 _MOST_OF_A_NUMBER = 80
 # A list of cars in the folder where a command runs is read without being named.
 _USUAL_LIST = Path("cars.toml")
+# In what a command shares with those below it: present where --json is given.
+_JSON = "motorcade.json"
 # The least time for which a command listens for announcements of cars.
 _LISTEN_S = 1.5
 
-# Whether to print JSON: where it is asked for; or also where no terminal shows what is printed.
-Json = Annotated[bool, typer.Option("--json")]
-JsonInPipes = Annotated[bool, typer.Option("--json", callback=wants_json)]
+
+def wants_json(context: typer.Context, is_given: bool) -> bool:
+    """Return whether --json is given, to this command or to one above it."""
+    if is_given:
+        context.meta[_JSON] = True
+    return _JSON in context.meta
+
+
+# Whether to print JSON. Everything else that commands print is for people, in pipes too.
+Json = Annotated[bool, typer.Option("--json", callback=wants_json)]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 SourceArgument = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]

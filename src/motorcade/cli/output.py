@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from motorcade.program.diagnostics import Diagnostic
 
+# Of a line in characters: wider than any table.
+_UNBROKEN_WIDTH = 10_000
 # That of --language, empty for none; all threads print notes in it.
 _requested = ""
 
@@ -51,9 +53,9 @@ def translated(key: str, **details: Any) -> str:
     return text("command_line", key, details, current_language())
 
 
-def wants_json(as_json: bool) -> bool:
-    """Return whether to print JSON: --json is given, or standard output is no terminal."""
-    return as_json or sys.stdout is None or not sys.stdout.isatty()
+def is_shown_on_terminal() -> bool:
+    """Return whether standard output is a terminal, and no pipe or file."""
+    return sys.stdout is not None and sys.stdout.isatty()
 
 
 def print_json(data: Any) -> None:
@@ -69,7 +71,7 @@ def make_table(
     unbroken: Collection[str] = (),
     **style: Any,
 ) -> "Table":
-    """Make a table whose headings are the texts "column-…" of the catalogue.
+    """Make a table whose headings are the texts "column-…" of the catalogue. Only a terminal gets frames.
 
     Args:
         columns: the names of the headings.
@@ -81,6 +83,8 @@ def make_table(
     from rich.table import Table
     from rich.text import Text
 
+    if not is_shown_on_terminal():
+        style |= {"box": None, "pad_edge": False}
     table = Table(title_justify="left", caption_justify="left", **style)
     for name in columns:
         heading = translated(f"column-{name}")
@@ -92,13 +96,13 @@ def make_table(
 
 
 def print_table(table: "RenderableType") -> None:
-    """Print what Rich draws on standard output."""
+    """Print what Rich draws on standard output; into a pipe or file without colours, and no line of it is broken."""
     from rich.console import Console
 
-    console = Console()
+    console = Console() if is_shown_on_terminal() else Console(width=_UNBROKEN_WIDTH, color_system=None)
     with console.capture() as drawn:
         console.print(table)
-    print_lines([drawn.get().removesuffix("\n")])
+    print_lines(line.rstrip() for line in drawn.get().removesuffix("\n").split("\n"))
 
 
 class Rows(NamedTuple):

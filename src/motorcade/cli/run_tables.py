@@ -9,7 +9,7 @@ from rich.console import Console, Group
 from rich.table import Table
 
 from motorcade.cli.console import words_table
-from motorcade.cli.output import make_table, print_diagnostics, translated
+from motorcade.cli.output import make_table, print_diagnostics, print_lines, print_table, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
 from motorcade.mats import Mat
@@ -129,14 +129,14 @@ def show(
         ProgramError: the program has errors; its text says which and where.
         MotorcadeError: the run can't be simulated, or the picture can't be written.
     """
-    console = Console()
     compiled = compile_program(program)
-    print_diagnostics(compiled.diagnostics, console)
+    print_diagnostics(compiled.diagnostics, Console())
     profile = built_in_profile(program.profile)
-    console.print(words_table(compiled.words, profile) if compiled.words else "")
+    if compiled.words:
+        print_table(words_table(compiled.words, profile))
     record = [picture] if picture else []
     run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
-    console.print(run_tables(run))
+    print_table(run_tables(run))
     if picture:
-        console.print(translated("run-is-drawn", picture=picture))
+        print_lines([translated("run-is-drawn", picture=picture)])
     return run

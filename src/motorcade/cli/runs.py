@@ -23,7 +23,7 @@ from motorcade.cli.output import (
     print_table,
     translated,
 )
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 # The exit code of a sweep that Ctrl-C ended.
 _STOPPED = 130
+# Kinds of events that come many times a second.
+_ON_THE_AIR = ("frame", "heard")
 
 app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
@@ -50,7 +52,7 @@ def _simulate(
     mat: Path | None = None,
     record: list[Path] | None = None,
     profile: options.ImageProfile = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     image, chosen = options.image_for(source, profile)
     if math.isnan(seconds):
@@ -82,12 +84,12 @@ def _simulate(
 
 
 @app.command("replay")
-def _replay(run: RunFile) -> None:
+def _replay(run: RunFile, as_json: options.Json = False) -> None:
     with needs_extra("replaying", "runs"):
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
-        print_lines(_lines(recording))
+        print_lines(_json_lines(recording) if as_json else _text_lines(recording))
     print_problem(recording.damage)
 
 
@@ -106,7 +108,26 @@ def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: optio
     print_problem(recording.damage)
 
 
-def _lines(recording: "Recording") -> Iterator[str]:
+def _text_lines(recording: "Recording") -> Iterator[str]:
+    """Yield what the cars did as sentences, a line an event; frames and moments are left out."""
+    from motorcade.cli.console import describe_control
+    from motorcade.runs.recording import events_as_dicts
+
+    about = recording.about
+    yield translated("replay-begins", cars=about.cars, seconds=recording.last_ms / 1000, mat=about.mat.name)
+    for batch in recording.events():
+        for event in events_as_dicts(batch):
+            kind = event["kind"]
+            if kind in _ON_THE_AIR:
+                continue
+            does = describe_control(event["word"], about.profile) if kind in ("state", "start") else ""
+            detail = event["why"] if kind == "lost" else event["other"]
+            sentence = translated(f"car-{kind}", does=does, detail=detail)
+            car = Phrase("car-number", number=event["car"]).sentence(current_language())
+            yield f"{event['t_ms'] / 1000:9.3f} s  {car}: {sentence}"
+
+
+def _json_lines(recording: "Recording") -> Iterator[str]:
     """Yield the run's description, then its moments and events in order of time, each as JSON."""
     from motorcade.runs.recording import events_as_dicts, with_tag
 
@@ -124,7 +145,7 @@ def _sweep(
     jobs: options.Jobs = 0,
     scheduler: str = "",
     capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
@@ -156,7 +177,7 @@ def _verify(
     capsule: Annotated[Path, typer.Argument(metavar="CAPSULE.zip", exists=True, dir_okay=False, readable=True)],
     sample: Annotated[int | None, typer.Option(min=1)] = None,
     jobs: options.Jobs = 0,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
