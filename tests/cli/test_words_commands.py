@@ -16,7 +16,7 @@ from motorcade.__main__ import main
 from motorcade.cli.output import print_problem
 from motorcade.config import profile
 from motorcade.errors import MotorcadeError
-from motorcade.words.formats import CONTROL
+from motorcade.words.formats import CONTROL, FORMATS
 from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
 from support.waiting import DEADLINE_S
 
@@ -71,6 +71,7 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
     assert (ran.code, ran.err, ran.out.strip()) == (0, "", shown.out.strip())
     assert [command for command in COMMANDS if f" {command} " not in shown.out] == []
     own = run("encode", "--help")
+    assert [word_format.name for word_format in FORMATS if word_format.name not in own.out] == []
     assert (own.code, own.err, " encode [OPTIONS]" in own.out) == (0, "", True)
 
 

@@ -124,6 +124,9 @@ def _translate_help(command: Any, path: str, has_frames: bool) -> None:
     """Give a command and those below it the texts "COMMAND" and "COMMAND.PARAMETER", or ".PARAMETER" for all."""
     if not has_frames:
         command.rich_markup_mode = None
+    from motorcade.words.formats import FORMATS
+
+    lists = {"languages": " / ".join(languages()), "formats": ", ".join(word_format.name for word_format in FORMATS)}
     known = catalogue(FIRST)["help"]
     command.help = text("help", path or "motorcade", {}, current_language())
     option = command.get_help_option(typer.Context(command, help_option_names=list(_HELP_OPTIONS)))
@@ -131,7 +134,7 @@ def _translate_help(command: Any, path: str, has_frames: bool) -> None:
     for parameter in command.params:
         key = next((key for key in (f"{path}.{parameter.name}", f".{parameter.name}") if key in known), None)
         if key:
-            parameter.help = text("help", key, {"languages": " / ".join(languages())}, current_language())
+            parameter.help = text("help", key, lists, current_language())
     for name, each in getattr(command, "commands", {}).items():
         _translate_help(each, f"{path} {name}".lstrip(), has_frames)
 
