@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from support.command_line import INSTALLED, PARADE, Terminal, refusal, run
+from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 from support.waiting import DEADLINE_S
 
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
@@ -82,6 +82,31 @@ def test_a_warning_stops_nothing(project, tmp_path):
 
 def test_a_project_that_windows_notepad_saved_compiles(project):
     assert run("compile", project("\ufeff" + json.dumps(document(DRIVE)).replace("{", "{\r\n"))).code == 0
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_what_powershell_writes_is_read(tmp_path, encoding):
+    """Its '>' writes UTF-16 with a byte-order mark."""
+    texts = {
+        "a.motorcade.json": json.dumps(document(DRIVE)),
+        "a.py": "from motorcade import Program, forward\nprogram = Program([forward(1)])\n",
+        "mat.toml": 'format = "motorcade-mat/1"\nname = "M"\n[[car]]\nat_m = [0, 0]\nrole = "leader"\n',
+    }
+    mark = b"\xfe\xff" if encoding == "utf-16-be" else b""
+    for name, text in texts.items():
+        (tmp_path / name).write_bytes(mark + text.encode(encoding))
+    for name in ("a.motorcade.json", "a.py"):
+        assert data("compile", tmp_path / name)["leader_states"] == 1
+        assert data("simulate", tmp_path / name, "--mat", tmp_path / "mat.toml", "--seconds", "0.1")["cars"]
+
+
+def test_decompile_writes_its_project_into_a_file(tmp_path):
+    image, project, text = (tmp_path / name for name in ("a.image", "a.motorcade.json", "a.py"))
+    run("compile", PARADE, "-o", image)
+    for options in ((project,), (text, "--python")):
+        assert run("decompile", image, "-o", *options).code == 0
+        assert data("compile", options[0])["words"] == data("compile", PARADE)["words"]
+    assert "is what is being read" in refusal(2, "decompile", image, "-o", image)
 
 
 def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, monkeypatch):

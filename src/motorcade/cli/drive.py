@@ -112,7 +112,7 @@ def _serve(
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = options.image_for(program, profile) if program else (bytes(4), chosen)
-            car, pictures = _open_simulated(resources, chosen, mat, image, measured)
+            car, pictures = _open_simulated(resources, chosen, mat, program, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
@@ -140,16 +140,25 @@ def _noting(notes: "deque[Note]") -> "Observer":
 
 
 def _open_simulated(
-    resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes, battery: "BatteryFile | None"
+    resources: ExitStack,
+    profile: "Profile",
+    mat: Path | None,
+    program: Path | None,
+    image: bytes,
+    battery: "BatteryFile | None",
 ) -> "tuple[DriveBoard, Source | None]":
-    """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
+    """Start a simulated world: on the mat, or the program's own, or else a playground.
+
+    Returns its first car and that car's pictures; closing ``resources`` ends the world.
+    """
     with needs_extra("simulated-car", "world"):
         import motorcade.engine.webassembly  # noqa: F401
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
         from motorcade.mats import check_mat, playground, read_mat
 
-    place = read_mat(mat) if mat else playground()
+    own = options.own_world(program).mat if program else None
+    place = read_mat(mat) if mat else own or playground()
     check_mat(place, profile)
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import Jobs, Json, NumberOption, write_file
+from motorcade.cli.options import Jobs, Json, NumberOption, own_world, write_file
 from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
@@ -198,6 +198,10 @@ def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
         result = _result(mission, program)
     except (MotorcadeError, OSError) as problem:
         raise MotorcadeError("mission-program-not-valid", file=program, reason=problem) from None
+    if Path(program).is_file():
+        own = own_world(Path(program)).mat
+        if own and own != mission.mat:
+            print_note(translated("own-mat-not-checked", file=program, mat=own.name))
     for note in mission.beside_mat():
         print_note(note.sentence(language))
     rows = [

@@ -5,7 +5,7 @@ import heapq
 import json
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,9 +68,18 @@ def _simulate(
         from motorcade.runs.running import simulate
         from motorcade.words.image import parse_image_bytes
 
+        own = options.own_world(source)
+        if mat:
+            place = read_mat(mat)
+        elif own.mat and followers is not None:
+            print_note(translated("own-mat-not-used", mat=own.mat.name))
+            place = None
+        else:
+            place = own.mat
+        if own.range_mm and place is own.mat:
+            chosen = dataclasses.replace(chosen, infrared=dataclasses.replace(chosen.infrared, range_mm=own.range_mm))
         if followers is None:
             followers = 5 if parse_image_bytes(image).followers else 0
-        place = read_mat(mat) if mat else None
         drawings = [path for path in files if path.suffix.lower() != DATA_ENDING]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
@@ -84,12 +93,16 @@ def _simulate(
 
 
 @app.command("replay")
-def _replay(run: RunFile, as_json: options.Json = False) -> None:
+def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: options.Json = False) -> None:
     with needs_extra("replaying", "runs"):
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
-        print_lines(_json_lines(recording) if as_json else _text_lines(recording))
+        lines = _json_lines(recording) if as_json else _text_lines(recording)
+        if output:
+            options.write_file(output, "".join(f"{line}\n" for line in lines).encode(), run)
+        else:
+            print_lines(lines)
     print_problem(recording.damage)
 
 
@@ -200,8 +213,14 @@ def _plan(spec: Path, with_digests: bool) -> "Plan":
     from motorcade.experiments.plan import Plan
     from motorcade.experiments.spec import read_sweep
 
+    def has_own_mat(program: Path) -> bool:
+        # A program that can't be read gets its own sentence when it is compiled.
+        with suppress(MotorcadeError, OSError):
+            return options.own_world(program).mat is not None
+        return False
+
     try:
-        wanted = read_sweep(spec)
+        wanted = read_sweep(spec, lambda program: has_own_mat(spec.parent / program))
     except MotorcadeError as problem:
         raise MotorcadeError("sweep-not-valid", reason=problem) from None
     programs = [_program(spec, index, wanted) for index in range(len(wanted.programs))]

@@ -119,6 +119,7 @@ def _decompile(
     image: options.ExistingFile,
     profile: str = "classroom",
     python: Annotated[bool, typer.Option("--python")] = False,
+    output: options.OptionalOutput = None,
     as_json: options.Json = False,
 ) -> None:
     from motorcade.program.decompiler import decompile
@@ -127,7 +128,11 @@ def _decompile(
 
     options.exclude_each_other(python=python, json=as_json)
     program = decompile(words_in(image), options.profile_named(profile))
-    print_lines([(python_text(program) if python else program.as_json()).removesuffix("\n")])
+    text = python_text(program) if python else program.as_json()
+    if output:
+        options.write_file(output, text.encode(), image)
+    else:
+        print_lines([text.removesuffix("\n")])
 
 
 @app.command("inspect")

@@ -1,5 +1,6 @@
 """Read the text of files that people write, replace files whole, and say why that was not possible."""
 
+import codecs
 import errno
 import json
 import os
@@ -19,6 +20,7 @@ Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
 _LONGEST_KEY = 40
+_UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
 _TOML_TOKENS = re.compile(
     r"""\"{3}(?:[^\\]|\\.)*?\"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\#[^\n]*|[\[\]{}\n]""", re.DOTALL
@@ -57,11 +59,16 @@ def raised_as(
         raise MotorcadeError(code, **details, reason=problem) from None
 
 
+def decoded(data: bytes) -> str:
+    """Return the text in a file's bytes: UTF-8, or UTF-16 with its mark, as PowerShell writes. Raises UnicodeError."""
+    return data.decode("utf-16" if data[:2] in _UTF_16_MARKS else "utf-8-sig")
+
+
 def read_text(path: Path, file: str | Phrase) -> str:
-    """Return the UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
+    """Return the text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
+        return decoded(path.read_bytes()).replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeError:
         reason: object = Phrase("not-text")
     except OSError as problem:
         reason = problem
@@ -73,11 +80,11 @@ def read_text(path: Path, file: str | Phrase) -> str:
 def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None = DEEPEST) -> Any:
     """Return the document in a file's bytes or text; ``file`` is what errors call it.
 
-    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
+    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, no text or nested deeper than
     ``deepest`` (None: than Python's reader goes); duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
-        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        text = decoded(data) if isinstance(data, bytes) else data
         # Raises where it has half a surrogate pair, which no sentence about it could hold.
         text.encode()
         document = _from_toml(text) if kind == "TOML" else _from_json(text, file)

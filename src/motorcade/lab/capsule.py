@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motorcade import __version__
-from motorcade.config.files import replace_file
+from motorcade.config.files import decoded, replace_file
 from motorcade.config.profile import profile_from_dict
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import Plan, code_hash
@@ -155,8 +155,9 @@ def _sealed(data: bytes) -> bytes:
 
 def _plan(archive: zipfile.ZipFile, name: str, about: dict[str, Any]) -> Plan:
     """Make the plan of a capsule. Raises MotorcadeError: a format has changed."""
-    sweep = parse_sweep(archive.read(_SPEC).decode("utf-8-sig"), f"{name}/{_SPEC}")
     programs, there = [], set(archive.namelist())
+    # A sweep that names no mats may have had that of its only program.
+    sweep = parse_sweep(decoded(archive.read(_SPEC)), f"{name}/{_SPEC}", lambda program: "mats/0.json" in there)
     for number in range(len(sweep.programs)):
         document = json.loads(archive.read(f"programs/{number}.profile.json"))
         profile = profile_from_dict(document["profile"], document["name"])
