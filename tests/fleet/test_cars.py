@@ -6,7 +6,6 @@ import threading
 from binascii import crc32
 from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
-from functools import wraps
 
 import pytest
 from serial.tools import list_ports
@@ -32,7 +31,7 @@ from motorcade.words.request import (
     read_request,
 )
 from support.pseudo_terminal import PseudoTerminal
-from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
+from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, in_loop, server, simulated_cars
 from support.waiting import until
 
 LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
@@ -40,11 +39,6 @@ LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 
 def places(cars):
     return [place_of(car.address) for car in cars]
-
-
-def in_loop(test):
-    """Run a test in an event loop with the real time, since its cars are threads and sockets."""
-    return wraps(test)(lambda *arguments, **options: asyncio.run(test(*arguments, **options)))
 
 
 @in_loop

@@ -174,7 +174,7 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             transport, link = await loop.create_connection(lambda: Link(0), place.host, place.port)
         if tls:
             # In the car's keys is its own name, or its address.
-            name = place.keys or place.name or place.host
+            name = place.name or place.host
             starting = loop.start_tls(transport, link, tls, server_hostname=name, ssl_handshake_timeout=_HANDSHAKE_S)
             secured = await starting
             assert secured
