@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 from motorcade.drive.keys import DriverContext
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
-from motorcade.fleet.contact import AGAIN_S, CarStatus, Contact, DriveContact, Verdict
+from motorcade.fleet.contact import CarStatus, Contact, DriveContact, Verdict
 from motorcade.fleet.found import Found, Turns
 from motorcade.fleet.places import CLASS, DRIVE, SERVICE, STUDIO, Place, check_name, network_place, safe_name
 from motorcade.upload.serial_port import BOARD, ports
@@ -36,8 +36,6 @@ MOST_FOUND = 2 * MOST_CARS
 _MOST_AT_ONCE = 128
 # So many of them begin at once, so that others who use the event loop notice nothing.
 _BEGIN_AT_ONCE = 64
-# The longest time between two tries where nothing has answered yet.
-_LONGEST_PAUSE_S = 8.0
 # So many cars are loaded at once; more doesn't pay (`benchmarks/room.py`).
 _AT_ONCE = 64
 _LOOK_S = 0.02
@@ -233,8 +231,7 @@ class Cars:
             del self._tasks[found.address]
             self._turns.forget(found.host, found.address)
             self._has_turn.set()
-            pause_s = AGAIN_S if found.has_answered else min(AGAIN_S * 2.0**found.tries, _LONGEST_PAUSE_S)
-            found.again = asyncio.get_running_loop().call_later(pause_s, self._wait, found)
+            found.again = asyncio.get_running_loop().call_later(found.pause_s, self._wait, found)
 
         task.add_done_callback(end)
 

@@ -21,7 +21,7 @@ MISSES = 3
 AWAY_S = BEAT_S * (MISSES + 0.4)
 # What a car holds that couldn't be reached, besides what `motorcade.upload.transfer` tells.
 AWAY = "away"
-AGAIN_S = 0.5
+_AGAIN_S, _STRANGE_S = 0.5, 5.0
 # How often a drive server's orders and telemetry are looked at.
 _ORDER_S = 0.05
 # How often an upload begins whose connection breaks, and how long a car may take to be back.
@@ -167,7 +167,13 @@ class Contact:
             await self.attempt()
             if self.place.found and self._problem and self._problem.code == "no-car-at-port":
                 return
-            await asyncio.sleep(AGAIN_S)
+            await asyncio.sleep(self.pause_s)
+
+    @property
+    def pause_s(self) -> float:
+        """How long until the next try; whoever was no car, by what it said, costs little."""
+        is_strange = self._problem is not None and self._problem.code == "no-car-at-port"
+        return _STRANGE_S if is_strange else _AGAIN_S
 
     async def attempt(self) -> None:
         """Connect once, and ask again and again until the connection ends."""
@@ -207,6 +213,8 @@ class Contact:
             if transfer.outcome is None:
                 error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
                 self._answers.clear()
+                if link.is_strange:
+                    break
                 continue
             error = upload_error(self.name, transfer.outcome, holds)
             if not is_busy(transfer.outcome):

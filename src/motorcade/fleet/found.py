@@ -12,6 +12,8 @@ from motorcade.fleet.places import CAR, DRIVE, Place, network_place
 _TRIES_ALIKE = 5
 # Other ways are tried beside the first after so long without an answer, so long where it takes keys.
 _ALONE_S, _TLS_ALONE_S = 0.5, 2.0
+# The longest time between two tries where nothing has answered yet.
+_LONGEST_PAUSE_S = 8.0
 
 
 class Found:
@@ -44,6 +46,12 @@ class Found:
     @property
     def has_answered(self) -> bool:
         return any(way.has_answered for way in self.ways)
+
+    @property
+    def pause_s(self) -> float:
+        """How long until the next try: ever longer where nothing has answered yet."""
+        pause_s = max(way.pause_s for way in self.ways)
+        return pause_s if self.has_answered else min(pause_s * 2.0**self.tries, _LONGEST_PAUSE_S)
 
     def announce(self, place: Place) -> None:
         if place.kind in (CAR, DRIVE):
