@@ -8,6 +8,7 @@ from binascii import crc32
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from itertools import islice
 from pathlib import Path
 
 import typer
@@ -138,10 +139,12 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
 def _program_names() -> dict[str, str]:
     """Return the names of the programs in the current folder, by the CRC-32 of their images (hexadecimal)."""
     names = {}
-    for file in [each for pattern in _PROGRAMS for each in sorted(Path().glob(pattern))][:_MOST_PROGRAMS]:
+    found = (file for pattern in _PROGRAMS for file in sorted(Path().glob(pattern)))
+    # Nobody has named them: a folder or a FIFO is none of them.
+    for file in islice(filter(Path.is_file, found), _MOST_PROGRAMS):
         from motorcade.program.files import image_in
 
-        with suppress(MotorcadeError):
+        with suppress(MotorcadeError, OSError):
             names[f"{crc32(image_in(file, DEFAULT_PROFILE)[0]):08x}"] = file.name.partition(".")[0]
     return names
 

@@ -18,6 +18,8 @@ from motorcade.errors import MotorcadeError, Phrase
 Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
+# No document, project or image has more.
+MOST_BYTES = 1 << 24
 _LONGEST_KEY = 40
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
 _TOML_TOKENS = re.compile(
@@ -57,10 +59,22 @@ def raised_as(
         raise MotorcadeError(code, **details, reason=problem) from None
 
 
+def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """Return the bytes of a file that somebody may have made; of an endless one it reads no more.
+
+    Raises OSError, MotorcadeError where it has more than ``most_bytes``, and ValueError where no file has that name.
+    """
+    with path.open("rb") as file:
+        data = file.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise MotorcadeError("file-too-large", file=path, mebibytes=most_bytes >> 20)
+    return data
+
+
 def read_text(path: Path, file: str | Phrase) -> str:
     """Return the UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_bytes(path).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
         reason: object = Phrase("not-text")
     except OSError as problem:
