@@ -8,7 +8,7 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Literal
@@ -267,11 +267,12 @@ def _keep_names(folder: Path) -> None:
 
 @contextmanager
 def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
-    """Lock a file for this process while the block runs; the system unlocks it however the process ends.
+    """Lock a file, and its folder, for this process while the block runs; the system unlocks them however it ends.
 
+    Who deletes the file unlocks nothing: a POSIX system lets them, and the folder stays locked.
     Raises ``refusal`` where another process has locked it, or OSError where it can't be made.
     """
-    with path.open("a+b") as file:
+    with path.open("a+b") as file, _locked_folder(path.parent, refusal):
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -284,3 +285,24 @@ def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
         except OSError:
             raise refusal from None
         yield
+
+
+@contextmanager
+def _locked_folder(folder: Path, refusal: MotorcadeError) -> Iterator[None]:
+    if sys.platform == "win32":
+        # There nobody can delete a file that is open.
+        yield
+        return
+    import fcntl
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        # Folders of some networks can't be locked.
+        with suppress(OSError):
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise refusal from None
+        yield
+    finally:
+        os.close(handle)
