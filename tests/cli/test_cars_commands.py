@@ -1,6 +1,7 @@
 """The commands for many cars: their JSON and exit codes, and an uploader that is killed."""
 
 import json
+import os
 import sys
 
 import pytest
@@ -91,6 +92,24 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     assert "for simulated cars" in refusal(2, "car", "run", "--board", "simulated", "--count", "2", "--port", "P")
     (tmp_path / "cars.toml").write_text("ada = 1", encoding="utf-8")
     assert "ada has to be text" in refusal(2, "cars")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="FIFOs, and names that are no UTF-8")
+def test_what_lies_in_the_current_folder_neither_ends_nor_hangs_the_command(tmp_path):
+    """Its programs are read unasked. Nobody writes into the FIFO."""
+    (tmp_path / "d.image").mkdir()
+    os.mkfifo(tmp_path / "f.image")
+    (tmp_path / "gone.image").symlink_to("nowhere")
+    (tmp_path / "zero.image").symlink_to("/dev/zero")
+    (tmp_path / os.fsdecode(b"\xff.image")).write_bytes(SECOND)
+    with simulated_cars(1, image=SECOND) as cars:
+        (row,) = data("cars", "--list", listed(tmp_path, cars))
+    assert row["program"] == os.fsdecode(b"\xff")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's devices")
+def test_a_list_without_an_end_is_refused():
+    assert "16 MiB" in refusal(2, "cars", "--list", "/dev/zero")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")

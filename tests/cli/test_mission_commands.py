@@ -2,6 +2,8 @@
 
 import csv
 import json
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -219,6 +221,21 @@ def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission,
     empty = tmp_path / "empty"
     empty.mkdir()
     assert run("check", mission, empty).code == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others take no names that aren't UTF-8")
+def test_a_name_that_is_no_utf_8_ends_no_report(mission, tmp_path):
+    folder, good = tmp_path / "class", json.dumps({"format": "motorcade-program/1", "leader": [FAR]})
+    folder.mkdir()
+    for name in (b"\xff.motorcade.json", b"\x1b[2J.motorcade.json", b"\xe2\x80\xae.motorcade.json"):
+        (folder / os.fsdecode(name)).write_text(good, encoding="utf-8")
+    told = json.loads(run("check", mission, folder).out)
+    assert len(told["files"]) == 3
+    rows = list(csv.reader(Path(told["table"]).read_text(encoding="utf-8-sig").splitlines()))
+    assert [row[1] for row in rows[1:]] == ["2"] * 3
+    shown = run("check", mission, folder, stdout=Terminal()).out
+    assert "\x1b[2J" not in shown
+    assert "\udcff" not in shown
 
 
 def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(mission, tmp_path):

@@ -8,6 +8,7 @@ from binascii import crc32
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from itertools import islice
 from pathlib import Path
 
 import typer
@@ -30,7 +31,7 @@ from motorcade.cli.output import (
 )
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.fleet.cars import MOST_CARS, Cars, Finder
+from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
 from motorcade.fleet.contact import CarStatus, Contact
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
@@ -38,6 +39,8 @@ from motorcade.sockets import allow_files
 from motorcade.words.request import GO, STOP
 
 _DRAW_S = 0.2
+# Files that are open besides connections to cars.
+_OTHER_FILES = 64
 _LOOK_S = 0.02
 # What is a port or an address, and no name.
 _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
@@ -54,6 +57,7 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     async with _looking(search, names, baud) as (cars, finder):
         await _found(cars, names, search)
         contacts = cars.named(names)
+        is_whole = ALL not in names or not cars.problem
         print_problem(finder.problem)
         if not contacts:
             raise MotorcadeError("no-cars-found")
@@ -77,6 +81,8 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     failed = [each.error for each in verdicts if each.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
+    if not is_whole:
+        raise typer.Exit(NO_ANSWER)
 
 
 @asynccontextmanager
@@ -84,8 +90,10 @@ async def _looking(search: Lookup, names: Sequence[str] = (), baud: int = 115200
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
     tls = client_context(search.keys, takes_chips=True) if search.keys else None
-    allow_files(MOST_CARS)
+    most = allow_files(2 * MOST_CARS + _OTHER_FILES) - _OTHER_FILES
     async with Cars(places, tls, baud) as cars:
+        # A drive server takes two connections.
+        cars.most_at_once = min(MOST_CARS, max(1, most // 2))
         finder = Finder(cars)
         async with nullcontext() if search.file else finder.looking():
             yield cars, finder
@@ -122,8 +130,9 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         # Those that are found meanwhile get it too.
         await asyncio.sleep(search.listen_s)
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
-        count = len(cars.contacts)
-        print_problem(finder.problem)
+        count = len(cars.statuses())
+        problem = finder.problem
+        print_problem(problem)
     if not count:
         raise MotorcadeError("no-cars-found")
     names = [each.name for each in missing]
@@ -133,17 +142,19 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
-    if missing:
+    if missing or (problem and problem.code == "list-not-whole"):
         raise typer.Exit(NO_ANSWER)
 
 
 def _program_names() -> dict[str, str]:
     """Return the names of the programs in the current folder, by the CRC-32 of their images (hexadecimal)."""
     names = {}
-    for file in [each for pattern in _PROGRAMS for each in sorted(Path().glob(pattern))][:_MOST_PROGRAMS]:
+    found = (file for pattern in _PROGRAMS for file in sorted(Path().glob(pattern)))
+    # Nobody has named them: a folder or a FIFO is none of them.
+    for file in islice(filter(Path.is_file, found), _MOST_PROGRAMS):
         from motorcade.program.files import image_in
 
-        with suppress(MotorcadeError):
+        with suppress(MotorcadeError, OSError):
             names[f"{crc32(image_in(file, DEFAULT_PROFILE)[0]):08x}"] = file.name.partition(".")[0]
     return names
 
@@ -222,7 +233,7 @@ def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) 
     if finder.problem:
         lines.append(finder.problem.sentence(current_language()))
     cells = (_cells(row, programs.get(row.crc32 or "", "")) for row in rows)
-    return make_table(_COLUMNS, cells, caption=Text("\n".join(lines)))
+    return make_table(_COLUMNS, cells, caption="\n".join(lines))
 
 
 def _cells(row: CarStatus, program: str) -> list[Text]:

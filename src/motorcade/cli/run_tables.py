@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
+from rich.text import Text
 
 from motorcade.cli.console import words_table
 from motorcade.cli.output import make_table, print_diagnostics, print_lines, print_table, translated
@@ -101,7 +102,7 @@ def print_unheard(run: Run) -> None:
     if silent:
         key = "car-out-of-range" if len(silent) == 1 else "cars-out-of-range"
         line = translated(key, car=silent[0], count=len(silent))
-        Console(stderr=True).print(line, soft_wrap=True)
+        Console(stderr=True).print(Text(line), soft_wrap=True)
 
 
 def _rounded(value: float, digits: int) -> str:

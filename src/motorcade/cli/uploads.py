@@ -11,7 +11,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, is_shown_on_terminal, print_lines, print_result, translated
+from motorcade.cli.output import current_language, is_shown_on_terminal, plain, print_lines, print_result, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -288,11 +288,11 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
         return ports[int(answer) - 1][0]
 
     for number, (device, title) in enumerate(ports, start=1):
-        print(f"{number:3}  {device}  {title}", file=sys.stderr)
+        print(f"{number:3}  {plain(device)}  {plain(title)}", file=sys.stderr)
     return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
 def _print_retry(retry: Phrase) -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
-        print(retry.sentence(current_language()), file=sys.stderr)
+        print(plain(retry.sentence(current_language())), file=sys.stderr)

@@ -91,12 +91,13 @@ def _compile(
     project: options.ExistingFile, output: options.OptionalOutput = None, as_json: options.Json = False
 ) -> None:
     from motorcade.cli.console import words_table
+    from motorcade.config.files import read_bytes
     from motorcade.program.compiler import Compiled
     from motorcade.program.diagnostics import ProgramError, has_errors
-    from motorcade.program.files import compile_project, read_file
+    from motorcade.program.files import compile_project
 
     try:
-        compiled, profile = compile_project(read_file(project), project)
+        compiled, profile = compile_project(read_bytes(project), project)
     except ProgramError as problem:
         compiled, profile = Compiled((), 0, 0, 0, False, problem.diagnostics, ()), None
     failed = has_errors(compiled.diagnostics)

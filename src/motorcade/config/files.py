@@ -9,7 +9,7 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Literal
@@ -19,6 +19,8 @@ from motorcade.errors import MotorcadeError, Phrase
 Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
+# No document, project or image has more.
+MOST_BYTES = 1 << 24
 _LONGEST_KEY = 40
 _UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
@@ -64,10 +66,22 @@ def decoded(data: bytes) -> str:
     return data.decode("utf-16" if data[:2] in _UTF_16_MARKS else "utf-8-sig")
 
 
+def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """Return the bytes of a file that somebody may have made; of an endless one it reads no more.
+
+    Raises OSError, MotorcadeError where it has more than ``most_bytes``, and ValueError where no file has that name.
+    """
+    with path.open("rb") as file:
+        data = file.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise MotorcadeError("file-too-large", file=path, mebibytes=most_bytes >> 20)
+    return data
+
+
 def read_text(path: Path, file: str | Phrase) -> str:
     """Return the text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
     try:
-        return decoded(path.read_bytes()).replace("\r\n", "\n").replace("\r", "\n")
+        return decoded(read_bytes(path)).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeError:
         reason: object = Phrase("not-text")
     except OSError as problem:
@@ -260,11 +274,12 @@ def _keep_names(folder: Path) -> None:
 
 @contextmanager
 def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
-    """Lock a file for this process while the block runs; the system unlocks it however the process ends.
+    """Lock a file, and its folder, for this process while the block runs; the system unlocks them however it ends.
 
+    Who deletes the file unlocks nothing: a POSIX system lets them, and the folder stays locked.
     Raises ``refusal`` where another process has locked it, or OSError where it can't be made.
     """
-    with path.open("a+b") as file:
+    with path.open("a+b") as file, _locked_folder(path.parent, refusal):
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -277,3 +292,24 @@ def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
         except OSError:
             raise refusal from None
         yield
+
+
+@contextmanager
+def _locked_folder(folder: Path, refusal: MotorcadeError) -> Iterator[None]:
+    if sys.platform == "win32":
+        # There nobody can delete a file that is open.
+        yield
+        return
+    import fcntl
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        # Folders of some networks can't be locked.
+        with suppress(OSError):
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise refusal from None
+        yield
+    finally:
+        os.close(handle)

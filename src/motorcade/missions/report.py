@@ -8,12 +8,13 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
+from motorcade.config.files import read_bytes
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.check import STEPS, GoalResult, Look, Result, Sight, check_image, check_program
 from motorcade.missions.model import Mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.files import is_project, read_file, read_project
+from motorcade.program.files import is_project, read_project
 from motorcade.words.image import ImageError
 
 _IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
@@ -53,7 +54,7 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
 
     Raises MotorcadeError or OSError where it holds no program that can be checked.
     """
-    data = read_file(path)
+    data = read_bytes(path)
     if not is_project(data, path):
         return check_image(mission, data, look)
     program, python = read_project(data, path)
@@ -181,7 +182,7 @@ def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
     heads = "".join(f"<th scope=col>{say(name)}</th>" for name in ("run", "file", "stars", "goals"))
     title = say("title", name=mission.name)
     passed = sum(bool(each.result and each.result.stars) for each in checked)
-    table = base64.b64encode(to_csv(checked, mission, language).encode()).decode()
+    table = base64.b64encode(to_csv(checked, mission, language).encode(errors="replace")).decode()
     return (
         f'<!doctype html><html lang="{escape(language)}"><meta charset=utf-8>'
         f"<meta name=viewport content=width=device-width><title>{title}</title><style>{_STYLE}</style><h1>{title}</h1>"
