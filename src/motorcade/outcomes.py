@@ -14,6 +14,8 @@ VERIFICATION = 6
 PORT_FORBIDDEN = 7
 REFUSED = 8
 WENT_AWAY = 9
+# By Ctrl-C: 128 and the number of the signal, as shells have it.
+STOPPED = 130
 # The status of all other errors.
 BAD_REQUEST = 400
 

@@ -6,6 +6,7 @@ Each command imports what it needs when it runs, so that all of them start at on
 
 import io
 import re
+import signal
 import sys
 from typing import Annotated, Any, NoReturn
 
@@ -14,11 +15,12 @@ from typer.core import TyperOption
 
 from motorcade import __version__
 from motorcade.cli import car, drive, missions, pages, runs, uploads, words
+from motorcade.cli.ending import ending_as_by_ctrl_c
 from motorcade.cli.options import Json
 from motorcade.cli.output import current_language, print_json, print_note, print_problem, request_language, translated
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, catalogue, languages, text
-from motorcade.outcomes import USAGE
+from motorcade.outcomes import STOPPED, USAGE
 
 _HELP_OPTIONS = ("-h", "--help")
 
@@ -59,7 +61,11 @@ def main() -> NoReturn:
         request_language((re.findall("(?:^|\0)--language[=\0]([^\0]*)", "\0".join(arguments)) or [""])[-1])
         if not arguments or set(_HELP_OPTIONS) & set(arguments):
             translate_help(command)
-        sys.exit(command(standalone_mode=False) or 0)
+        with ending_as_by_ctrl_c() as signals:
+            code = command(standalone_mode=False) or 0
+        if code == STOPPED and signals:
+            code = STOPPED - signal.SIGINT + signals[0]
+        sys.exit(code)
     except MotorcadeError as error:
         print_problem(error)
         sys.exit(error.exit_code)

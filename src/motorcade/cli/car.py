@@ -2,10 +2,9 @@
 
 import ipaddress
 import json
-import signal
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -13,6 +12,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
+from motorcade.cli.ending import Ending, holding_hardware
 from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 # Dozens a second; the log shows what follows from them.
 _UNLOGGED = ("frame", "heard")
 _KEYBOARD = "keyboard"
-_WRITE_TIMEOUT_S = 0.2
 
 app = typer.Typer()
 # The hardware of a car.
@@ -103,7 +102,7 @@ def _run(
             raise MotorcadeError("count-of-simulated-cars")
         _run_many(car, count, car_list, chosen, as_json)
         return
-    with ExitStack() as resources:
+    with holding_hardware() as ending, ExitStack() as resources:
         parts = open_parts(resources, car, chosen, _observer(chosen, as_json), battery)
         if parts.address.startswith("socket://"):
             from motorcade.drive.keys import name_in
@@ -111,7 +110,7 @@ def _run(
 
             listener = host_and_port(parts.address.removeprefix("socket://"))
             resources.enter_context(announced(CAR, "", listener, print_problem, keys=name_in(keys)))
-        stops = _stops(resources, watchdog)
+        stops = _stops(ending, resources, watchdog)
         if board == "simulated" or not pins:
             made = ComputerBoard(parts.equipment)
         else:
@@ -160,21 +159,18 @@ def _wiring(
     print_result([row._asdict() for row in rows], shown, as_json)
 
 
-def _stops(resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:
+def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:
     """Return what tells whether a signal asked the car to stop; each call in a tick keeps the watchdog alive."""
     from motorcade.boards.computer import HardwareWatchdog
 
     armed = HardwareWatchdog(watchdog) if watchdog else None
     if armed:
         resources.callback(armed.close)
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda which, frame: signals.append(which))
 
     def stops() -> bool:
         if armed:
             armed.keep_alive()
-        return bool(signals)
+        return ending.is_due
 
     return stops
 
@@ -192,9 +188,7 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
             does = describe_control(word, profile) if kind in ("state", "start") else ""
             event = translated(f"car-{kind}", count=word, detail=detail, does=does)
             line = f"{at_ms / 1000:9.3f} s  {event}"
-        # The car drives on when nobody reads its log any more.
-        with suppress(OSError):
-            print(line, flush=True)
+        print(line)
 
     return observe
 
@@ -213,7 +207,7 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
     allow_files(4 * count + 64)
     selector = selectors.DefaultSelector()
     made: list[tuple[ComputerBoard, TcpPort]] = []
-    with ExitStack() as resources:
+    with holding_hardware() as ending, ExitStack() as resources:
         for number in range(car.number, car.number + count):
             line = TcpPort(host, first_port and first_port + len(made), selector=selector)
             resources.callback(line.close)
@@ -232,7 +226,7 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
             options.write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
         print_result(data, translated("cars-run", **data), as_json)
-        run_many(made, _stops(resources, None))
+        run_many(made, lambda: ending.is_due)
 
 
 def open_parts(
@@ -313,7 +307,8 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     from motorcade.upload.serial_port import open_error
 
     def open_port() -> serial.Serial:
-        return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
+        # No call may wait: the wheels would turn on meanwhile.
+        return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=0, exclusive=True)
 
     try:
         line = SerialLine(open_port, monotonic)

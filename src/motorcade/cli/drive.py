@@ -12,6 +12,7 @@ import typer
 
 from motorcade.cli import options, pages
 from motorcade.cli.car import BoardName, CarOptions, open_parts, revoked_keys
+from motorcade.cli.ending import holding_hardware
 from motorcade.cli.output import print_lines, print_result, quoted, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 _AXES = ("throttle", "steering", "seconds")
 _LONGEST_S = 3600.0
+# Notes that wait to be printed; more come only while the console's thread hangs.
+_MOST_NOTES = 100
 
 app = typer.Typer()
 app.add_typer(pages.remote_app)
@@ -94,9 +97,9 @@ def _serve(
     measured = BatteryFile(battery) if battery else None
     tls, page_tls = (server_context(keys), https_context(keys)) if keys else (None, None)
     second = telemetry_port if telemetry_port is not None else port and port + 1
-    notes: deque[Note] = deque()
+    notes: deque[Note] = deque(maxlen=_MOST_NOTES)
     refused = revoked_keys(keys, revoked) if keys else None
-    with ExitStack() as resources:
+    with holding_hardware() as ending, ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
         written = resources.enter_context(logging_to(log, notes.append))
@@ -117,14 +120,15 @@ def _serve(
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
         clients = Clients(CarControl(car, monotonic_ms, chosen), byte_order, refused)
+        clients.refusals.say = notes.append
         if written:
             clients.control.record = written.record
         name = parts.equipment.name if parts else ""
         (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
         with announced(DRIVE, name, (host, port), notes.append, telemetry=telemetry_port, keys=name_in(keys)):
-            asyncio.run(serve(clients, commands, telemetry, tls, serve_page, parts, notes, as_json))
-    if not as_json:
-        print_lines([translated("serve-ended")])
+            asyncio.run(serve(clients, commands, telemetry, tls, serve_page, parts, notes, ending, as_json))
+        if not as_json:
+            print_lines([translated("serve-ended")])
 
 
 def _noting(notes: "deque[Note]") -> "Observer":
