@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 # Dozens a second; the log shows what follows from them.
 _UNLOGGED = ("frame", "heard")
 _KEYBOARD = "keyboard"
+# How an address of uploads is printed.
+_SOCKET = "socket://"
 
 app = typer.Typer()
 # The hardware of a car.
@@ -104,11 +106,11 @@ def _run(
         return
     with holding_hardware() as ending, ExitStack() as resources:
         parts = open_parts(resources, car, chosen, _observer(chosen, as_json), battery)
-        if parts.address.startswith("socket://"):
+        if parts.address.startswith(_SOCKET):
             from motorcade.drive.keys import name_in
             from motorcade.fleet.places import CAR, announced
 
-            listener = host_and_port(parts.address.removeprefix("socket://"))
+            listener = host_and_port(parts.address.removeprefix(_SOCKET))
             resources.enter_context(announced(CAR, "", listener, print_problem, keys=name_in(keys)))
         stops = _stops(ending, resources, watchdog)
         if board == "simulated" or not pins:
@@ -203,7 +205,7 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
     from motorcade.fleet.places import list_text
     from motorcade.sockets import allow_files
 
-    host, first_port = host_and_port(car.tcp or "127.0.0.1:0")
+    host, first_port = host_and_port(car.tcp.removeprefix(_SOCKET) or "127.0.0.1:0")
     allow_files(4 * count + 64)
     selector = selectors.DefaultSelector()
     made: list[tuple[ComputerBoard, TcpPort]] = []
@@ -221,7 +223,7 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
             is_leader = car.role == "leader"
             equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
             made.append((ComputerBoard(equipment), line))
-        listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
+        listed = [(board.name, line.address.removeprefix(_SOCKET)) for board, line in made]
         if car_list:
             options.write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
@@ -239,7 +241,7 @@ def open_parts(
     if car.voice not in ("", _KEYBOARD) and car.voice_map is None:
         raise MotorcadeError("voice-map-missing")
     line, address = _open_line(resources, car, profile)
-    store = ImageStore(car.store or Path(typer.get_app_dir("motorcade")) / "car.image")
+    store = ImageStore(car.store or options.own_folder() / "car.image")
     image = None
     try:
         image = store.load()
@@ -262,7 +264,7 @@ def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tu
         return _open_serial(resources, car.serial, profile.serial.baud), car.serial
     if not car.tcp:
         return WaitingLine(), ""
-    line = TcpPort(*host_and_port(car.tcp), **_tls(car))
+    line = TcpPort(*host_and_port(car.tcp.removeprefix(_SOCKET)), **_tls(car))
     resources.callback(line.close)
     _check_reach(line.address, car)
     return line, line.address
@@ -270,7 +272,7 @@ def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tu
 
 def _check_reach(address: str, car: CarOptions) -> None:
     """Refuse an address that others reach, unless there are keys or the user allows it. Raises MotorcadeError."""
-    host, _ = host_and_port(address.removeprefix("socket://"))
+    host, _ = host_and_port(address.removeprefix(_SOCKET))
     is_loopback = ipaddress.ip_address(host.partition("%")[0]).is_loopback
     if not (is_loopback or car.keys or car.insecure_lan):
         raise MotorcadeError("uploads-in-reach", host=host)

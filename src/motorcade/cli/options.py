@@ -1,5 +1,6 @@
 """Options and arguments that commands share, and what is read and written by them."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -9,6 +10,7 @@ import typer
 from motorcade.cli.output import print_diagnostics, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
+from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 DEFAULT_PROFILE = "classroom"
 # A frame has 36 bits; a number with more digits than this is none that anything here takes.
 _MOST_OF_A_NUMBER = 80
+# How an address of a drive server is printed beside others.
+DRIVE_SCHEME = "drive://"
 # A list of cars in the folder where a command runs is read without being named.
 _USUAL_LIST = Path("cars.toml")
 # The least time for which a command listens for announcements of cars.
@@ -25,6 +29,8 @@ _LISTEN_S = 1.5
 # Whether to print JSON: where it is asked for; or also where no terminal shows what is printed.
 Json = Annotated[bool, typer.Option("--json")]
 JsonInPipes = Annotated[bool, typer.Option("--json", callback=wants_json)]
+# As pages show an IPv6 address, it has brackets.
+Host = Annotated[str, typer.Option(callback=lambda host: host.strip("[]"))]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 SourceArgument = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]
@@ -68,6 +74,19 @@ class Lookup(NamedTuple):
     def listen_s(self) -> float:
         """For how long announcements are awaited."""
         return 0.0 if self.file else min(_LISTEN_S, self.seconds)
+
+
+def car_address(text: str) -> tuple[str, int]:
+    """Return host and port in ``HOST[:PORT]`` or ``drive://HOST[:PORT]``, a car that is driven. Raises MotorcadeError."""
+    return host_and_port(text.removeprefix(DRIVE_SCHEME), DRIVE_PORT)
+
+
+def own_folder() -> Path:
+    """Return the folder of this user's settings and files."""
+    # By the specification of XDG an empty path, or a relative one, counts as none.
+    if not Path(os.environ.get("XDG_CONFIG_HOME", "")).is_absolute():
+        os.environ.pop("XDG_CONFIG_HOME", None)
+    return Path(typer.get_app_dir("motorcade"))
 
 
 def exclude_each_other(**given: Any) -> None:
