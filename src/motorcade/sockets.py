@@ -10,7 +10,7 @@ from motorcade.errors import MotorcadeError
 # Where a car that is driven takes commands, unless somebody chooses another port.
 DRIVE_PORT = 5005
 
-_LAST_PORT = 65535
+LAST_PORT = 65535
 # What most systems allow without a question; macOS begins with 256.
 _FILES = 1024
 
@@ -25,14 +25,14 @@ def host_and_port(address: str, default_port: int | None = None) -> tuple[str, i
     if default_port is not None and (not colon or port.endswith("]") or (":" in host and not host.endswith("]"))):
         host, port = address, str(default_port)
     host, least = host.strip("[]"), 0 if default_port is None else 1
-    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= _LAST_PORT:
+    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= LAST_PORT:
         raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
     return host, int(port)
 
 
 def port_behind(port: int) -> int:
     """Return the next port, at which a car sends telemetry unless another is named. Raises MotorcadeError."""
-    if port >= _LAST_PORT:
+    if port >= LAST_PORT:
         raise MotorcadeError("no-port-behind", port=port)
     return port + 1
 

@@ -5,9 +5,11 @@ Each command imports what it needs when it runs, so that all of them start at on
 """
 
 import io
+import os
 import re
 import signal
 import sys
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -53,6 +55,7 @@ def _add_language(command: Any) -> None:
 
 def main() -> NoReturn:
     """Run the command line; an error ends it with one sentence and its exit code."""
+    _open_closed_streams()
     _use_utf8()
     arguments = sys.argv[1:]
     command = command_line()
@@ -81,6 +84,13 @@ def main() -> NoReturn:
         sys.exit(USAGE)
     except typer.Abort:
         sys.exit(1)
+
+
+def _open_closed_streams() -> None:
+    """Read nothing, and write to nobody, where the command was started without a stream (``>&-``)."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115 - until the command ends
 
 
 def _use_utf8() -> None:

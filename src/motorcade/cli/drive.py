@@ -176,8 +176,8 @@ def _connect(
     check_terminal()
     named = _options(telemetry_port, keys, car_name)
     with (
-        suppress(KeyboardInterrupt),
         BlockingDriveClient(*options.car_address(car), rearm=False, **named) as client,
+        suppress(KeyboardInterrupt),
     ):
         DriveTerminal(car, throttle, hold_ms / 1000).drive(client)
 

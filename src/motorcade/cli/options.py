@@ -77,7 +77,7 @@ class Lookup(NamedTuple):
 
 
 def car_address(text: str) -> tuple[str, int]:
-    """Return host and port in ``HOST[:PORT]`` or ``drive://HOST[:PORT]``, a car that is driven. Raises MotorcadeError."""
+    """Return host and port of a car that is driven: ``[drive://]HOST[:PORT]``. Raises MotorcadeError."""
     return host_and_port(text.removeprefix(DRIVE_SCHEME), DRIVE_PORT)
 
 

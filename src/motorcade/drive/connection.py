@@ -19,6 +19,8 @@ from motorcade.errors import MotorcadeError, Phrase
 _CONNECT_S = _ANSWER_S = 3.0
 # A car that says nothing for so long takes keys.
 _GREETING_S = 0.5
+# Before it counts as a car that takes none, or as one that has refused them, a slow network has more time.
+_SILENT_S = 1.5
 _CHUNK_BYTES = 1 << 12
 _JOIN = "join"
 
@@ -204,10 +206,10 @@ async def _greeting(address: Address, telemetry: _Stream, takes_keys: bool) -> b
     if address.tls:
         await writer.start_tls(address.tls, server_hostname=address.name, ssl_handshake_timeout=_CONNECT_S)
     try:
-        async with asyncio.timeout(_CONNECT_S):
+        async with asyncio.timeout(_SILENT_S):
             greeting = await reader.read(_CHUNK_BYTES)
-    except TimeoutError as problem:
-        raise _no_telemetry(address, problem) from None
+    except TimeoutError:
+        raise CarError("says-nothing", car=str(address), port=address.telemetry_port) from None
     if not greeting:
         raise EOFError
     return greeting

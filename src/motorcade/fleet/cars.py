@@ -5,6 +5,7 @@ They are found by multicast DNS (RFC 6762, 6763) and at serial ports.
 
 import asyncio
 import ipaddress
+import re
 import ssl
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager, nullcontext, suppress
@@ -16,6 +17,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
 from motorcade.fleet.contact import CarStatus, Contact, DriveContact, Verdict
 from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, STUDIO, Place, check_name, network_place, safe_name
+from motorcade.sockets import LAST_PORT
 from motorcade.upload.serial_port import BOARD, ports
 from motorcade.upload.transfer import NEW
 from motorcade.words.request import NAME
@@ -269,7 +271,9 @@ class Finder:
         if len(others) >= _MOST_OF_A_HOST:
             self.problem = MotorcadeError("announces-too-many", host=host, count=_MOST_OF_A_HOST)
             return
-        telemetry_port = int(telemetry) if telemetry.isdecimal() and len(telemetry) < 6 else 0
+        telemetry_port = int(telemetry) if re.fullmatch("[0-9]{1,5}", telemetry) else 0
+        if telemetry_port > LAST_PORT:
+            return
         place = network_place(host, port, safe_name(name), kind, telemetry_port)
         place = place._replace(keys=properties.get("keys") or "", found=True)
         if kind in (CAR, DRIVE):
