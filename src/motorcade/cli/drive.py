@@ -125,7 +125,7 @@ def _serve(
         name = parts.equipment.name if parts else ""
         (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
         with announced(DRIVE, name, (host, port), notes.append, telemetry=telemetry_port, keys=name_in(keys)):
-            asyncio.run(serve(clients, commands, telemetry, tls, serve_page, parts, notes, ending, as_json))
+            asyncio.run(serve(clients, (commands, telemetry), tls, serve_page, parts, notes, ending, as_json))
         if not as_json:
             print_lines([translated("serve-ended")])
 

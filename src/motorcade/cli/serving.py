@@ -29,8 +29,7 @@ Note = Phrase | MotorcadeError | str
 
 async def serve(
     clients: Clients,
-    commands: socket.socket,
-    telemetry: socket.socket,
+    sockets: tuple[socket.socket, socket.socket],
     tls: ssl.SSLContext | None,
     page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None",
     parts: "CarParts | None",
@@ -42,7 +41,7 @@ async def serve(
 
     Args:
         clients: of the car.
-        commands, telemetry: where it listens.
+        sockets: where it listens for commands, and where it sends telemetry.
         tls: for both; None for none.
         page: serves its page, if it has one, and gives the page's address.
         parts: a real car's equipment; None for a simulated car.
@@ -55,7 +54,7 @@ async def serve(
     ending.then(lambda: loop.call_soon_threadsafe(ended.set))
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
-        listeners = await resources.enter_async_context(serving(clients, commands, telemetry, tls))
+        listeners = await resources.enter_async_context(serving(clients, *sockets, tls))
         url = await resources.enter_async_context(page(control)) if page else None
         resources.enter_context(_logging(control.telemetry, notes))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)

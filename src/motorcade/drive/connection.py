@@ -157,18 +157,19 @@ async def connected(address: Address, takes_keys: bool = False) -> AsyncIterator
     """
     streams: list[_Stream] = []
     try:
-        greeting = b""
+        telemetry, greeting = None, b""
         if address.telemetry_port is not None:
-            streams.append(await _open_telemetry(address))
-            greeting = await _greeting(address, streams[0], takes_keys)
+            telemetry = await _open_telemetry(address)
+            streams.append(telemetry)
+            greeting = await _greeting(address, telemetry, takes_keys)
         async with asyncio.timeout(_CONNECT_S):
-            tls = {"ssl": address.tls, "server_hostname": address.name}
-            commands = await asyncio.open_connection(address.host, address.port, **tls)
-        streams.insert(0, commands)
-        connection = Connection(address, *streams, greeting=greeting)
+            opening = asyncio.open_connection(address.host, address.port, ssl=address.tls, server_hostname=address.name)
+            commands = await opening
+        streams.append(commands)
+        connection = Connection(address, commands, telemetry, greeting)
         # So the car knows that both belong to one client, which it finds out by itself behind a proxy. The socket has
         # no address any more where the car hung up at once.
-        if len(streams) > 1 and (here := commands[1].get_extra_info("sockname")):
+        if telemetry and (here := commands[1].get_extra_info("sockname")):
             connection.send_request(do=_JOIN, port=here[1])
         yield connection
     finally:
