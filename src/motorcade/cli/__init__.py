@@ -5,8 +5,11 @@ Each command imports what it needs when it runs, so that all of them start at on
 """
 
 import io
+import os
 import re
+import signal
 import sys
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -14,6 +17,7 @@ from typer.core import TyperOption
 
 from motorcade import __version__
 from motorcade.cli import car, drive, missions, pages, runs, uploads, words
+from motorcade.cli.ending import ending_as_by_ctrl_c
 from motorcade.cli.options import Json, wants_json
 from motorcade.cli.output import (
     current_language,
@@ -26,7 +30,7 @@ from motorcade.cli.output import (
 )
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, catalogue, languages, text
-from motorcade.outcomes import USAGE
+from motorcade.outcomes import STOPPED, USAGE
 
 _HELP_OPTIONS = ("-h", "--help")
 
@@ -75,6 +79,7 @@ def _refuse_json(context: typer.Context, parameter: Any, is_given: bool) -> None
 
 def main() -> NoReturn:
     """Run the command line; an error ends it with one sentence and its exit code."""
+    _open_closed_streams()
     _use_utf8()
     arguments = sys.argv[1:]
     command = command_line()
@@ -83,7 +88,11 @@ def main() -> NoReturn:
         request_language((re.findall("(?:^|\0)--language[=\0]([^\0]*)", "\0".join(arguments)) or [""])[-1])
         if not arguments or set(_HELP_OPTIONS) & set(arguments):
             translate_help(command, has_frames=is_shown_on_terminal())
-        sys.exit(command(standalone_mode=False) or 0)
+        with ending_as_by_ctrl_c() as signals:
+            code = command(standalone_mode=False) or 0
+        if code == STOPPED and signals:
+            code = STOPPED - signal.SIGINT + signals[0]
+        sys.exit(code)
     except MotorcadeError as error:
         print_problem(error)
         sys.exit(error.exit_code)
@@ -99,6 +108,13 @@ def main() -> NoReturn:
         sys.exit(USAGE)
     except typer.Abort:
         sys.exit(1)
+
+
+def _open_closed_streams() -> None:
+    """Read nothing, and write to nobody, where the command was started without a stream (``>&-``)."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115 - until the command ends
 
 
 def _use_utf8() -> None:

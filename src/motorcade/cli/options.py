@@ -1,5 +1,6 @@
 """Options and arguments that commands share, and what is read and written by them."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -9,6 +10,7 @@ import typer
 from motorcade.cli.output import print_diagnostics
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
+from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -20,6 +22,8 @@ DEFAULT_PROFILE = "classroom"
 _MOST_OF_A_NUMBER = 80
 # The page lets infrared reach so far.
 _MOST_RANGE_MM = 20_000
+# How an address of a drive server is printed beside others.
+DRIVE_SCHEME = "drive://"
 # A list of cars in the folder where a command runs is read without being named.
 _USUAL_LIST = Path("cars.toml")
 # In what a command shares with those below it: present where --json is given.
@@ -37,6 +41,8 @@ def wants_json(context: typer.Context, is_given: bool) -> bool:
 
 # Whether to print JSON. Everything else that commands print is for people, in pipes too.
 Json = Annotated[bool, typer.Option("--json", callback=wants_json)]
+# As pages show an IPv6 address, it has brackets.
+Host = Annotated[str, typer.Option(callback=lambda host: host.strip("[]"))]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 SourceArgument = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]
@@ -80,6 +86,19 @@ class Lookup(NamedTuple):
     def listen_s(self) -> float:
         """For how long announcements are awaited."""
         return 0.0 if self.file else min(_LISTEN_S, self.seconds)
+
+
+def car_address(text: str) -> tuple[str, int]:
+    """Return host and port of a car that is driven: ``[drive://]HOST[:PORT]``. Raises MotorcadeError."""
+    return host_and_port(text.removeprefix(DRIVE_SCHEME), DRIVE_PORT)
+
+
+def own_folder() -> Path:
+    """Return the folder of this user's settings and files."""
+    # By the specification of XDG an empty path, or a relative one, counts as none.
+    if not Path(os.environ.get("XDG_CONFIG_HOME", "")).is_absolute():
+        os.environ.pop("XDG_CONFIG_HOME", None)
+    return Path(typer.get_app_dir("motorcade"))
 
 
 def exclude_each_other(**given: Any) -> None:
