@@ -109,7 +109,7 @@ class FolderStorage(Storage):
         deleted = self._owner_folder(owner) / DELETED
         with raised_as("cant-delete", OSError):
             deleted.mkdir(exist_ok=True)
-            number = 1 + sum(1 for each in _children(deleted) if each.name.startswith(f"{folder.name}."))
+            number = 1 + sum(1 for each in children(deleted) if each.name.startswith(f"{folder.name}."))
             folder.rename(deleted / f"{folder.name}.{number}")
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
@@ -148,7 +148,7 @@ class FolderStorage(Storage):
     # The last method: below it `list` would be this one.
     def list(self, owner: str) -> list[LibraryEntry]:
         found = []
-        for folder in _children(self._owner_folder(owner)):
+        for folder in children(self._owner_folder(owner)):
             if (name := name_of(folder.name)) is not None and (versions := _versions(folder)):
                 found.append(LibraryEntry(name, versions[0].saved_at, len(versions)))
         return sorted(found, key=lambda entry: (entry.saved_at, entry.name), reverse=True)
@@ -176,7 +176,7 @@ def name_of(folder: str) -> str | None:
 def _versions(folder: Path) -> list[Version]:
     """Return the versions in a project's folder, the newest first, without empty files, which are being written."""
     found = []
-    for file in _children(folder):
+    for file in children(folder):
         number = file.name.removesuffix(_ENDING)
         if number == file.name or not re.fullmatch(r"[0-9]{6,9}", number):
             continue
@@ -210,7 +210,7 @@ def _reserve(folder: Path, name: str, newest: int, base: int | None) -> int:
             return version
 
 
-def _children(folder: Path) -> list[Path]:
+def children(folder: Path) -> list[Path]:
     """Return the entries of ``folder``; none where it doesn't exist or can't be read."""
     try:
         return list(folder.iterdir())
