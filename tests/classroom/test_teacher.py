@@ -1,6 +1,5 @@
 """The teacher's page: the list, freezing, handing out, collecting, and the end of the class."""
 
-import errno
 import io
 import json
 import re
@@ -22,7 +21,7 @@ from motorcade.program.compiler import compile_program
 from motorcade.server.studio import library, workers
 from motorcade.server.studio.library import OWNERS
 from motorcade.service.requests import respond
-from support.class_page import PASSWORD, PROJECT, class_room
+from support.class_page import PASSWORD, PROJECT, class_room, no_room
 from support.classrooms import refused
 from support.world_page import KEY
 
@@ -205,10 +204,6 @@ def test_a_full_library_keeps_the_hand_out_from_nobody_else(tmp_path):
         for to, answer in ((None, {"pupils": 1, "missed": [mia.id]}), ([mia.id], "too-many-projects")):
             assert room.teacher.ask("teacher/hand-out", name="Starter", project=PROJECT, to=to) == answer
         assert (mia.names(), ben.names()) == (["a", "b"], ["Starter"])
-
-
-def no_room(path, data):
-    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_progress_in_a_mission_is_seen_live(room):

@@ -10,6 +10,7 @@ import os
 import re
 import unicodedata
 from hashlib import sha256
+from itertools import count
 from pathlib import Path
 from stat import S_ISREG
 
@@ -106,11 +107,16 @@ class FolderStorage(Storage):
     def delete(self, owner: str, name: str) -> None:
         """Move a project to the folder ``deleted``, from which a user can move it back. Raises MotorcadeError."""
         folder, _ = self._existing(owner, name)
-        deleted = self._owner_folder(owner) / DELETED
-        with raised_as("cant-delete", OSError):
+        deleted = folder.parent / DELETED
+        try:
             deleted.mkdir(exist_ok=True)
-            number = 1 + sum(1 for each in children(deleted) if each.name.startswith(f"{folder.name}."))
-            folder.rename(deleted / f"{folder.name}.{number}")
+        except OSError:
+            # A full disk has no room for it, or a file has that name: the project is out of the list all the same.
+            deleted = folder.parent
+        taken = {each.name for each in children(deleted)}
+        free = next(wish for number in count(1) if (wish := f"{folder.name}.{number}") not in taken)
+        with raised_as("cant-delete", OSError), raised_as("no-project", FileNotFoundError, name=name):
+            folder.rename(deleted / free)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Return what is valid in the owner's file, which may be damaged or of another program."""
