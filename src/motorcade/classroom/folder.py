@@ -11,7 +11,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from html import escape
 from itertools import chain, count
@@ -123,13 +123,15 @@ class ClassFolder(FolderStorage):
 
         Raises MotorcadeError where another server uses it, or it can't be written to.
         """
-        with raised_as("folder-not-writable", OSError, folder=self._folder):
-            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with suppress(OSError):
-                # A folder that was there already; some disks have no permissions.
-                self._folder.chmod(0o700)
-            with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
-                yield
+        with ExitStack() as stack:
+            with raised_as("folder-not-writable", OSError, folder=self._folder):
+                self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+                with suppress(OSError):
+                    # A folder that was there already; some disks have no permissions.
+                    self._folder.chmod(0o700)
+                refusal = MotorcadeError("class-is-running", folder=self._folder)
+                stack.enter_context(locked(self._folder / _LOCK, refusal))
+            yield
 
     def load(self, random_below: RandomBelow) -> ClassRecord:
         """Return the class in the folder, or a new one. Raises MotorcadeError where its file is damaged.

@@ -46,6 +46,8 @@ _REQUESTS_A_SECOND, _RATE_WINDOW_S = 20, 2.0
 # A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
 _MOST_IMPORT_S = 5.0
 _AGAIN_S = 0.1
+# The clocks of a computer drift by less between two ticks.
+_CLOCK_IS_SET_S = 60.0
 # An answer waits so long for cars that can't be reached; they are stopped when they can be again.
 _PATIENCE_S = 1.0
 _log = logging.getLogger("uvicorn.error")
@@ -59,7 +61,7 @@ class ClassServerSettings(Settings):
         first_key: lets who has it set the password; None where there is a password.
         network: how pupils find the class.
         authority: the certificate that tablets may install so that they trust the server's; None without HTTPS.
-        unix_s: the time in s since 1970, which somebody may set back or forward; it is read once.
+        unix_s: the time in s since 1970, which somebody may set back or forward.
     """
 
     sessions: SessionLimits = SESSIONS
@@ -121,7 +123,7 @@ class RunningClass(Visitors):
         return self.room.is_teacher(digest(connection.cookies.get(self._teacher_cookie, "")), self.unix_s())
 
     def unix_s(self) -> float:
-        """Return the time in s since 1970 as it was at the start, and went on: no set clock signs the teacher out."""
+        """Return the time in s since 1970, as it goes on whatever the computer's clock is set to meanwhile."""
         return self._began_s + self.settings.clock()
 
     def is_in(self, owner: str) -> bool:
@@ -225,6 +227,7 @@ class RunningClass(Visitors):
         while True:
             await asyncio.sleep(_TICK_S)
             now_s = self.settings.clock()
+            self._follow_clock()
             for act in (partial(self.room.advance, now_s), partial(self.pairs.advance, now_s), self._keep_up):
                 try:
                     done = act()
@@ -235,6 +238,16 @@ class RunningClass(Visitors):
                     continue
                 except Exception:  # noqa: BLE001  # whatever is wrong with one record, the others go on
                     _log.exception("The clock of the class goes on")
+
+    def _follow_clock(self) -> None:
+        """Where the computer's clock was set, let sign-ins end as much later or earlier: the file has them by it."""
+        set_s = self.settings.unix_s() - self.settings.clock() - self._began_s
+        if abs(set_s) < _CLOCK_IS_SET_S:
+            return
+        self._began_s += set_s
+        for sign_in in self.room.record.sign_ins:
+            sign_in.until_s += set_s
+        self.room.save()
 
     async def _keep_up(self) -> None:
         """Delete and store what could not be before. Raises MotorcadeError."""

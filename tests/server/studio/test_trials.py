@@ -86,7 +86,7 @@ def test_eight_pages_of_one_visitor_get_as_many_turns_as_one_of_another(tmp_path
 
 def test_a_run_of_many_cars_is_explained_a_little_at_a_time() -> None:
     """Others wait for one part of it, not for the whole run."""
-    crowd = {"cars": 400, "spacing_m": 0.3, "size_m": [12, 12]}
+    crowd = {"cars": 400, "spacing_m": 0.3, "corner_m": [0, 0], "size_m": [12, 12]}
     mat = {"tick_ms": 5, "size_m": [12, 12], "car": [{"at_m": [6, 6], "role": "leader"}], "crowd": [crowd]}
     goal = [{"kind": "travelled", "least_m": 0.1}]
     document = MISSION.document | {"mat": mat, "goal": goal, "zone": [], "seconds": 5, "seeds": [1]}
