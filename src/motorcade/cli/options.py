@@ -146,11 +146,12 @@ def own_world(source: Path) -> OwnWorld:
 
     Raises MotorcadeError where its mat is not valid. The project is.
     """
+    from motorcade.config.files import read_bytes
     from motorcade.mats.document import mat_of
-    from motorcade.program.files import PYTHON, is_project, read_file
+    from motorcade.program.files import PYTHON, is_project
     from motorcade.program.model import read_program
 
-    data = read_file(source)
+    data = read_bytes(source)
     if source.suffix == PYTHON or not is_project(data, source):
         return OwnWorld()
     beside = read_program(data).beside
