@@ -31,7 +31,12 @@ def lines(*arguments):
 
 def test_replay_prints_the_run_its_moments_and_its_events(folder):
     first, *others = lines("replay", folder / "run.mcap")
-    assert (first["type"], first["mat"]["name"], first["seed"], first["cars"]) == ("run", "a table with a wall", 7, 6)
+    assert (first["type"], first["mat"]["name"], first["seeds"], first["cars"]) == (
+        "run",
+        "a table with a wall",
+        [7],
+        6,
+    )
     moments = [line for line in others if line["type"] == "cars"]
     events = [line for line in others if line["type"] == "event"]
     assert [moment["t_ms"] for moment in moments] == list(range(0, 2001, 100))

@@ -24,7 +24,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from support.strategies import CLASSROOM
 from support.tables import FORWARD, LEFT, counted, hearers, leaders, table
-from support.worlds import ROAMING, crowd, digest
+from support.worlds import ROAMING, CrowdedWorld, crowd, digest
 
 
 def test_each_leader_runs_its_own_program() -> None:
@@ -48,7 +48,7 @@ def test_a_hundred_thousand_cars_take_at_most_144_bytes_each() -> None:
         ({"starts": Starts.of([], [])}, 1, "no car"),
         ({}, 0, "give a program"),
         ({}, 256, "up to 255"),
-        ({"tick_ms": 50}, 1, "smaller tick_ms"),
+        ({"tick_ms": 50}, 1, "tick_ms is 50; allowed: a whole number from 1 to 40"),
     ],
 )
 def test_an_impossible_world_is_refused(change: dict, images: int, says: str) -> None:
@@ -109,7 +109,7 @@ def test_setting_the_environment_changes_the_range_of_infrared() -> None:
 def test_setting_the_environment_before_the_first_tick_equals_building_the_world_so(count: int) -> None:
     given = crowd(count)
     bare = Mat("bare", given.starts, given.tick_ms)
-    built, changed = (World(mat, [ROAMING], seeds=5) for mat in (given, bare))
+    built, changed = (CrowdedWorld(mat, [ROAMING], seeds=5) for mat in (given, bare))
     changed.set_environment(given)
     for cars in (built, changed):
         cars.run(1600)
@@ -122,7 +122,7 @@ def test_setting_the_environment_anew_moves_no_car_that_others_push(wheel_noise:
     starts = Starts.of([Pose(0.1 * (i % 4), 0.1 * (i // 4), i) for i in range(12)], [True] * 12)
     mat = Mat("tight", starts, 20, size_m=(0.6, 0.6), walled=True, physics=Physics(wheel_noise=wheel_noise))
     image = compile_program(Program([forward(3, speed=3)], None)).image
-    left_alone, set_anew = (World(mat, [image], seeds=3) for _ in range(2))
+    left_alone, set_anew = (CrowdedWorld(mat, [image], seeds=3) for _ in range(2))
     for _ in range(6):
         set_anew.set_environment(mat)
         for cars in (left_alone, set_anew):
@@ -140,7 +140,12 @@ def test_a_moved_car_is_found_among_many() -> None:
 
 @pytest.mark.parametrize(
     ("car", "pose", "says"),
-    [(2, Pose(0, 0), "0 to 1"), (-1, Pose(0, 0), "no car -1"), (0, Pose(math.nan, 0), "nan"), (0, Pose(0, 3000), "m")],
+    [
+        (2, Pose(0, 0), "car is 2; allowed: a whole number from 0 to 1"),
+        (-1, Pose(0, 0), "car is -1"),
+        (0, Pose(math.nan, 0), "x is nan"),
+        (0, Pose(0, 3000), "y is 3000; allowed: a number from -2000 to 2000"),
+    ],
 )
 def test_unknown_cars_and_places_are_refused(car: int, pose: Pose, says: str) -> None:
     cars = table([wait(1)], None, [Pose(0, 0), Pose(1, 0)])

@@ -68,7 +68,7 @@ def test_the_run_is_described(folder, kept):
     about = open_recording(folder / "run.mcap").about
     assert about == kept.about
     assert about.mat == replace(MAT, starts=Starts.of([], []))
-    assert (about.leaders, about.cars, about.seed, about.every_ms) == ((0,), 6, 7, 100)
+    assert (about.leaders, about.cars, about.seeds, about.every_ms) == ((0,), 6, (7,), 100)
     assert bytes.fromhex(about.images[0])[0] == 2
 
 
