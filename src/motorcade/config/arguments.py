@@ -65,7 +65,7 @@ def to_number(what: str, value: Any, least: float, most: float) -> float:
 
 def to_list(what: str, value: Any) -> list[Any]:
     """Return what a list, an array or another collection holds. Raises MotorcadeError, which calls it ``what``."""
-    if not isinstance(value, str | bytes | bytearray | dict):
+    if not isinstance(value, str | dict):
         try:
             return list(value)
         except TypeError:
