@@ -1,15 +1,14 @@
 """Where the cars of an environment start, in an episode that has places of its own."""
 
 import math
-from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from motorcade.config.arguments import not_allowed, to_number
+from motorcade.config.arguments import not_allowed, to_list, to_number
 from motorcade.config.profile import Profile
-from motorcade.errors import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.mats.crowd import Crowd, place_crowd
 from motorcade.mats.geometry import Budget, SweepLine
@@ -22,17 +21,15 @@ _APART_M = 0.01
 
 def starts_of(places: Any, mat: Mat) -> Starts:
     """Return the places that Python code gives all cars of a mat. Raises MotorcadeError: they are none."""
-    if isinstance(places, str) or not isinstance(places, Iterable):
-        raise not_allowed("places", places, Phrase("places-of-cars"))
-    return Starts.of([_pose_of(place) for place in places], mat.starts.leads)
+    poses = [_pose_of(place) for place in to_list("places", places)]
+    if len(poses) != len(mat.starts):
+        raise MotorcadeError("places-differ-from-cars", cars=len(mat.starts), worlds=1)
+    return Starts.of(poses, mat.starts.leads)
 
 
 def _pose_of(place: Any) -> Pose:
     """A Pose, or x, y and, unless it is 0, heading."""
-    if isinstance(place, Pose):
-        numbers = [place.x, place.y, place.heading]
-    else:
-        numbers = list(place) if isinstance(place, Iterable) and not isinstance(place, str) else []
+    numbers = [place.x, place.y, place.heading] if isinstance(place, Pose) else to_list("places", place)
     if len(numbers) not in (2, 3):
         raise not_allowed("places", place, Phrase("places-of-cars"))
     return Pose(*(to_number("places", number, -math.inf, math.inf) for number in numbers))

@@ -52,6 +52,8 @@ _LONGEST_STEP_MS = 1_000_000
 _NO_PROGRAM = bytes(4)
 # What `reset` may be told.
 RESET_OPTIONS = ("places", "images", "random_starts")
+# PettingZoo's own checks pass it.
+_WITHOUT_EFFECT = "options"
 
 
 class Readings(NamedTuple):
@@ -237,7 +239,7 @@ class SteppedWorlds:
 
     def _check_reset(self, options: Mapping[str, Any]) -> None:
         for name in options:
-            if name not in RESET_OPTIONS:
+            if name not in (*RESET_OPTIONS, _WITHOUT_EFFECT):
                 raise not_allowed("options", name, ", ".join(RESET_OPTIONS))
         if to_truth("random_starts", options.get("random_starts", False)) and "places" in options:
             raise MotorcadeError("places-and-random-starts")
