@@ -32,7 +32,7 @@ def test_copies_side_by_side_are_what_each_would_be_alone(processes):
     # The last step begins the next episodes, with seeds of their own.
     for _ in range(4):
         actions = dice.randint(0, 10, many.num_envs)
-        seen, rewards, _, over, _ = many.step(actions)
+        seen, _, _, over, _ = many.step(actions)
         parts = [env.step(each) for env, each in zip(alone, np.split(actions, 2), strict=True)]
         assert np.array_equal(seen, np.concatenate([part[0] for part in parts]))
         assert not over.any()

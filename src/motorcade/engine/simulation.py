@@ -144,7 +144,7 @@ class Simulation:
         worlds and cars, a tick has passed, or a car stands in a wall or in another car.
         """
         starts = [instance_of(Starts, "starts", each) for each in to_list("starts", starts)]
-        if self._tick or [len(each) for each in starts] != [self.cars] * self.worlds:
+        if self.tick or [len(each) for each in starts] != [self.cars] * self.worlds:
             raise MotorcadeError("places-differ-from-cars", cars=self.cars, worlds=self.worlds)
         for each in starts:
             check_starts(replace(self.mat, starts=each), self.profile)
@@ -401,7 +401,7 @@ class Simulation:
         return to_whole("world", world, 0, self.worlds - 1)
 
     def _check_begun(self) -> None:
-        if self._tick == 0:
+        if self.tick == 0:
             raise MotorcadeError("no-tick-has-passed")
 
     def _index(self, car: int, world: int) -> int:

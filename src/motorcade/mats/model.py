@@ -218,8 +218,9 @@ class Mat:
         for each in fields(self):
             if hasattr(value := getattr(self, each.name), "tolist"):
                 object.__setattr__(self, each.name, _as_tuples(value.tolist()))
-        if isinstance(self.tick_ms, float) and self.tick_ms.is_integer():
-            object.__setattr__(self, "tick_ms", int(self.tick_ms))
+        tick_ms: Any = self.tick_ms
+        if isinstance(tick_ms, float) and tick_ms.is_integer():
+            object.__setattr__(self, "tick_ms", int(tick_ms))
 
 
 def _as_tuples(value: Any) -> Any:
