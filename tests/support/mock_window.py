@@ -6,17 +6,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 shown = 0
 
 
-class FigureCanvas(FigureCanvasAgg):
-    """A canvas in a window. Matplotlib takes it where there is no display, too."""
-
-    required_interactive_framework = "headless"
-
-    def flush_events(self) -> None:
-        """Let the window draw."""
-        global shown
-        shown += 1
-
-
 class FigureManager(FigureManagerBase):
     """A window, which is open until it is destroyed."""
 
@@ -24,4 +13,13 @@ class FigureManager(FigureManagerBase):
         """Open it."""
 
 
-FigureCanvas.manager_class = FigureManager
+class FigureCanvas(FigureCanvasAgg):
+    """A canvas in a window. Matplotlib takes it where there is no display, too."""
+
+    manager_class = FigureManager
+    required_interactive_framework = "headless"
+
+    def flush_events(self) -> None:
+        """Let the window draw."""
+        global shown
+        shown += 1

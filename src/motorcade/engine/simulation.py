@@ -327,8 +327,7 @@ class Simulation:
         world = self._checked_world(world)
         shown = self.read_moment(world)
         columns = {name: view_column(name, self.backend.read(getattr(shown, name))) for name in COLUMNS}
-        which = {"world": world, "run": self.run_number}
-        return Moment(t_ms=self.now_ms, counts=self.totals(world), **which, **columns)
+        return Moment(t_ms=self.now_ms, counts=self.totals(world), world=world, run=self.run_number, **columns)
 
     def read_moment(self, world: int = 0, into: Columns | None = None) -> Columns:
         """Write what the cars of a world show now into arrays; default: arrays that the next call overwrites."""

@@ -8,6 +8,7 @@ import json
 import os
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import psutil
@@ -240,10 +241,11 @@ def _check_memory(cars: int, needed: int) -> None:
         raise MotorcadeError("world-exceeds-memory", cars=cars, needed=needed / 1e9, free=free / 1e9)
 
 
-def _as_list(seeds: int | Sequence[int]) -> Sequence[int]:
+def _as_list(seeds: Any) -> Sequence[int]:
     """Return the seeds; a single one as a list. Raises MotorcadeError: there are none."""
     if getattr(seeds, "shape", None) == () or isinstance(seeds, str) or not hasattr(seeds, "__len__"):
-        return [seeds]  # type: ignore[list-item]
+        return [seeds]
     if not len(seeds):
         raise MotorcadeError("world-without-seeds")
-    return seeds
+    listed: Sequence[int] = seeds
+    return listed

@@ -119,7 +119,7 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         return self._observed(), {agent: {} for agent in self.agents}
 
     def step(
-        self, actions: Mapping[str, Any]
+        self, actions: dict[str, Any]
     ) -> tuple[dict[str, Singles], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """Let agents begin the words of their actions, and simulate a step.
 
@@ -130,7 +130,7 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         Raises:
             MotorcadeError: an action isn't allowed or is of no agent, or no episode has begun.
         """
-        for agent in instance_of(Mapping, "actions", actions):
+        for agent in instance_of(dict, "actions", actions):
             self._of(agent, self.action_spaces)
         nothing = np.zeros(len(self.choices), np.int64)
         chosen = [np.reshape(actions.get(agent, nothing), -1) for agent in self.possible_agents]

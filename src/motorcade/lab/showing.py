@@ -90,5 +90,6 @@ class Window:
             pyplot.close(figure)
             raise MotorcadeError("no-window", reason=pyplot.get_backend())
         self._figure, self._picture = figure, figure.figimage(picture)
-        figure.canvas.manager.set_window_title("Motorcade")
+        if figure.canvas.manager is not None:
+            figure.canvas.manager.set_window_title("Motorcade")
         figure.show()

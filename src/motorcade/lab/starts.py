@@ -52,5 +52,5 @@ def random_starts(mat: Mat, profile: Profile, seed: int) -> Starts:
     x_m, y_m, heading, _ = place_crowd(crowd, partial(SweepLine, mat, apart_m / 2, budget), budget)
     # A crowd stands in the order of rows.
     order = np.random.RandomState(seed).permutation(len(starts)).tolist()
-    columns = ([column[place] for place in order] for column in (x_m, y_m, heading))
-    return Starts(*columns, starts.leads, ())
+    poses = [Pose(x_m[place], y_m[place], heading[place]) for place in order]
+    return Starts.of(poses, starts.leads)

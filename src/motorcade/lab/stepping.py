@@ -12,7 +12,16 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.config.arguments import MOST_SEED, instance_of, not_allowed, to_function, to_number, to_truth, to_whole
+from motorcade.config.arguments import (
+    MOST_SEED,
+    instance_of,
+    not_allowed,
+    to_function,
+    to_list,
+    to_number,
+    to_truth,
+    to_whole,
+)
 from motorcade.engine import agents
 from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.simulation import checked_images
@@ -189,7 +198,7 @@ class SteppedWorlds:
             return
         names = list(FIELDS)
         if actions != "words":
-            names = list(actions) if isinstance(actions, list | tuple) else [actions]
+            names = to_list("actions", actions)
         for number, name in enumerate(names):
             if not isinstance(name, str) or name not in FIELDS or name in names[:number]:
                 raise not_allowed("actions", name, ", ".join(("words", "wheels", *FIELDS)))
@@ -204,7 +213,7 @@ class SteppedWorlds:
         """Whether the episode is over."""
         return self.world.now_ms >= self._length_ms + self.world.tick_ms
 
-    def reset(self, seed: int | None, options: Mapping[str, Any] | None = None) -> None:
+    def reset(self, seed: int | None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode: world w has the seed ``seed`` + w; None: each has another one than before.
 
         The first tick is simulated, because cars are switched on in it.
@@ -218,7 +227,7 @@ class SteppedWorlds:
             MotorcadeError: an argument isn't allowed, or a car would stand in a wall or in another car.
         """
         first = self._next_seed if seed is None else to_whole("seed", seed, 0, MOST_SEED)
-        chosen = dict(instance_of(Mapping, "options", {} if options is None else options))
+        chosen = {} if options is None else instance_of(dict, "options", options)
         self._check_reset(chosen)
         world = self._world_with(checked_images(chosen.get("images", self._images)))
         world.reset([(first + number) % (MOST_SEED + 1) for number in range(world.worlds)])

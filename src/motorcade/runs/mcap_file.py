@@ -320,7 +320,9 @@ class McapRecording:
             if topic == "/counts":
                 counts = message
                 continue
-            columns = {name: np.array(message[each.recorded], each.packed) for name, each in COLUMNS.items()}
+            columns: dict[str, Any] = {
+                name: np.array(message[each.recorded], each.packed) for name, each in COLUMNS.items()
+            }
             yield Moment(**which, **columns, counts=counts)
 
     def events(self) -> Iterator[NDArray[np.void]]:
