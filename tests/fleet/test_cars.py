@@ -1,6 +1,7 @@
 """Many cars at real ports of this computer: found, told apart, loaded, stopped; and what isn't a car."""
 
 import asyncio
+import socket
 import sys
 import threading
 from binascii import crc32
@@ -339,3 +340,19 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
         assert asyncio.run(reached(bea)) == "car-away"
         eve = client_context(tmp_path / "driver-eve.pem")
         assert asyncio.run(reached(eve)) == "car-0"
+
+
+@in_loop
+async def test_keys_for_a_car_without_keys_are_left_out_and_nothing_is_sent_to_one_that_says_so(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["eve"], datetime.now(UTC))
+    keys = client_context(tmp_path / "driver-eve.pem")
+    with simulated_cars(1) as made, socket.create_server(("127.0.0.1", 0)) as other:
+        written = place_of(f"localhost:{made[0].address[10:]}")
+        found = place_of(f"127.0.0.1:{other.getsockname()[1]}")._replace(found=True)
+        async with Cars([written, found], keys) as cars:
+            await cars.known(30)
+            codes = {each.problem.code for each in cars.statuses()}
+        other.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            other.accept()
+    assert codes == {"car-takes-no-keys"}

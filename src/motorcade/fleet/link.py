@@ -166,6 +166,9 @@ class Link(asyncio.Protocol):
 async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
     """Connect to the car at a place; `Link.settle` what is at a serial port. Raises MotorcadeError."""
     loop = asyncio.get_running_loop()
+    if tls and place.host and place.found and not place.keys:
+        # It has said so: nothing is sent to it that it would take for something else.
+        raise MotorcadeError("car-takes-no-keys", address=place.address)
     try:
         if not place.host:
             port = await asyncio.to_thread(open_port, place.address, baud)
@@ -179,8 +182,10 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             secured = await starting
             assert secured
             link.connection_made(secured)
-    except ssl.SSLError:
-        raise MotorcadeError("car-keys-refused", address=place.address) from None
+    except ssl.SSLError as problem:
+        # It answers without TLS.
+        code = "car-takes-no-keys" if problem.reason == "WRONG_VERSION_NUMBER" else "car-keys-refused"
+        raise MotorcadeError(code, address=place.address) from None
     except (OSError, UnicodeError):
         # UnicodeError: no host can have that name.
         raise MotorcadeError("no-car-at-address", port=place.address) from None
