@@ -1,7 +1,6 @@
 """Commands for the car itself: car run, car neutral, car wiring; and what cars that run an image are told."""
 
 import ipaddress
-import json
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -13,7 +12,16 @@ import typer
 from motorcade import __version__
 from motorcade.cli import options
 from motorcade.cli.ending import Ending, holding_hardware
-from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated
+from motorcade.cli.output import (
+    Rows,
+    current_language,
+    json_text,
+    plain,
+    print_note,
+    print_problem,
+    print_result,
+    translated,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import host_and_port
@@ -146,7 +154,7 @@ def _neutral(
 def _wiring(
     pins: Annotated[Path, typer.Argument(metavar="PINS", exists=True, dir_okay=False)],
     output: options.OptionalOutput = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
     from motorcade.config.pins import load_pins
@@ -185,11 +193,11 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
         if kind in _UNLOGGED:
             return
         if as_json:
-            line = json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
+            line = json_text({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         else:
             does = describe_control(word, profile) if kind in ("state", "start") else ""
             event = translated(f"car-{kind}", count=word, detail=detail, does=does)
-            line = f"{at_ms / 1000:9.3f} s  {event}"
+            line = f"{at_ms / 1000:9.3f} s  {plain(event)}"
         print(line)
 
     return observe
@@ -306,11 +314,11 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     import serial
 
     from motorcade.boards.lines import SerialLine
-    from motorcade.upload.serial_port import open_error
+    from motorcade.upload.serial_port import open_error, serial_line
 
     def open_port() -> serial.Serial:
         # No call may wait: the wheels would turn on meanwhile.
-        return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=0, exclusive=True)
+        return serial_line(port, baudrate=baud, timeout=0, write_timeout=0)
 
     try:
         line = SerialLine(open_port, monotonic)

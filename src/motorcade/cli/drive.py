@@ -114,7 +114,7 @@ def _serve(
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = options.image_for(program, profile) if program else (bytes(4), chosen)
-            car, pictures = _open_simulated(resources, chosen, mat, image, measured)
+            car, pictures = _open_simulated(resources, chosen, mat, program, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
@@ -143,16 +143,25 @@ def _noting(notes: "deque[Note]") -> "Observer":
 
 
 def _open_simulated(
-    resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes, battery: "BatteryFile | None"
+    resources: ExitStack,
+    profile: "Profile",
+    mat: Path | None,
+    program: Path | None,
+    image: bytes,
+    battery: "BatteryFile | None",
 ) -> "tuple[DriveBoard, Source | None]":
-    """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
+    """Start a simulated world: on the mat, or the program's own, or else a playground.
+
+    Returns its first car and that car's pictures; closing ``resources`` ends the world.
+    """
     with needs_extra("simulated-car", "world"):
         import motorcade.engine.webassembly  # noqa: F401
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
         from motorcade.mats import check_mat, playground, read_mat
 
-    place = read_mat(mat) if mat else playground()
+    own = options.own_world(program).mat if program else None
+    place = read_mat(mat) if mat else own or playground()
     check_mat(place, profile)
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)
@@ -189,7 +198,7 @@ def _send(
     telemetry_port: options.OptionalTcpPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.drive.blocking_client import BlockingDriveClient
 
@@ -222,10 +231,12 @@ def _keys(
     driver: list[str] | None = None,
     revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
+    from motorcade.drive.keys import REVOKED, write_revoked
+
     for named in ({"car": car}, {"driver": driver}):
         options.exclude_each_other(revoke=revoke, list=list_all, **named)
     if list_all:
@@ -241,6 +252,8 @@ def _keys(
     named_hosts = (each.partition("@") for each in car or ())
     cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
     made = [str(file) for file in make_keys(folder, cars, driver or [], datetime.now(UTC))]
+    if not (folder / REVOKED).exists():
+        write_revoked(folder / REVOKED, {})
     sentence = translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem"))
     print_result(made, "\n".join([*made, sentence]), as_json)
 

@@ -23,7 +23,6 @@ from motorcade.cli.output import (
     print_result,
     quoted,
     translated,
-    wants_json,
 )
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
@@ -339,7 +338,7 @@ def _class(
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
             print_result(found, "\n".join(lines), as_json)
-            if not wants_json(as_json):
+            if not as_json:
                 print_lines([qr_for_terminal(join_url(addresses[0], code))])
             if not no_browser:
                 open_browser(teacher)

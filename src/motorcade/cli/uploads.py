@@ -11,7 +11,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, print_result, translated, wants_json
+from motorcade.cli.output import current_language, is_shown_on_terminal, plain, print_lines, print_result, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -27,7 +27,7 @@ cars_app = typer.Typer()
 
 
 @app.command("ports")
-def _ports(as_json: options.JsonInPipes = False) -> None:
+def _ports(as_json: options.Json = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
     found, names = ports(), ("device", "description", "hardware", "board")
@@ -61,7 +61,7 @@ def _upload(
         from motorcade.cli.fleet import load
 
         search = options.Lookup(car_list, keys, seconds)
-        asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
+        asyncio.run(load(image, to, search, chosen.serial.baud, resume, as_json))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -106,7 +106,7 @@ def _install_firmware(
     revoked: options.OptionalFile = None,
     dry_run: options.DryRun = False,
     profile: str = "classroom",
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     chosen = options.profile_named(profile)
     if (keys or insecure_lan) and not wifi:
@@ -155,7 +155,7 @@ def _arduino_library(
     number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
     profile: str = "classroom",
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.config.pins import load_pins, load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
@@ -179,14 +179,18 @@ def _cars(
     car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
     seconds: options.SecondsOption = 4.0,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     if context.invoked_subcommand is None:
         import asyncio
 
         from motorcade.cli.fleet import print_cars, show_cars
 
-        asyncio.run((print_cars if as_json else show_cars)(options.Lookup(car_list, keys, seconds)))
+        search = options.Lookup(car_list, keys, seconds)
+        if is_shown_on_terminal() and not as_json:
+            asyncio.run(show_cars(search))
+        else:
+            asyncio.run(print_cars(search, as_json))
 
 
 @cars_app.command("blink")
@@ -202,7 +206,7 @@ def _blink(
     from motorcade.words.request import BLINK
 
     asyncio.run(act(options.Lookup(car_list, keys, seconds), names, BLINK))
-    print(translated("cars-blink", names=", ".join(names)))
+    print_lines([translated("cars-blink", names=", ".join(names))])
 
 
 @cars_app.command("name")
@@ -221,7 +225,7 @@ def _name(
 
     check_name(name)
     asyncio.run(act(options.Lookup(car_list, keys, seconds), [port], NAME, name))
-    print(translated("car-named", port=port, name=name))
+    print_lines([translated("car-named", port=port, name=name)])
 
 
 def _ordering(kind: str) -> Callable[..., None]:
@@ -229,7 +233,7 @@ def _ordering(kind: str) -> Callable[..., None]:
         car_list: options.CarListOption = None,
         keys: options.OptionalFile = None,
         seconds: options.SecondsOption = 4.0,
-        as_json: options.JsonInPipes = False,
+        as_json: options.Json = False,
     ) -> None:
         import asyncio
 
@@ -284,11 +288,11 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
         return ports[int(answer) - 1][0]
 
     for number, (device, title) in enumerate(ports, start=1):
-        print(f"{number:3}  {device}  {title}", file=sys.stderr)
+        print(f"{number:3}  {plain(device)}  {plain(title)}", file=sys.stderr)
     return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
 def _print_retry(retry: Phrase) -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
-        print(retry.sentence(current_language()), file=sys.stderr)
+        print(plain(retry.sentence(current_language())), file=sys.stderr)
