@@ -1,7 +1,6 @@
 """Many cars at real ports of this computer: found, told apart, loaded, stopped; and what isn't a car."""
 
 import asyncio
-import socket
 import sys
 import threading
 import time
@@ -338,19 +337,14 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
 
 
 @in_loop
-async def test_keys_for_a_car_without_keys_are_left_out_and_nothing_is_sent_to_one_that_says_so(tmp_path):
+async def test_keys_for_a_car_without_keys_end_in_a_sentence_that_says_so(tmp_path):
     make_keys(tmp_path, [CarKeys("ada")], ["eve"], datetime.now(UTC))
-    keys = client_context(tmp_path / "driver-eve.pem")
-    with simulated_cars(1) as made, socket.create_server(("127.0.0.1", 0)) as other:
-        written = place_of(f"localhost:{made[0].address[10:]}")
-        found = place_of(f"127.0.0.1:{other.getsockname()[1]}")._replace(found=True)
-        async with Cars([written, found], keys) as cars:
-            await cars.known(30)
-            codes = {each.problem.code for each in cars.statuses()}
-        other.setblocking(False)
-        with pytest.raises(BlockingIOError):
-            other.accept()
-    assert codes == {"car-takes-no-keys"}
+    with simulated_cars(1) as made:
+        keys = client_context(tmp_path / "driver-eve.pem")
+        async with Cars([place_of(f"localhost:{made[0].address[10:]}")], keys) as cars:
+            (contact,) = cars.contacts.values()
+            await until(lambda: contact.status().problem)
+            assert contact.status().problem.code == "car-takes-no-keys"
 
 
 @pytest.mark.parametrize("flood", [b"\n" * (1 << 18), b"x" * 4000 + b"\n", b"ERR no\n" * 40000])

@@ -189,9 +189,6 @@ class Link(asyncio.BufferedProtocol):
 async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
     """Connect to the car at a place; `Link.settle` what is at a serial port. Raises MotorcadeError."""
     loop = asyncio.get_running_loop()
-    if tls and place.host and place.found and not place.keys:
-        # It has said so: nothing is sent to it that it would take for something else.
-        raise MotorcadeError("car-takes-no-keys", address=place.address)
     try:
         if not place.host:
             port = await asyncio.to_thread(open_port, place.address, baud)
