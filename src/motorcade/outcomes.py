@@ -39,7 +39,7 @@ EXIT_CODES: _Rows = (
     (PORT_FORBIDDEN, ("gpio-forbidden", "port-forbidden")),
     (REFUSED, ("another-chip", "old-micropython", "board-has-no-room", "install-failed", "refuses", "keys-refused")),
     (REFUSED, ("another-drives", "is-stopped", "refused", "car-old-protocol", "car-keeps-no-name", "car-refuses")),
-    (REFUSED, ("car-keys-refused", "car-only-drives")),
+    (REFUSED, ("car-keys-refused", "car-takes-no-keys", "car-only-drives")),
     (WENT_AWAY, ("install-cut-off", "hung-up", "away", "takes-no-requests", "went-away", "says-nothing")),
     (WENT_AWAY, ("port-broke", "connection-broke")),
 )

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led
+from motorcade.boards.computer import ImageStore
 from motorcade.words.request import STOP, car_request
 from motorcade.words.upload import ok_line
 from support.command_line import INSTALLED, OWN_GROUP, started
@@ -89,7 +90,7 @@ def connected(port: int, process: subprocess.Popen) -> socket.socket:
 
 @pytest.mark.parametrize("kind", [full_pipe, stopped_terminal])
 def test_a_car_whose_output_nobody_takes_runs_on_takes_orders_and_ends(kind, tmp_path: Path) -> None:
-    (tmp_path / "car.image").write_bytes(BLINKS)
+    ImageStore(tmp_path / "car.image").save(BLINKS)
     port = free_port()
     options = ("--board", "simulated", "--tcp", f"127.0.0.1:{port}", "--store", tmp_path / "car.image")
     with kind() as output, silenced(output, "car", "run", *options) as process, connected(port, process) as line:
@@ -116,7 +117,7 @@ def moving_car(tmp_path: Path) -> Iterator[tuple[subprocess.Popen, Path]]:
     """`motorcade car run` on mock pins, whose wheels turn, and the file that has what the pins show."""
     noted, pins = tmp_path / "pins.txt", tmp_path / "pins.toml"
     pins.write_text(HEAD + ENABLED, encoding="utf-8")
-    (tmp_path / "car.image").write_bytes(AHEAD)
+    ImageStore(tmp_path / "car.image").save(AHEAD)
     arguments = ("car", "run", "--pins", pins, "--store", tmp_path / "car.image", "--tcp", "127.0.0.1:0")
     with started(*arguments, program=(sys.executable, NOTED, noted)) as (process, told):
         wait_until(lambda: noted.exists() and last(noted).get("GPIO12") == "255", process)

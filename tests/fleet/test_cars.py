@@ -336,6 +336,17 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
         assert asyncio.run(reached(eve)) == "car-0"
 
 
+@in_loop
+async def test_keys_for_a_car_without_keys_end_in_a_sentence_that_says_so(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["eve"], datetime.now(UTC))
+    with simulated_cars(1) as made:
+        keys = client_context(tmp_path / "driver-eve.pem")
+        async with Cars([place_of(f"localhost:{made[0].address[10:]}")], keys) as cars:
+            (contact,) = cars.contacts.values()
+            await until(lambda: contact.status().problem)
+            assert contact.status().problem.code == "car-takes-no-keys"
+
+
 @pytest.mark.parametrize("flood", [b"\n" * (1 << 18), b"x" * 4000 + b"\n", b"ERR no\n" * 40000])
 @in_loop
 async def test_what_floods_an_upload_is_hung_up_at_little_cost(flood):

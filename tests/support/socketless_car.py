@@ -95,7 +95,7 @@ class Car:
         self.now_ms = 0
         self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
         self.server = Clients(self.control, byte_order)
-        self.server.later = self._later
+        self.server.later = self._later  # type: ignore[assignment]
         self.said: list[str] = []
         self.server.refusals.say = lambda phrase: self.said.append(phrase.sentence())
         self._timers: list[Timer] = []

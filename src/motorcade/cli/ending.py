@@ -67,9 +67,9 @@ class Ending:
 
     def __init__(self) -> None:
         self.is_due = False
-        self._then: Callable[[], None] = lambda: None
+        self._then: Callable[[], object] = lambda: None
 
-    def then(self, call: Callable[[], None]) -> None:
+    def then(self, call: Callable[[], object]) -> None:
         """Call something when a signal comes; at once where one has come."""
         self._then = call
         if self.is_due:

@@ -444,9 +444,9 @@ class Finder:
     def _take(self, hosts: list[str], port: int, properties: dict[str, str | None]) -> None:
         kind, name, telemetry = (properties.get(key) or "" for key in ("kind", "name", "telemetry"))
         telemetry_port = int(telemetry) if re.fullmatch("[0-9]{1,5}", telemetry) else 0
-        if telemetry_port > LAST_PORT:
+        if not 0 < telemetry_port <= LAST_PORT:
             # The place is asked all the same: what a stranger says hides no car.
-            telemetry_port = 0
+            telemetry_port = min(port + 1, LAST_PORT)
         for host in filter(_is_near, hosts[:_MOST_HOSTS]):
             place = network_place(host, port, safe_name(name), kind, telemetry_port)._replace(found=True)
             self._cars.add(place)

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from motorcade.drive.client import DriveClient
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.link import Answer, Link, connect
-from motorcade.fleet.places import Place, network_place, safe_name
+from motorcade.fleet.places import Place, safe_name
+from motorcade.sockets import LAST_PORT
 from motorcade.upload.transfer import OLD, holds_phrase, is_busy, upload_error
 from motorcade.words.request import ASK, STOP
 
@@ -286,9 +287,9 @@ class DriveContact(Contact):
 
     def add_telemetry_port(self, port: int) -> None:
         """Look for telemetry at this port too, first; of many the oldest is left out, but not the usual one."""
-        usual = network_place(self.place.host, self.place.port).telemetry_port
-        others = [other for other in self._telemetry_ports if other not in (port, usual)]
-        self._telemetry_ports = list(dict.fromkeys([port, *others[: _TELEMETRY_PORTS - 2], usual]))
+        usual = [self.place.port + 1] if self.place.port < LAST_PORT else []
+        others = [other for other in self._telemetry_ports if other not in (port, *usual)]
+        self._telemetry_ports = list(dict.fromkeys([port, *others[: _TELEMETRY_PORTS - 2], *usual]))
 
     def status(self) -> CarStatus:
         telemetry, known = self._client and self._client.telemetry, super().status()

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from motorcade.fleet.contact import Contact, DriveContact
 from motorcade.fleet.places import CAR, DRIVE, Place, network_place
+from motorcade.sockets import LAST_PORT
 
 # What has answered is asked in the same way so often before others are tried again.
 _TRIES_ALIKE = 5
@@ -31,7 +32,8 @@ class Found:
         self.host = place.host
         where = network_place(place.host, place.port, place.name)._replace(found=True)
         self.address = where.address
-        drive = network_place(place.host, place.port, place.name, DRIVE, place.telemetry_port)
+        telemetry_port = place.telemetry_port or min(place.port + 1, LAST_PORT)
+        drive = network_place(place.host, place.port, place.name, DRIVE, telemetry_port)
         self.drive = DriveContact(drive._replace(found=True), tls, baud)
         self.ways: tuple[Contact, Contact] = (Contact(where, tls, baud), self.drive)
         self._alone_s = _TLS_ALONE_S if tls else _ALONE_S

@@ -202,8 +202,10 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             secured = await starting
             assert secured
             link.connection_made(secured)
-    except ssl.SSLError:
-        raise MotorcadeError("car-keys-refused", address=place.address) from None
+    except ssl.SSLError as problem:
+        # It answers without TLS.
+        code = "car-takes-no-keys" if problem.reason == "WRONG_VERSION_NUMBER" else "car-keys-refused"
+        raise MotorcadeError(code, address=place.address) from None
     except (OSError, UnicodeError) as problem:
         # UnicodeError: no host can have that name.
         raise MotorcadeError("no-car-at-address", port=place.address, reason=problem) from None
