@@ -68,10 +68,10 @@ def test_an_upload_that_some_cars_miss_ends_with_their_code(tmp_path):
     away = ("gone", "127.0.0.1:1")
     with simulated_cars(1) as cars:
         room = listed(tmp_path, cars, away)
-        ran = run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room, "--seconds", "2")
+        ran = run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room, "--seconds", "2", "--json")
         assert ran.code == 5
         assert {each["car"]: each["holds"] for each in json.loads(ran.out)} == {"car-0": "new", "gone": "away"}
-        ran = run("cars", "stop", "--list", room, "--seconds", "1")
+        ran = run("cars", "stop", "--list", room, "--seconds", "1", "--json")
         assert (ran.code, json.loads(ran.out)["missing"]) == (5, ["gone"])
 
 
@@ -81,9 +81,9 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     for command in (("name", "COM7", "x"), ("blink", "COM7")):
         assert "There is no port COM7. Is the cable in?" in refusal(3, "cars", *command)
     room = listed(tmp_path, [], ("ada", "COM7"))
-    ran = run("cars", "stop", "--list", room, "--seconds", "0.5")
+    ran = run("cars", "stop", "--list", room, "--seconds", "0.5", "--json")
     assert (ran.code, json.loads(ran.out)) == (5, {"cars": 1, "missing": ["ada"]})
-    (verdict,) = json.loads(run("upload", program, "--to", "all", "--list", room, "--seconds", "1").out)
+    (verdict,) = json.loads(run("upload", program, "--to", "all", "--list", room, "--seconds", "1", "--json").out)
     assert (verdict["holds"], verdict["error"]["code"]) == ("away", "no-such-port")
     assert "No car was found" in refusal(3, "upload", program, "--to", "all", "--seconds", "1")
     assert "--to and --port exclude" in refusal(2, "upload", program, "--to", "all", "--port", "COM3")

@@ -83,7 +83,7 @@ def changed(capsule, folder, changes):
 
 def test_it_is_equal_to_the_last_bit(capsule):
     assert data("verify", capsule) == {"runs": RUNS, "equal": True}
-    ran = run("verify", capsule, "--sample", 2)
+    ran = run("verify", capsule, "--sample", 2, "--json")
     assert (ran.code, json.loads(ran.out)["runs"]) == (0, 2)
 
 
@@ -108,7 +108,7 @@ def later(table):
     ("part", "change", "tick", "same", "car"), [("mats/0.json", turned, 1, 0, 2), ("table.parquet", later, 6, 5, 3)]
 )
 def test_the_first_run_tick_and_car_that_differ_are_named(capsule, tmp_path, part, change, tick, same, car):
-    ran = run("verify", changed(capsule, tmp_path, {part: change}))
+    ran = run("verify", changed(capsule, tmp_path, {part: change}), "--json")
     found = json.loads(ran.out)
     assert (ran.code, found["equal"], found["run"], found["seed"], found["car"]) == (1, False, 0, 0, car)
     # The run of 100 ticks has a checkpoint after each of them.

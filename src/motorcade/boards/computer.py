@@ -203,6 +203,9 @@ class ComputerBoard(Board):
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         self._equipment.observe(kind, at_ms, word, detail)
 
+    def keep_alive(self) -> None:
+        """Note that the car's loop runs; called in each of its rounds."""
+
     def neutral(self) -> None:
         """Stop the wheels and switch the LEDs off."""
         self.set_wheels(0, 0)
@@ -274,6 +277,7 @@ def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[],
         while not stops():
             wait(TICK_S)
             car.tick()
+            board.keep_alive()
     finally:
         try:
             board.neutral()

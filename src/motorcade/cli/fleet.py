@@ -18,7 +18,17 @@ from rich.text import Text
 
 from motorcade.cli.console import progress_bar
 from motorcade.cli.options import DEFAULT_PROFILE, Lookup, listed
-from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
+from motorcade.cli.output import (
+    Rows,
+    current_language,
+    is_shown_on_terminal,
+    make_table,
+    print_json,
+    print_problem,
+    print_result,
+    print_table,
+    translated,
+)
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
@@ -149,14 +159,18 @@ def _program_names() -> dict[str, str]:
     return names
 
 
-async def print_cars(search: Lookup) -> None:
-    """Print what is known of all cars as JSON."""
+async def print_cars(search: Lookup, as_json: bool) -> None:
+    """Print once what is known of all cars."""
     programs = _program_names()
     async with _looking(search) as (cars, finder):
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
-        rows = [each._asdict() for each in cars.statuses()]
-        print_problem(finder.problem)
+        statuses = cars.statuses()
+    if not as_json:
+        print_table(_table(statuses, finder, programs))
+        return
+    print_problem(finder.problem)
+    rows = [status._asdict() for status in statuses]
     for row in rows:
         row["program"] = programs.get(row["crc32"], "")
         row["problem"] = row["problem"].to_dict() if row["problem"] else None
@@ -209,7 +223,9 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
 def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) -> Table:
     counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
     others = [f"{each.name} ({each.address})" for each in finder.others.values()]
-    lines = [counted, translated("cars-keys")]
+    lines = [counted]
+    if is_shown_on_terminal():
+        lines.append(translated("cars-keys"))
     if others:
         lines.append(translated("cars-others", list=", ".join(others)))
     problems = [f"{row.name}: {row.problem.sentence(current_language())}" for row in rows if row.problem]

@@ -1,5 +1,6 @@
 """Read the text of files that people write, replace files whole, and say why that was not possible."""
 
+import codecs
 import errno
 import json
 import os
@@ -21,6 +22,7 @@ DEEPEST = 100
 # No document, project or image has more.
 MOST_BYTES = 1 << 24
 _LONGEST_KEY = 40
+_UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
 _TOML_TOKENS = re.compile(
     r"""\"{3}(?:[^\\]|\\.)*?\"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\#[^\n]*|[\[\]{}\n]""", re.DOTALL
@@ -59,6 +61,11 @@ def raised_as(
         raise MotorcadeError(code, **details, reason=problem) from None
 
 
+def decoded(data: bytes) -> str:
+    """Return the text in a file's bytes: UTF-8, or UTF-16 with its mark, as PowerShell writes. Raises UnicodeError."""
+    return data.decode("utf-16" if data[:2] in _UTF_16_MARKS else "utf-8-sig")
+
+
 def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
     """Return the bytes of a file that somebody may have made; of an endless one it reads no more.
 
@@ -72,10 +79,10 @@ def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: Path, file: str | Phrase) -> str:
-    """Return the UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
+    """Return the text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
     try:
-        return read_bytes(path).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
-    except UnicodeDecodeError:
+        return decoded(read_bytes(path)).replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeError:
         reason: object = Phrase("not-text")
     except OSError as problem:
         reason = problem
@@ -87,11 +94,11 @@ def read_text(path: Path, file: str | Phrase) -> str:
 def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None = DEEPEST) -> Any:
     """Return the document in a file's bytes or text; ``file`` is what errors call it.
 
-    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
+    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, no text or nested deeper than
     ``deepest`` (None: than Python's reader goes); duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
-        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        text = decoded(data) if isinstance(data, bytes) else data
         # Raises where it has half a surrogate pair, which no sentence about it could hold.
         text.encode()
         document = _from_toml(text) if kind == "TOML" else _from_json(text, file)

@@ -27,7 +27,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from motorcade import __version__
-from motorcade.config.files import parse, read_bytes, replace_file
+from motorcade.config.files import decoded, parse, read_bytes, replace_file
 from motorcade.config.profile import profile_from_dict
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import Plan, code_hash
@@ -203,8 +203,9 @@ def _digests(table: bytes, runs: int) -> Any:
 
 def _plan(archive: zipfile.ZipFile, name: str, about: "_About") -> Plan:
     """Make the plan of a capsule. Raises MotorcadeError: a format has changed."""
-    sweep = parse_sweep(archive.read(_SPEC).decode("utf-8-sig"), f"{name}/{_SPEC}")
     programs, there = [], set(archive.namelist())
+    # A sweep that names no mats may have had that of its only program.
+    sweep = parse_sweep(decoded(archive.read(_SPEC)), f"{name}/{_SPEC}", lambda program: "mats/0.json" in there)
     for number in range(len(sweep.programs)):
         place = f"programs/{number}.profile.json"
         document = parse(archive.read(place), "JSON", f"{name}/{place}")

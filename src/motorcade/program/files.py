@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from motorcade.config.files import read_bytes
+from motorcade.config.files import decoded, read_bytes
 from motorcade.config.profile import Profile, load_profile
 from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import Compiled, compile_program
@@ -23,8 +23,13 @@ def is_project(data: bytes, file: Path) -> bool:
     try:
         parse_image_bytes(data)
     except ImageError:
-        return data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
-    return False
+        pass
+    else:
+        return False
+    try:
+        return decoded(data).lstrip().startswith("{")
+    except UnicodeError:
+        return False
 
 
 def read_project(data: bytes, file: Path) -> tuple[Program, PythonProgram | None]:
