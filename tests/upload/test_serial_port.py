@@ -83,7 +83,7 @@ def test_a_simulated_car_takes_an_image_and_gives_it_back(kind, image, tmp_path,
     assert answer.startswith(f"OK words={len(image) // 4} crc32=")
     assert sent == sorted(set(sent))
     assert sent[-1] == len(image)
-    assert store.read_bytes() == image
+    assert ImageStore(store).load() == image
 
 
 @every_line
