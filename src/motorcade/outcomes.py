@@ -26,10 +26,10 @@ EXIT_CODES: _Rows = (
     (PORT_NOT_FOUND, ("battery-unreadable", "infrared-forbidden", "no-infrared-sender")),
     (PORT_NOT_FOUND, ("infrared-sender-fails", "camera-driver-missing", "no-camera", "no-picture")),
     (PORT_NOT_FOUND, ("camera-gives-no-answer", "too-many-viewers", "no-such-host", "no-car-there", "speaks-no-tls")),
+    (PORT_NOT_FOUND, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
     (
         PORT_NOT_FOUND,
-        ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
-    (PORT_NOT_FOUND, ("port-fails",),
+        ("port-fails",),
     ),
     (PORT_NOT_FOUND, ("no-telemetry", "no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found")),
     (PORT_BUSY, ("cannot-listen", "port-busy", "car-busy")),

@@ -239,4 +239,4 @@ def test_what_is_made_up_in_a_capsule_is_a_sentence(capsule, tmp_path, part, con
 @pytest.mark.parametrize("digests", [[None] * 6, [b""] * 6, [b"x" * 3] * 6, [b"x" * 100_000] * 6])
 def test_digests_of_another_length_are_a_difference(capsule, tmp_path, digests):
     made = changed(capsule, tmp_path, {"table.parquet": lambda data: table_of(pa.array(digests, pa.binary()))})
-    assert json.loads(run("verify", made).out)["equal"] is False
+    assert json.loads(run("verify", made, "--json").out)["equal"] is False

@@ -292,7 +292,8 @@ class DriveContact(Contact):
         self._telemetry_ports = list(dict.fromkeys([port, *others[: _TELEMETRY_PORTS - 2], *usual]))
 
     def status(self) -> CarStatus:
-        telemetry, known = self._client and self._client.telemetry, super().status()
+        known = super().status()
+        telemetry = self._client.telemetry if self._client else None
         if telemetry is None:
             return known
         return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)

@@ -183,7 +183,7 @@ class ArchiveFile:
         checksum, _, text = line.partition(b" ")
         try:
             if int(checksum, 16) == zlib.crc32(text):
-                return parse(text, "JSON", self.path)
+                return parse(text, "JSON", str(self.path))
         except (ValueError, MotorcadeError):
             pass
         raise MotorcadeError("search-archive-damaged", file=self.path, line=number)

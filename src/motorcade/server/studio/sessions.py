@@ -19,6 +19,7 @@ from anyio import CapacityLimiter
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
+from motorcade.drive.keys import DriverContext
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import Place
 from motorcade.server.fleet import RemoteCar
@@ -94,7 +95,7 @@ class Settings(ServerSettings):
     page: Path = PAGE
     sessions: SessionLimits = SESSIONS
     cars: tuple[RemoteCar, ...] = ()
-    keys: ssl.SSLContext | None = None
+    keys: DriverContext | None = None
     trust: ssl.SSLContext | None = None
     places: tuple[Place, ...] = ()
 
