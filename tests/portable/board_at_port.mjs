@@ -86,7 +86,7 @@ let command = "";
 function take(byte) {
   const character = String.fromCharCode(byte);
   if (running) {
-    // The rule of motorcade.boards.on_chip.lines: three bytes of Ctrl-C and carriage return end the car.
+    // Of the rules of motorcade.boards.on_chip.lines the one that our tools use: three of Ctrl-C and return end a car.
     recent = (recent + character).slice(-INTERRUPT_LENGTH);
     if (recent.length === INTERRUPT_LENGTH && INTERRUPT.exec(recent)?.[0] === recent) running = false;
   } else if (character === CTRL_A && command === "") {
