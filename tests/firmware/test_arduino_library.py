@@ -95,7 +95,37 @@ def test_a_car_that_cannot_be_is_refused_in_a_sentence(text: str, voice: VoiceMa
 
 
 def test_a_pin_file_for_another_computer_is_refused() -> None:
-    pins = load_pins(library_folder().parent / "micropython" / "esp32.toml")
+    pins = load_pins(library_folder().parent / "linux" / "pins.toml")
     with pytest.raises(MotorcadeError) as refused:
         settings_header(pins, CLASSROOM)
     assert "arduino-uno" in refused.value.sentence("en")
+
+
+@pytest.mark.parametrize(("chip", "macro"), [("esp32", "CONFIG_IDF_TARGET_ESP32"), ("rp2040", "ARDUINO_ARCH_RP2040")])
+def test_a_car_of_each_chip_that_the_library_runs_on_gets_its_sketch(tmp_path: Path, chip: str, macro: str) -> None:
+    pins = library_folder().parent / "micropython" / f"{chip}.toml"
+    done = run("arduino-library", "-o", str(tmp_path), "--pins", str(pins), "--number", "3")
+    assert done.code == 0, done.err
+    assert "sends no infrared" in done.err
+    folder = tmp_path / "Motorcade" / "examples" / "Car"
+    sketch = (folder / "Car.ino").read_text(encoding="utf-8")
+    assert "motorcade::ArduinoBoard board(" in sketch
+    assert "const bool LEADS = true;" in sketch
+    assert "const uint32_t NUMBER = 3;" in sketch
+    assert f"#if !defined({macro})\n#error" in (folder / "car.h").read_text(encoding="utf-8")
+
+
+def test_a_voice_module_that_the_sketch_could_not_hear_is_refused() -> None:
+    text = (library_folder().parent / "micropython" / "esp32.toml").read_text(encoding="utf-8")
+    with pytest.raises(MotorcadeError) as refused:
+        header(text + "[voice]\nreceive = 16\n", VOICE)
+    assert "install-firmware" in refused.value.sentence("en")
+
+
+def test_the_example_for_any_board_drives_no_pin() -> None:
+    text = (library_folder() / "examples" / "AnyBoard" / "car.h").read_text(encoding="utf-8")
+    found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
+    numbers = ("levels", "baud", "range_mm", "drive_duties", "turn_duties", "voice_baud", "voice_pattern_count")
+    pins = {name: value for name, value in found.items() if name not in (*numbers, "voice_patterns")}
+    assert len(pins) == 10
+    assert all(re.fullmatch(r"{?NO_PIN(, NO_PIN)*}?", value) for value in pins.values())

@@ -11,7 +11,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, print_result, translated, wants_json
+from motorcade.cli.output import current_language, print_note, print_result, translated, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -158,12 +158,15 @@ def _arduino_library(
     as_json: options.JsonInPipes = False,
 ) -> None:
     from motorcade.config.pins import load_pins, load_voice_map
-    from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
+    from motorcade.firmware.arduino_library import OWN_SKETCH, WHOLE_CARS, library_files, sketch_files, write_library
 
     files = library_files()
     if pins:
         voice = load_voice_map(voice_map) if voice_map else None
-        files |= sketch_files(load_pins(pins), options.profile_named(profile), role == "leader", number, voice)
+        wired = load_pins(pins)
+        files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
+        if wired.chip.name not in WHOLE_CARS and wired.pin("infrared", "sender") is not None:
+            print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
     try:
         write_library(output, files)
     except OSError as problem:
