@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
 
 # The chips of MicroPython cars, and what people call them.
-ChipName = Literal["esp32", "rp2040"]
-_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
+ChipName = Literal["esp32", "rp2040", "rp2350"]
+_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico", "rp2350": "Raspberry Pi Pico 2"}
 
 app = typer.Typer()
 cars_app = typer.Typer()

