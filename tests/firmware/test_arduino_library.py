@@ -44,7 +44,7 @@ def test_the_same_library_is_the_same_bytes(tmp_path: Path) -> None:
 
 def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(
-        UNO.replace("led_0 = 14", "led_0 = 13").replace("right = 13", "right = 14"), encoding="utf-8"
+        UNO.replace("led_0 = 14", "led_0 = 17").replace("right = 17", "right = 14"), encoding="utf-8"
     )
     more = ["--pins", str(tmp_path / "mine.toml"), "--role", "follower", "--number", "70000"]
     done = run("arduino-library", "-o", str(tmp_path / "libraries"), *more)
@@ -53,7 +53,7 @@ def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
     sketch = (folder / "Car.ino").read_text(encoding="utf-8")
     assert "const bool LEADS = false;" in sketch
     assert "const uint32_t NUMBER = 70000U;" in sketch
-    assert "{13, 15, 16, 17},  // leds" in (folder / "car.h").read_text(encoding="utf-8")
+    assert "{17, 15, 16, 13},  // leds" in (folder / "car.h").read_text(encoding="utf-8")
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

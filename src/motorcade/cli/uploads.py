@@ -125,13 +125,13 @@ def _install_firmware(
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
-        from motorcade.config.pins import load_pins
         from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
+    wired = options.pins_at(pins) if pins else None
     if dry_run:
-        if not pins and not chip:
+        if not wired and not chip:
             raise MotorcadeError("chip-missing")
-        settings = settings_for(load_pins(pins) if pins else default_pins(chip or ""))
+        settings = settings_for(wired or default_pins(chip or ""))
         sizes = {path: len(data) for path, data in car_files(settings).items()}
         lines = [f"{size:7} {path}" for path, size in sizes.items()]
         lines.append(translated("nothing-copied", bytes=sum(sizes.values()), files=len(sizes)))
@@ -140,7 +140,7 @@ def _install_firmware(
         return
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
-        done = install(port, pins, settings_for, lambda copied, total: advance(copied * 100 // total))
+        done = install(port, wired, settings_for, lambda copied, total: advance(copied * 100 // total))
     data = {"port": port, "role": role, **done._asdict()}
     key = "files-copied" if done.copied else "files-there-already"
     sentence = translated(key, **data | {"chip": _TITLES[done.chip], "role": Phrase(f"role-{role}")})
@@ -157,13 +157,13 @@ def _arduino_library(
     profile: str = "classroom",
     as_json: options.JsonInPipes = False,
 ) -> None:
-    from motorcade.config.pins import load_pins, load_voice_map
+    from motorcade.config.pins import load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, WHOLE_CARS, library_files, sketch_files, write_library
 
     files = library_files()
     if pins:
         voice = load_voice_map(voice_map) if voice_map else None
-        wired = load_pins(pins)
+        wired = options.pins_at(pins)
         files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
         if wired.chip.name not in WHOLE_CARS and wired.pin("infrared", "sender") is not None:
             print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))

@@ -91,9 +91,9 @@ def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = Non
 def blank_header(profile: Profile) -> str:
     """Return the car.h of a board that nobody knows yet: it names no pin."""
     about = [
-        "// The pins of your car: write your board's numbers instead of NO_PIN, for the parts that it has. Pins that the",
-        "// board needs for itself (its flash memory, its USB line) are in its manual: leave them alone. A motor has",
-        "// forward, backward, enable; floor has left, right.",
+        "// The pins of your car: write your board's numbers instead of NO_PIN, for the parts that it has. A motor has",
+        "// forward, backward, enable; floor has left, right. Leave the pins alone that the board needs for itself, such",
+        "// as those of its flash memory or USB line: its manual names them.",
     ]
     return _header(about, [], PinMap("", CHIPS[0], ()), profile, None)
 
@@ -165,8 +165,8 @@ def _guard(pins: PinMap) -> list[str]:
     names = " && ".join(f"!defined({name})" for name in _MACROS[pins.chip.name])
     return [
         f"#if {names}",
-        f'#error "This sketch is for the pins of this board: {pins.chip.title}. Choose it in the menu Tools. For another '
-        f'board begin with the example AnyBoard."',
+        f'#error "This sketch is for the pins of this board: {pins.chip.title}. Choose it in the menu Tools. For '
+        f'another board begin with the example AnyBoard."',
         "#endif",
         "",
     ]

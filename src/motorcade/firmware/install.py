@@ -63,7 +63,7 @@ def default_pins(chip: str) -> PinMap:
 
 def install(
     port: str,
-    pins: Path | None,
+    pins: PinMap | None,
     settings_for: Callable[[PinMap], dict[str, Any]],
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Installed:
@@ -71,21 +71,20 @@ def install(
 
     Args:
         port: a serial port, such as /dev/ttyUSB0.
-        pins: the car's pin file; None for the one that comes for the board's chip.
+        pins: the car's; None for those that come for the board's chip.
         settings_for: gives the settings of a car with such pins (`motorcade.firmware.car_files.settings_of`).
         progress: called with the number of bytes copied and of all that have to be copied.
 
     Raises:
         MotorcadeError: the pin file can't be used, settings_for refuses it, or something went wrong at the board.
     """
-    chosen = load_pins(pins) if pins else None
-    if chosen:
-        settings_for(chosen)
+    if pins:
+        settings_for(pins)
     prompt = BoardPrompt(port)
     try:
         facts = prompt.facts()
-        chip = _chip(port, facts, chosen)
-        settings = settings_for(chosen or default_pins(chip))
+        chip = _chip(port, facts, pins)
+        settings = settings_for(pins or default_pins(chip))
         _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}

@@ -18,11 +18,11 @@ static const motorcade::CarSettings CAR = {
     {9, 10, 6},  // right_motor
     {0, 115, 180, 255},  // drive_duties
     {0, 115, 180, 255},  // turn_duties
-    {14, 15, 16, 17},  // leds
+    {14, 15, 16, 13},  // leds
     4,  // trigger
     3,  // echo
     {12},  // pir
-    {18, 13},  // floor
+    {18, 17},  // floor
     2,  // infrared_receiver
     11,  // infrared_sender
     NO_PIN,  // voice
