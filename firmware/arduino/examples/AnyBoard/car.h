@@ -1,6 +1,6 @@
 // The pins of your car: write your board's numbers instead of NO_PIN, for the parts that it has. A motor has
-// forward, backward, enable; floor has left, right. Leave the pins alone that the board needs for itself, such
-// as those of its flash memory or USB line: its manual names them.
+// forward, backward, enable; floor has left, right. Leave alone the pins that the board itself needs, for
+// its flash memory or its USB line: its manual names them.
 #ifndef MOTORCADE_CAR_SETTINGS
 #define MOTORCADE_CAR_SETTINGS
 
