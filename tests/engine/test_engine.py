@@ -66,7 +66,7 @@ def shown_by_plain_world(world: PlainWorld) -> dict[str, list[int]]:
 def counts_of_plain_world(world: PlainWorld) -> dict[str, int]:
     kinds = [kind for _, _, kind, _, _, _ in world.events]
     whys = [LOSS_REASONS[why] for _, _, kind, why, _, _ in world.events if kind == LOST]
-    lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved", "check")}
+    lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved", "check", "remote")}
     sent = {"frames": kinds.count(FRAME), "heard": kinds.count(HEARD), "deaf": whys.count("deaf")}
     return sent | lost | {"undetected": world.undetected, "touching_ms": world.touching_ms}
 

@@ -59,6 +59,7 @@ _LOSS_REASONS = {
     frames.BAD_PARITY: "parity",
     frames.BAD_RESERVED: "reserved",
     frames.BAD_CHECK: "check",
+    frames.REMOTE: "remote",
     frames.DEAF: "deaf",
 }
 

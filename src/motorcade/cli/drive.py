@@ -72,7 +72,6 @@ def _serve(
 
     from motorcade.boards.computer import BatteryFile
     from motorcade.cli.serving import serve
-    from motorcade.config.pins import load_pins
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.channels import Clients
     from motorcade.drive.keys import https_context, name_in, server_context
@@ -110,7 +109,7 @@ def _serve(
         if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
-            car: DriveBoard = open_drive(parts.equipment, load_pins(pins), chosen, gpio_chip, watchdog)
+            car: DriveBoard = open_drive(parts.equipment, options.pins_at(pins), chosen, gpio_chip, watchdog)
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = options.image_for(program, profile) if program else (bytes(4), chosen)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
-from motorcade.cli.output import print_diagnostics
+from motorcade.cli.output import current_language, print_diagnostics, print_note
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
+    from motorcade.config.pins import PinMap
     from motorcade.config.profile import Profile
     from motorcade.fleet.places import Place
     from motorcade.mats import Mat
@@ -121,6 +122,16 @@ def profile_named(name: str) -> "Profile":
     from motorcade.config.profile import load_profile
 
     return load_profile(name, Path())
+
+
+def pins_at(path: Path) -> "PinMap":
+    """Load a pin file, and print what its pins do at power-on or carry that matters to the parts there."""
+    from motorcade.config.pins import load_pins
+
+    pins = load_pins(path)
+    for warning in pins.warnings:
+        print_note(f"{path.name}: {warning.sentence(current_language())}")
+    return pins
 
 
 def image_for(source: Path, profile_name: str | None) -> "tuple[bytes, Profile]":

@@ -11,7 +11,15 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, is_shown_on_terminal, plain, print_lines, print_result, translated
+from motorcade.cli.output import (
+    current_language,
+    is_shown_on_terminal,
+    plain,
+    print_lines,
+    print_note,
+    print_result,
+    translated,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -19,8 +27,8 @@ if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
 
 # The chips of MicroPython cars, and what people call them.
-ChipName = Literal["esp32", "rp2040"]
-_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
+ChipName = Literal["esp32", "rp2040", "rp2350"]
+_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico", "rp2350": "Raspberry Pi Pico 2"}
 
 app = typer.Typer()
 cars_app = typer.Typer()
@@ -125,13 +133,13 @@ def _install_firmware(
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
-        from motorcade.config.pins import load_pins
         from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
+    wired = options.pins_at(pins) if pins else None
     if dry_run:
-        if not pins and not chip:
+        if not wired and not chip:
             raise MotorcadeError("chip-missing")
-        settings = settings_for(load_pins(pins) if pins else default_pins(chip or ""))
+        settings = settings_for(wired or default_pins(chip or ""))
         sizes = {path: len(data) for path, data in car_files(settings).items()}
         lines = [f"{size:7} {path}" for path, size in sizes.items()]
         lines.append(translated("nothing-copied", bytes=sum(sizes.values()), files=len(sizes)))
@@ -140,7 +148,7 @@ def _install_firmware(
         return
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
-        done = install(port, pins, settings_for, lambda copied, total: advance(copied * 100 // total))
+        done = install(port, wired, settings_for, lambda copied, total: advance(copied * 100 // total))
     data = {"port": port, "role": role, **done._asdict()}
     key = "files-copied" if done.copied else "files-there-already"
     sentence = translated(key, **data | {"chip": _TITLES[done.chip], "role": Phrase(f"role-{role}")})
@@ -157,13 +165,16 @@ def _arduino_library(
     profile: str = "classroom",
     as_json: options.Json = False,
 ) -> None:
-    from motorcade.config.pins import load_pins, load_voice_map
-    from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
+    from motorcade.config.pins import load_voice_map
+    from motorcade.firmware.arduino_library import OWN_SKETCH, WHOLE_CARS, library_files, sketch_files, write_library
 
     files = library_files()
     if pins:
         voice = load_voice_map(voice_map) if voice_map else None
-        files |= sketch_files(load_pins(pins), options.profile_named(profile), role == "leader", number, voice)
+        wired = options.pins_at(pins)
+        files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
+        if wired.chip.name not in WHOLE_CARS and wired.pin("infrared", "sender") is not None:
+            print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
     try:
         write_library(output, files)
     except OSError as problem:

@@ -19,20 +19,20 @@ EVENT = [
     ("other", "<u4"),
 ]
 KINDS = ("state", "start", "over", "frame", "heard", "lost")
-LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check")
+LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check", "remote")
 
 # Indices into KINDS; the first three are those of `motorcade.car.step`.
 STATE, START, OVER, FRAME, HEARD, LOST = range(6)
 # Indices into LOSS_REASONS.
-PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK = range(1, 7)
+PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK, REMOTE = range(1, 8)
 
 # Columns of the counts. Lost frames are counted at their index into LOSS_REASONS, whose index 0 is no reason: that
 # column counts the frames that were begun.
 FRAMES = 0
-FRAMES_HEARD = 7
-UNDETECTED = 8
-TOUCHING_MS = 9
-EVENTS = 10  # events that happened, whether or not there was room for them
+FRAMES_HEARD = 8
+UNDETECTED = 9
+TOUCHING_MS = 10
+EVENTS = 11  # events that happened, whether or not there was room for them
 COUNTS = 16  # two cache lines, so that no two threads write to one
 # Columns of an event in Counters.events.
 T_MS, CAR, KIND, WHY, WORD, OTHER = range(6)

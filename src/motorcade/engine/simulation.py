@@ -35,6 +35,7 @@ COUNTED = {
     "lost_parity": events.PARITY,
     "lost_reserved": events.RESERVED,
     "lost_check": events.CHECK,
+    "lost_remote": events.REMOTE,
     "deaf": events.DEAF,
     "undetected": events.UNDETECTED,
     "touching_ms": events.TOUCHING_MS,
@@ -371,9 +372,9 @@ class Simulation:
         """Count what has happened in a world since reset.
 
         ``frames`` are the frames begun. At each receiver a frame is ``heard`` or lost: ``lost_collision``,
-        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``deaf``. ``undetected`` are frames
-        that were heard with flipped bits. ``touching_ms`` is the time in which cars touched something, summed over
-        cars.
+        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``lost_remote``, ``deaf``.
+        ``undetected`` are frames that were heard with flipped bits. ``touching_ms`` is the time in which cars touched
+        something, summed over cars.
         """
         world = self._checked_world(world)
         counts = self._read_counts()

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import re
 import struct
 from ast import literal_eval
 from collections.abc import Callable, Iterator
@@ -21,8 +22,10 @@ _ANSWER_WITHIN_S = 5
 _FACTS = """import os, sys
 space = os.statvfs('/')
 bytecode = getattr(sys.implementation, '_mpy', 0) & 255
-print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3], bytecode])
+machine = getattr(sys.implementation, '_machine', '')
+print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3], bytecode, machine])
 """
+_OTHER_ESP32 = re.compile("ESP32-?[SCHP][0-9]")
 _LISTING = """import os
 def show(folder):
     for entry in os.ilistdir(folder):
@@ -39,9 +42,10 @@ except OSError:
 
 
 class Facts(NamedTuple):
-    """A board's sys.platform, MicroPython's version, flash block and free flash, and the version of .mpy that it reads.
+    """A board's sys.platform, MicroPython's version, flash block and free flash, the version of .mpy, and its machine.
 
-    That version is 0 where it reads none.
+    The version of .mpy is 0 where the board reads none. The machine is a text such as ``Raspberry Pi Pico 2 with
+    RP2350``, empty on an old MicroPython.
     """
 
     platform: str
@@ -49,6 +53,18 @@ class Facts(NamedTuple):
     block_bytes: int
     free_bytes: int
     bytecode: int
+    machine: str = ""
+
+    @property
+    def chip(self) -> str:
+        """The chip's name in pin files, or what the board calls its chip where that is another one.
+
+        All of the ESP32's family have its platform, but other pins.
+        """
+        if self.platform == "rp2":
+            return "rp2350" if "RP2350" in self.machine else "rp2040"
+        relative = _OTHER_ESP32.search(self.machine)
+        return relative[0] if relative else self.platform
 
 
 class BoardPrompt:

@@ -18,7 +18,7 @@ from motorcade.mats import Mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, Target, targets_of
 from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, OnProgress, Sink
 from motorcade.words.image import parse_image_bytes
-from motorcade.words.infrared import TAGS
+from motorcade.words.infrared import TAGS, slot_tags
 
 # Runs of more cars are recorded into files where that is asked for, and not in memory.
 MOST_CARS_IN_MEMORY = 1000
@@ -65,6 +65,8 @@ class SlotCounts(Sink):
         parsed = parse_image_bytes(image)
         self._words = np.array(parsed.followers, np.int64)
         self._tagged = bool(parsed.tagged)
+        # The tags of the first slots; of twice as many whenever more are asked for.
+        self._tags: list[int] = []
         self._dwell_ms = profile.dwell_ms[parsed.dwell_level] if parsed.followers else 0
         self._leads = np.asarray(mat.starts.leads)
         cars = len(self._leads)
@@ -99,7 +101,7 @@ class SlotCounts(Sink):
         while len(self._closed) < -(-until_ms // self._dwell_ms):
             self._close_one()
         return [
-            Slot(leader, number % TAGS + 1 if self._tagged else 0, number * self._dwell_ms, *counted)
+            Slot(leader, self._tag_of(number), number * self._dwell_ms, *counted)
             for number, counted in enumerate(self._closed)
             for leader in np.flatnonzero(self._leads).tolist()
         ]
@@ -107,13 +109,25 @@ class SlotCounts(Sink):
     def _slots_of(self, now: NDArray[np.int64], started: NDArray[np.void]) -> NDArray[np.int64]:
         """The slot that each beginning belongs to, -1 where to none; ``now`` are the slots in which they happened."""
         if self._tagged:
-            behind = (now % TAGS + 1 - started["other"].astype(np.int64)) % TAGS
-            found = np.where(started["other"] > 0, now - behind, -1)
+            found = np.full(len(now), -1)
+            for slot in np.unique(now).tolist():
+                newest = np.full(TAGS + 1, -1)
+                for earlier in range(max(0, slot - TAGS + 1), slot + 1):
+                    newest[self._tag_of(earlier)] = earlier
+                found[now == slot] = newest[started["other"][now == slot]]
         else:
             words = started["word"].astype(np.int64)
             before = np.where(words == self._words[(now - 1) % len(self._words)], now - 1, -1)
             found = np.where(words == self._words[now % len(self._words)], now, before)
         return found
+
+    def _tag_of(self, slot: int) -> int:
+        """The tag of a slot's word, 0 for a bare one."""
+        if not self._tagged:
+            return 0
+        if slot >= len(self._tags):
+            self._tags = slot_tags(self._words.tolist(), 2 * slot + 1)
+        return self._tags[slot]
 
     def _close_one(self) -> None:
         counts, lags_ms = self._open[len(self._closed)]
