@@ -116,8 +116,8 @@ def _steps(
                 if own.get("accept_ir") is not False:
                     fixes.append(Fix("accept_ir", "no"))
                 # Where two values are wrong, one isn't enough.
-                problem = _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
-                faults.extend(problem.diagnostics)
+                refused = _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
+                faults.extend(refused.diagnostics)
                 own = {}
             yield from row(_inside(block, path), flags | own, depth + 1)
 

@@ -344,7 +344,7 @@ def with_ids_of(program: Program, before: Program) -> Program:
     followers = program.followers
     if followers and before.followers:
         followers = replace(followers, steps=_steps_with_ids(followers.steps, before.followers.steps, taken))
-    return replace(program, leader=leader, followers=followers)
+    return replace(program, leader=tuple(leader), followers=followers)
 
 
 def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[str]) -> list[Step]:
