@@ -343,12 +343,15 @@ class Network:
         self.listening[host, port] = socket
         return socket
 
-    def connect(self, process: Process, host: str, port: int, done: Connected) -> None:
-        """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
-        world, to = self.world, (host, port)
-        link = self.links.get(f"{process.name} to {host}") or self.links[process.name]
+    def connect(self, process: Process, host: str, port: int, done: Connected, name: str = "") -> None:
+        """Connect a process to an address; ``done`` gets the socket, or why not.
+
+        ``name`` is that of its computer: the process's own unless given.
+        """
+        world, to, name = self.world, (host, port), name or process.name
+        link = self.links.get(f"{name} to {host}") or self.links.get(name) or self.links[process.name]
         self.opened += 1
-        address = process.name, 40_000 + self.opened
+        address = name, 40_000 + self.opened
         chance, end_s = Random(f"{world.seed} connects {address}"), world.now_s + _CONNECT_S
 
         def knock() -> None:
@@ -373,7 +376,7 @@ class Network:
                     socket.close()
                 world.after(1.0, knock)
                 return
-            self.watch(process.name, port, ours)
+            self.watch(name, port, ours)
             world.at(link.arrival_s(chance), done, ours)
 
         world.at(link.arrival_s(chance), knock)

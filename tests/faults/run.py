@@ -18,6 +18,7 @@ from tests.faults import promises
 from tests.faults.class_room import run_class
 from tests.faults.driving import run_driving
 from tests.faults.fleet import run_fleet
+from tests.faults.lesson import run_lesson
 from tests.faults.system import logs_read
 from tests.faults.uploads import run_uploads
 from tests.faults.world import BrokenPromiseError, World
@@ -27,6 +28,7 @@ SCENARIOS: dict[str, Callable[[World], None]] = {
     "driving": run_driving,
     "fleet": run_fleet,
     "class": run_class,
+    "lesson": run_lesson,
 }
 
 # The first hundred seeds, and those that notice a break of broken_places.py which none of these notices.
@@ -35,17 +37,19 @@ SEEDS: dict[str, tuple[int, ...]] = {
     "driving": (*range(100), 157),
     "fleet": (*range(100), 147, 159),
     "class": (*range(100),),
+    "lesson": (*range(100),),
 }
 # Of CPU time, for a program that was broken on purpose.
 _MOST_S = 20
 
 
 class Result(NamedTuple):
-    """How a run went: its digest, the promises that were tried, faults that were made, and what was broken."""
+    """How a run went: its digest, the promises that were tried, faults that were made, what was asked and broken."""
 
     digest: str
     tried: dict[str, int]
     counts: dict[str, int]
+    asked: set[tuple[str, str]]
     broken: BrokenPromiseError | None
     last: list[str]
 
@@ -64,7 +68,7 @@ def _run(kind: str, seed: int) -> Result:
         broken = problem
     finally:
         world.close()
-    return Result(world.digest(), world.tried, world.counts, broken, list(world.last))
+    return Result(world.digest(), world.tried, world.counts, world.asked, broken, list(world.last))
 
 
 @contextmanager
