@@ -50,7 +50,10 @@ class Browser:
     async def post(self, name: str, body: bytes, headers: str = "") -> tuple[str, Any]:
         """Send a body."""
         outcome, data = await self.fetch("POST", f"/api/{name}", body, headers)
-        return outcome, json.loads(data) if data[:1] in (b"{", b"[", b'"') else data or None
+        return outcome, self._decoded(data)
+
+    def _decoded(self, data: bytes) -> Any:
+        return json.loads(data) if self.head.get("content-type") == "application/json" and data else data
 
     async def fetch(self, method: str, path: str, body: bytes = b"", headers: str = "") -> tuple[str, bytes]:
         """Send any request; the answer's body comes back as it is."""
@@ -177,7 +180,7 @@ class LateBody:
             return UNKNOWN, None
         finally:
             self._writer.transport.abort()
-        return outcome, json.loads(data) if data[:1] in (b"{", b"[", b'"') else data
+        return outcome, self._browser._decoded(data)
 
 
 class Page:

@@ -5,8 +5,10 @@ import sys
 from contextlib import suppress
 from random import Random
 from types import SimpleNamespace
+from typing import Any
 
 from tests.faults.disk import Disk
+from tests.faults.liars import URLS, Liar, Moved, Opened, announcements, check_text, check_work
 from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
 from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
@@ -19,7 +21,8 @@ from motorcade.fleet import cars as fleet_cars
 from motorcade.fleet import contact as fleet_contact
 from motorcade.fleet import link as fleet_link
 from motorcade.fleet.cars import ALL, Cars, Finder
-from motorcade.fleet.places import network_place
+from motorcade.fleet.places import CAR, Place, network_place
+from motorcade.upload import serial_port
 from motorcade.upload.transfer import EITHER, NEW, OLD
 from motorcade.words.request import BLINK, GO, NAME, REQUEST_BYTES, STOP, read_request
 
@@ -52,12 +55,26 @@ class Fleet:
             delay_s, jitter_s = random.choice((0.002, 0.02)), random.choice((0.0, 0.02))
             self.network.link(f"teacher to {car.host}", delay_s, jitter_s, random.choice((0, 0, 0, 0.02)))
         self.network.link("teacher", 0.002)
+        self._came_bytes = 0
         # The list names some cars; the others announce themselves.
         self.listed = random.randint(0, len(self.cars))
-        self.announced = [(f"car {each.number}.", each.host, PORT) for each in self.cars[self.listed :]]
+        self.announced = [(f"car {each.number}.", each.host, PORT, CAR) for each in self.cars[self.listed :]]
         if random.random() < 0.1:
             self.world.count("stranger")
-            self.announced += [(f"strange {number}.", _STRANGE_HOST, 2000 + number) for number in range(90)]
+            self.announced += [(f"strange {number}.", _STRANGE_HOST, 2000 + number, CAR) for number in range(90)]
+        # A draw of its own: without it the other seeds would be other runs.
+        hostile = Random(f"{room.seed} hostile")
+        self.spoofs, self.is_flood = [], False
+        self.liars: list[Liar] = []
+        if hostile.random() < 0.4:
+            self.spoofs, self.is_flood = announcements(self)
+        if hostile.random() < 0.35:
+            self.liars = [Liar(self, f"10.0.3.{number}", "car-0") for number in range(hostile.randint(1, 2))]
+            self.announced += [(f"liar {each.host}.", each.host, PORT, CAR) for each in self.liars]
+        # Some are announced before the cars, some behind them.
+        self.announced = [*self.spoofs[::2], *self.announced, *self.spoofs[1::2]]
+        self.urls = [url for url in URLS if hostile.random() < 0.05]
+        room.checks.append(check_work(room, lambda: self._came_bytes))
         self.disk.fail_at = {random.randrange(1, 60) for _ in range(random.choice((0, 0, 1, 3)))}
         self.disk.slow_s = random.choice((0.0, 0.0, 0.1))
         self.teacher: Process | None = None
@@ -96,6 +113,19 @@ class Fleet:
                 self.world.keep("away-first", is_first, f"{host} gets {data[:60]!r} before {order}")
 
         socket.tap = tap
+        is_near = host.startswith("10.")
+        self.world.keep("near-only", is_near, f"the teacher's computer connects to {host}")
+        if name == "teacher":
+            socket.make = self._counted
+
+    def _counted(self, data: bytes) -> bytes:
+        self._came_bytes += len(data)
+        return Moved(data)
+
+    def contact_of(self, fleet: Cars, car: RoomCar) -> Any:
+        """What the program knows of a car at its own place; None where it hasn't found that."""
+        here = [each for each in fleet.contacts.values() if (each.place.host, each.place.port) == (car.host, car.port)]
+        return next((each for each in here if each.place.kind == CAR), None)
 
     # The computer of the teacher.
 
@@ -108,11 +138,14 @@ class Fleet:
         self.world.note("teacher")
 
         async def main() -> None:
-            places = [network_place(each.host, PORT) for each in self.cars[: self.listed]]
-            async with Cars(places) as fleet, Finder(fleet).looking():
-                self.fleet = fleet
+            places = [network_place(each.host, PORT, f"list-{each.number}") for each in self.cars[: self.listed]]
+            places += [Place(url) for url in self.urls]
+            finder: Any = None
+            async with Cars(places) as fleet, (finder := Finder(fleet)).looking():
+                self.fleet, self.finder = fleet, finder
                 begin_s = self.world.now_s
                 await fleet.known(3.0)
+                self.check_names(fleet)
                 is_soon = self.world.now_s < begin_s + 3.3 or process.frozen_until_s > begin_s
                 self.world.keep("nobody-waits", is_soon, "for those that don't answer")
                 while not self.world.is_healed:
@@ -162,9 +195,20 @@ class Fleet:
                 car.stop_due = self.world.now_s, self.world.now_s + STOP_S + 6 * self.disk.slow_s
         fleet.order(kind)
 
+    def check_names(self, fleet: Cars) -> None:
+        """What somebody wrote counts before what a stranger says, and no text of a stranger changes a line."""
+        for car in self.cars[: self.listed]:
+            (found,) = fleet.named([f"list-{car.number}"])
+            self.world.keep("safe-text", found.place.host == car.host, f"list-{car.number} is {found.place}")
+        for status in fleet.statuses():
+            for text in status[:1] + status[4:8]:
+                check_text(self.world, status.where, text)
+            if status.problem:
+                check_text(self.world, status.where, str(status.problem)[:300])
+
     def _is_reached(self, fleet: Cars, car: RoomCar) -> bool:
         """Whether the car has answered and nothing has disturbed it since."""
-        contact = fleet.contacts.get(f"{car.host}:{PORT}")
+        contact = self.contact_of(fleet, car)
         return contact is not None and not contact.status().away and car.is_quiet(self.world.now_s - 2.0)
 
     async def _load(self, fleet: Cars, image: bytes) -> None:
@@ -211,8 +255,13 @@ class Fleet:
     async def _end(self, fleet: Cars) -> None:
         """All faults have ended: all cars are found, stopped and loaded."""
         await asyncio.sleep(BACK_S)
-        known = {each for each in fleet.contacts if each.startswith("10.0.0.")}
-        self.world.keep("found", len(known) == len(self.cars), f"only {known}")
+        found = [car for car in self.cars if self.contact_of(fleet, car)]
+        # What is announced beyond all measure may crowd a car out, but not without a word.
+        is_said = self.is_flood and self.finder.problem is not None
+        missing = [car.name for car in self.cars if car not in found]
+        self.world.keep("found", not missing or is_said, f"{missing} of {list(fleet.contacts)}")
+        known = {self.contact_of(fleet, car).place.address for car in found}
+        self.check_names(fleet)
         strange = sum(each.startswith(_STRANGE_HOST) for each in fleet.contacts)
         self.world.keep("found", strange <= _MOST_OF_A_HOST, f"{strange} places of one host")
         fleet.order(STOP)
@@ -222,8 +271,8 @@ class Fleet:
         for car in self.cars:
             car.known.add(image)
         verdicts = {each.where: each.holds for each in await fleet.load(image, [ALL])}
-        for car in self.cars:
-            holds = verdicts[f"{car.host}:{PORT}"]
+        for car in found:
+            holds = verdicts[self.contact_of(fleet, car).place.address]
             self.world.keep("verified", holds == NEW and car.holds() == image, f"{car.name} after all faults: {holds}")
             self.world.keep("stop-holds", car.speed == 0, f"{car.name} moves at the end")
         self.world.is_over = True
@@ -312,6 +361,7 @@ class Fleet:
             (fleet_link, "monotonic_ms"): lambda: int(Time.monotonic() * 1000),
             (fleet_link, "secrets"): ticks,
             (fleet_cars, "ports"): list,
+            (serial_port, "serial"): Opened(),
             (car_lines, "listen"): lambda host, port: self.network.listen(here(), host, port),
         }
 

@@ -102,10 +102,13 @@ class Socket(File):
         self.peer: Socket | None = None
         self.received = bytearray()
         self.has_ended = False
+        self.came_bytes = 0
         self.error = 0
         self.is_closed = False
         self.ended: Callable[[], None] = lambda: None
         self.tap: Callable[[bytes], None] | None = None
+        # Makes the bytes that a program reads.
+        self.make: Callable[[bytes], bytes] = bytes
         self.options: dict[tuple[int, int], int] = {}
         self._chance = Random(f"{self.world.seed} {address} {network.opened}")
         # What is under way, the oldest first, and when the last of it arrives; None is the end.
@@ -149,7 +152,7 @@ class Socket(File):
     def recv(self, count: int, flags: int = 0) -> bytes:
         """What has come, at most so much; b"" at the end. Raises OSError, and BlockingIOError where nothing has."""
         if self.received:
-            data = bytes(self.received[:count])
+            data = self.make(self.received[:count])
             if not flags:
                 self.skip(len(data))
             return data
@@ -244,6 +247,7 @@ class Socket(File):
                 self.world.after(self.link.delay_s, lambda: self.fail(ECONNRESET))
                 return
             peer.received += data
+            peer.came_bytes += len(data)
         if not peer.is_closed:
             peer.changed()
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import traceback
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -84,8 +85,9 @@ def _own_garbage() -> Iterator[None]:
         # anyio holds the tasks of a killed loop. A collection lets coroutines end, and only a later one frees them.
         _task_states.clear()
         _run_vars.clear()
-        while gc.collect():
-            pass
+        with warnings.catch_warnings(action="ignore"):
+            while gc.collect():
+                pass
         gc.unfreeze()
         sys.unraisablehook = hook
         if was_on:

@@ -135,6 +135,8 @@ class World:
         self.checks: list[Callable[[], None]] = []
         self.tried = Counter[str]()
         self.counts = Counter[str]()
+        # What programs have copied of a peer's bytes.
+        self.moved_bytes = 0
         self.asked: set[tuple[str, str]] = set()
         self.is_over = self.is_healed = False
         self.broken: BaseException | None = None
