@@ -10,6 +10,8 @@ HOST = "192.168.1.5:7710"
 SERVER, PORT = "server", 7710
 # A page gives up a request after so long.
 _PATIENCE_S = 12.0
+# A server closes a connection that is idle; one that is used at that moment would break.
+_IDLE_S = 4.0
 _KEY = "dGhlIHNhbXBsZSBub25jZQ=="
 _TEXT, _BINARY, _PING, _CLOSE = 1, 2, 9, 8
 _ENDS = (OSError, EOFError, TimeoutError, asyncio.IncompleteReadError)
@@ -37,6 +39,7 @@ class Browser:
         self.cookies: dict[str, str] = {}
         self.attributes: dict[str, str] = {}
         self.status = 0
+        self._used_s = 0.0
         self.head: dict[str, str] = {}
         self.address = address
         self._host = host
@@ -84,9 +87,12 @@ class Browser:
         return await asyncio.open_connection(SERVER, PORT, **at)  # type: ignore[arg-type]
 
     async def _connection(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-        if self._streams is None or self._streams[1].is_closing() or self._streams[0].at_eof():
+        now_s = asyncio.get_running_loop().time()
+        is_idle = now_s > self._used_s + _IDLE_S
+        if self._streams is None or self._streams[1].is_closing() or self._streams[0].at_eof() or is_idle:
             self.hang_up()
             self._streams = await self._connect()
+        self._used_s = now_s
         return self._streams
 
     def _request(self, method: str, path: str, length: int, headers: str) -> bytes:

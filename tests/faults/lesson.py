@@ -259,13 +259,22 @@ class Lesson(ClassComputer):
             "partner": other and {key: getattr(other, key) for key in ("id", "name", "avatar")},
             "joined": pupil in pair.joined,
             "partner_joined": other in pair.joined,
-            # The class looks once a second.
-            "partner_away": other in pair.joined and self.is_away(other),
+            "partner_away": self._partner_away(pupil, pair, other),
             "owners": {window: owner and owner.id for window, owner in pair.owners.items()},
             "versions": pair.versions,
             "asks": pair.asks and pair.asks.id,
             "conducted": pair.conducted,
         }
+
+    def _partner_away(self, pupil: Pupil, pair: Pair, other: Pupil | None) -> bool:
+        if other is None or other not in pair.joined or other.pages:
+            return False
+        away_s = self.world.now_s - other.left_s
+        if 19.0 < away_s < 22.0:
+            # The class looks once a second.
+            shown = pupil.page and pupil.page.newest("pupil")
+            return bool(shown and shown["pair"] and shown["pair"]["partner_away"])
+        return away_s > 20.0
 
     def _teachers_view(self) -> dict[str, Any]:
         shown = self.teachers_page and self.teachers_page.newest("class")

@@ -28,6 +28,8 @@ BAD = ("x" * 25, "a\u202eb", "-a", "x" + 4 * "\u0301", "a\u3164", "<b>", "a\nb",
 MISSING = ("", "   ")
 _NUMBER_TRIES, _ADDRESS_TRIES = (10, 300.0), (60, 600.0)
 _MOST_PUPILS, _MOST_DEVICES, _LEAST_PASSWORD = 120, 8, 8
+# The mission whose stars pupils earn.
+MISSION = "forward-and-stop"
 _KEY = "0123456789abcdef" * 2
 WORK: dict[str, Any] = {"leader": {}, "followers": None, "profile": "classroom"}
 # WebSockets, and whom they are for.
@@ -215,6 +217,8 @@ async def come_back(run: "Lesson") -> None:
         left, pupil.devices = pupil.devices[: -_MOST_DEVICES + 1], [*pupil.devices[-_MOST_DEVICES + 1 :], browser]
         for device in left:
             await run.expect("out-is-out", device, "projects/list", "class-session-needed")
+        await asyncio.sleep(0.3 if left else 0.0)
+        note_left(run, pupil)
 
 
 async def many_devices(run: "Lesson") -> None:
@@ -236,7 +240,14 @@ async def leave(run: "Lesson") -> None:
     await run.expect("out-is-out", device, "projects/list", "class-session-needed")
     about = await run.expect("out-is-out", device, "class/about", DONE)
     run.world.keep("out-is-out", about["me"] is None, about)
+    await asyncio.sleep(0.3)
+    note_left(run, pupil)
+
+
+def note_left(run: "Lesson", pupil: "Pupil") -> None:
+    """A page of a device that is out ends."""
     if pupil.page and pupil.page.has_ended:
+        run.world.keep("page-stays", pupil.page.messages[-1].get("why") == "left", f"{pupil.page.messages[-1:]}")
         pupil.page, pupil.pages, pupil.left_s = None, [], run.world.now_s
 
 
@@ -577,6 +588,8 @@ async def come_up(run: "Lesson") -> None:
     for pupil in run.pupils:
         pupil.hand, pupil.gifts_s, pupil.pages = False, [], []
         pupil.left_s = run.world.now_s
+        if pupil.imported:
+            pupil.stars = {MISSION: sorted({1, *pupil.stars.get(MISSION, ())})}
     for pair in run.pairs:
         pair.conducted = None
     await run.open_pages()

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from tests.faults.browsers import DONE
-from tests.faults.lesson_doors import WORK
+from tests.faults.lesson_doors import MISSION, WORK
 from tests.faults.system import Replaced
 
 from motorcade import Program, compile_program, forward, left
@@ -32,7 +32,7 @@ MISSIONS = [mission.id for mission in list_missions({})][:6]
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 _GIFTS, _GIFTS_S = 10, 60.0
 _AWAY_S = 20.0
-_FIRST = MISSIONS[0]
+_FIRST = MISSION
 IMAGE = base64.b64encode(compile_program(Program([forward(1, speed=2), left(1)])).image).decode()
 
 

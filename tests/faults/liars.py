@@ -86,6 +86,7 @@ class Liar:
         self.host = host
         self.random = Random(f"{run.world.seed} {host}")
         self.claims = claims
+        self.is_sent = False
         self.kind = self.random.choice(("newlines", "endless", "names", "echo", "errors", "mute", "closes", "answers"))
         self.process = Process(run.world, f"liar {host}", 0.001)
         run.network.link(f"teacher to {host}", 0.002)
@@ -117,15 +118,15 @@ class Liar:
             line.skip(len(came))
         data = b""
         request = read_request(came[:REQUEST_BYTES]) if len(came) >= REQUEST_BYTES else None
-        if self.kind == "newlines":
-            data = b"\n" * 30_000
-        elif self.kind == "endless":
-            data = b"x" * 30_000
+        # As a car until it is sent a program.
+        self.is_sent |= bool(came) and request is None
+        if self.kind in ("newlines", "endless") and self.is_sent:
+            data = (b"\n" if self.kind == "newlines" else b"x") * 30_000
         elif self.kind == "errors":
             data = b"ERR " + self.random.choice(HOSTILE_TEXTS).encode() + b"\n"
         elif self.kind == "echo":
             data = came
-        elif request and self.kind == "names":
+        elif request and self.kind in ("names", "newlines", "endless"):
             data = self._answer(request.kind, request.number)
         elif self.kind == "answers":
             data = b"".join(self._answer("a", f"{number:02x}") for number in range(256))

@@ -19,6 +19,7 @@ from tests.faults import promises
 from tests.faults.class_room import run_class
 from tests.faults.driving import run_driving
 from tests.faults.fleet import run_fleet
+from tests.faults.keys import run_keys
 from tests.faults.lesson import run_lesson
 from tests.faults.system import logs_read
 from tests.faults.uploads import run_uploads
@@ -30,6 +31,7 @@ SCENARIOS: dict[str, Callable[[World], None]] = {
     "fleet": run_fleet,
     "class": run_class,
     "lesson": run_lesson,
+    "keys": run_keys,
 }
 
 # The first hundred seeds, and those that notice a break of broken_places.py which none of these notices.
@@ -38,7 +40,8 @@ SEEDS: dict[str, tuple[int, ...]] = {
     "driving": (*range(100), 157),
     "fleet": (*range(100), 147, 159),
     "class": (*range(100),),
-    "lesson": (*range(100),),
+    "lesson": (*range(50),),
+    "keys": (*range(50),),
 }
 # Of CPU time, for a program that was broken on purpose.
 _MOST_S = 20
