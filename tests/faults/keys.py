@@ -120,7 +120,7 @@ class KeyedCar:
         self.network = Network(room)
         self.people = Process(room, "people", 0.001)
         self.network.link("people", 0.01)
-        self.slow = self.network.link("10.0.9.9", 0.03)
+        self.slow = self.network.link("10.0.9.9", 0.08)
         self.car: Process | None = None
         self.board = Board()
         self.control: CarControl | None = None
@@ -170,7 +170,7 @@ class KeyedCar:
             (2.0, self.revoke),
             (1.5, self.rot),
             (1.5, self.restart),
-            (0.6, self.flood),
+            (0.25, self.flood),
             (1.0, self.stop),
         ]
         weights, some = zip(*acts, strict=True)
@@ -371,12 +371,12 @@ class KeyedCar:
                     _, writer = await self._open(_TELEMETRY, None, f"10.6.0.{host}")
                     writer.write(self.random.choice((_HELLO, b"", b"GET / HTTP/1.1\r\n\r\n")))
                     writers.append(writer)
-                await asyncio.sleep(0.02)
+                await asyncio.sleep(0.004)
 
         tasks = [asyncio.create_task(begin(host)) for host in range(hosts)]
         await asyncio.sleep(0.4)
         begin_s, is_stopped = self.world.now_s, False
-        while not is_stopped and self.world.now_s < begin_s + 8.0:
+        while not is_stopped and self.world.now_s < begin_s + _STOP_S:
             is_stopped = await self._stop_as_newcomer(name)
         took_s = self.world.now_s - begin_s
         ended.set()

@@ -88,6 +88,8 @@ class Pair:
         self.versions = dict.fromkeys(WINDOWS, 1)
         self.marks: dict[str, str] = {}
         self.asks: Pupil | None = None
+        # When somebody came in or went.
+        self.changed_s = 0.0
         self.conducted: dict[str, Any] | None = None
 
 
@@ -270,7 +272,7 @@ class Lesson(ClassComputer):
         if other is None or other not in pair.joined or other.pages:
             return False
         away_s = self.world.now_s - other.left_s
-        if 19.0 < away_s < 22.0:
+        if 19.0 < away_s < 22.0 or self.world.now_s < pair.changed_s + 2.0:
             # The class looks once a second.
             shown = pupil.page and pupil.page.newest("pupil")
             return bool(shown and shown["pair"] and shown["pair"]["partner_away"])

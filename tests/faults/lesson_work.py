@@ -144,6 +144,8 @@ async def delete(run: "Lesson") -> None:
     name = run.random.choice(list(pupil.projects))
     await run.expect("as-asked", pupil.browser, "projects/delete", DONE, name=name)
     del pupil.projects[name]
+    # What was deleted may come back with a power failure, but not later.
+    run.disk.settle()
     await run.expect("as-asked", pupil.browser, "projects/read", "no-project", name=name)
     await run.expect("as-asked", pupil.browser, "projects/delete", "no-project", name=name)
 
@@ -161,6 +163,7 @@ async def own_missions(run: "Lesson") -> None:
     if run.random.random() < 0.5:
         await run.expect("as-asked", pupil.browser, "missions/delete", DONE, name="mine")
         pupil.missions.clear()
+        run.disk.settle()
     await run.expect("as-asked", pupil.browser, "missions/read", "no-project", name="other")
 
 
@@ -414,6 +417,8 @@ async def begin_pair(run: "Lesson") -> None:
             new = Pair(run.paired, name, who, to)
             new.marks = dict.fromkeys(("leader", "followers"), mark)
             run.pairs.append(new)
+            pair = new
+        pair.changed_s = run.world.now_s
     elif wanted == DONE:
         who.gifts_s.pop()
         # A name that no file can have is refused; perhaps a number was taken.
@@ -440,6 +445,7 @@ async def join_pair(run: "Lesson") -> None:
     await run.expect("as-asked", who.browser, "class/pair/join", DONE if pair else "not-in-a-pair")
     if pair and who not in pair.joined:
         pair.joined.append(who)
+        pair.changed_s = run.world.now_s
         held = [window for window, owner in pair.owners.items() if owner]
         pair.owners["leader" if held == ["followers"] else "followers"] = who
 
