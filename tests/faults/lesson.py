@@ -11,7 +11,7 @@ import re
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from tests.faults import lesson_doors, lesson_teacher, lesson_work
+from tests.faults import lesson_cars, lesson_doors, lesson_teacher, lesson_work
 from tests.faults.browsers import DONE, Browser, Page
 from tests.faults.class_room import ClassComputer
 from tests.faults.loop import SimulatedLoop, watch_memory
@@ -28,7 +28,7 @@ from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
 
 _ACTS = 34
 _MOST_WAITING_BYTES = 1 << 20
-CABLE, CAR = "", "red"
+CABLE, CAR = "", lesson_cars.CAR
 # Pages are sent a change at most so much later.
 _SHOWN_S = 0.6
 _MARK = re.compile("# mark-[0-9]+-")
@@ -123,6 +123,11 @@ class Lesson(ClassComputer):
         self.wrong_numbers_s: dict[str, list[float]] = {}
         self.process = Process(room, "people", 0.001)
         self.network.link("people", 0.002)
+        self.network.link("server", 0.001)
+        # The real car, where it is switched on.
+        self.board: Any = None
+        self.control: Any = None
+        self.car_is_stopped = False
         # Who may see each mark.
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
@@ -131,6 +136,7 @@ class Lesson(ClassComputer):
             *lesson_doors.ACTS,
             *lesson_work.ACTS,
             *lesson_teacher.ACTS,
+            *lesson_cars.ACTS,
         ]
 
     # Whatever anybody asks.
@@ -309,6 +315,9 @@ class Lesson(ClassComputer):
                 await self.check_pages()
             self.check_folders()
             self.check_file()
+            if self.board:
+                is_held = (self.stopped or self.car_is_stopped) and self.board.speed
+                self.world.keep("stop-holds", not is_held, "the car drives though all is stopped")
             await asyncio.sleep(self.random.uniform(0.05, 0.4))
         await lesson_doors.end(self)
         await self.check_pages()
@@ -344,7 +353,7 @@ class Lesson(ClassComputer):
     write_report = staticmethod(lesson_teacher.write_report)
 
     def names(self) -> Replaced:
-        return super().names() | lesson_work.names(self)
+        return super().names() | lesson_work.names(self) | lesson_cars.names(self)
 
 
 def run_lesson(room: World) -> None:
@@ -353,6 +362,8 @@ def run_lesson(room: World) -> None:
     with replaced(run.names()):
         run.prepare()
         run.supervise()
+        if run.random.random() < 0.6:
+            lesson_cars.start_car(run)
         SimulatedLoop(run.process, run.network).run(run.live)
         watch_memory(room, lambda: run.loop, _MOST_WAITING_BYTES)
         room.run(3000.0)

@@ -95,11 +95,15 @@ async def stop(run: "Lesson") -> None:
     """The teacher stops all cars, or releases them."""
     if not run.stopped:
         away = await run.expect("stop-gets-through", run.teacher, "teacher/stop-all", DONE)
-        run.world.keep("stop-gets-through", away == ["red"], f"{away} could not be reached")
+        wanted = [] if run.control else ["red"]
+        run.world.keep("stop-gets-through", away == wanted, f"{away} could not be reached")
+        state = run.control and run.control.telemetry().state
+        run.world.keep("stop-gets-through", state in (None, "stopped"), f"after the stop the car is {state}")
         run.stopped = True
+        run.car_is_stopped = run.control is not None
     else:
         await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
-        run.stopped = False
+        run.stopped = run.car_is_stopped = False
 
 
 async def pass_on(run: "Lesson") -> None:
