@@ -59,7 +59,7 @@ ARROWS = {
     "service": ("car", "config", "engine", "mats", "missions", "program", "upload", "words"),
     "sockets": (),
     "timing": ("words",),
-    "upload": ("timing", "words"),
+    "upload": ("sockets", "timing", "words"),
     "words": (),
 }
 # A real car carries no simulator: this file of boards alone may import one.

@@ -148,11 +148,15 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("fleet", "fleet/cars.py"): (
         (
             "found-cars-get-no-order",
-            "            if self._ordered:\n                contact.order(self._ordered)\n",
+            "                if self._ordered:\n                    way.order(self._ordered)\n",
             "",
         ),
         ("one-waits-for-another", "free = asyncio.Semaphore(_AT_ONCE)", "free = asyncio.Semaphore(1)"),
-        ("a-host-fills-the-list", " >= _MOST_OF_A_HOST:\n            self.problem", " < 0:\n            self.problem"),
+        (
+            "one-turn-for-each",
+            "            found.again = asyncio.get_running_loop().call_later(pause_s, self._wait, found)\n",
+            "",
+        ),
     ),
     ("fleet", "car/loop.py"): (
         (

@@ -5,9 +5,11 @@ import gc
 import os
 import sys
 from functools import partial
+from pathlib import Path
 
 import pytest
 import serial
+from serial.tools.list_ports_common import ListPortInfo
 
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
@@ -274,3 +276,48 @@ def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, exit_
     monkeypatch.setattr(serial, "serial_for_url", fail)
     assert says in refused(exit_code, upload, "P")
     assert says in refused(exit_code, readback, "P")
+
+
+@pytest.mark.parametrize("scheme", ["spy", "SPY", "alt", "hwgrep", "loop", "rfc2217", "cp2110", "file", "x y", ""])
+def test_of_addresses_only_sockets_are_ports(scheme, tmp_path, monkeypatch):
+    """pyserial would empty a file that `spy` names."""
+    monkeypatch.chdir(tmp_path)
+    kept = tmp_path / "kept.txt"
+    kept.write_text("mine", encoding="utf-8")
+    for rest in (f"/dev/null?file={kept}", "", "127.0.0.1:9", f"socket://127.0.0.1:9?file={kept}"):
+        refused(PORT_NOT_FOUND, upload, f"{scheme}://{rest}")
+    assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("kept.txt", "mine")]
+
+
+@pytest.mark.parametrize("address", ["socket://127.0.0.1", "socket://127.0.0.1:9/?logging=debug", "socket://:9"])
+def test_a_socket_is_a_host_and_a_port_and_nothing_else(address):
+    with pytest.raises(MotorcadeError) as raised:
+        upload(address)
+    assert "HOST:PORT" in str(raised.value)
+
+
+@POSIX_ONLY
+def test_a_file_or_folder_is_no_port_and_is_not_opened(tmp_path):
+    """Nobody reads the FIFO: to open it would wait for ever."""
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    os.mkfifo(tmp_path / "fifo")
+    for port in (*tmp_path.iterdir(), "/dev/null"):
+        assert "is no serial port" in refused(PORT_NOT_FOUND, upload, str(port))
+
+
+def test_only_one_place_opens_ports():
+    """Whoever names a port has no other way to a device than the place that checks the name."""
+    source = Path(serial_port.__file__).parents[1]
+    found = {file.name for file in source.rglob("*.py") if "serial_for_url(" in file.read_text(encoding="utf-8")}
+    assert found == {"serial_port.py"}
+
+
+@pytest.mark.parametrize("port", ["COM3", "com12", r"\\.\COM12", "CNCA0"])
+def test_on_windows_a_port_is_a_com_name_or_one_that_is_listed(port, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(serial_port.list_ports, "comports", lambda: [ListPortInfo("CNCA0")])
+    assert serial_port.port_name(f" {port}") == port
+    for other in ("notes.txt", r"C:\COM3", "COM3.txt"):
+        with pytest.raises(MotorcadeError, match="is no serial port"):
+            serial_port.port_name(other)

@@ -310,10 +310,10 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     import serial
 
     from motorcade.boards.lines import SerialLine
-    from motorcade.upload.serial_port import open_error
+    from motorcade.upload.serial_port import open_error, serial_line
 
     def open_port() -> serial.Serial:
-        return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
+        return serial_line(port, baudrate=baud, timeout=0, write_timeout=_WRITE_TIMEOUT_S)
 
     try:
         line = SerialLine(open_port, monotonic)

@@ -20,7 +20,7 @@ from motorcade.cli.options import DEFAULT_PROFILE, Lookup, listed
 from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.fleet.cars import MOST_CARS, Cars, Finder
+from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
 from motorcade.fleet.contact import CarStatus, Contact
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
@@ -28,6 +28,8 @@ from motorcade.sockets import allow_files
 from motorcade.words.request import GO, STOP
 
 _DRAW_S = 0.2
+# Files that are open besides connections to cars.
+_OTHER_FILES = 64
 _LOOK_S = 0.02
 # What is a port or an address, and no name.
 _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
@@ -44,6 +46,7 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     async with _looking(search, names, baud) as (cars, finder):
         await _found(cars, names, search)
         contacts = cars.named(names)
+        is_whole = ALL not in names or not cars.problem
         print_problem(finder.problem)
         if not contacts:
             raise MotorcadeError("no-cars-found")
@@ -67,6 +70,8 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     failed = [each.error for each in verdicts if each.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
+    if not is_whole:
+        raise typer.Exit(NO_ANSWER)
 
 
 @asynccontextmanager
@@ -74,8 +79,10 @@ async def _looking(search: Lookup, names: Sequence[str] = (), baud: int = 115200
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
     tls = client_context(search.keys, takes_chips=True) if search.keys else None
-    allow_files(MOST_CARS)
+    most = allow_files(2 * MOST_CARS + _OTHER_FILES) - _OTHER_FILES
     async with Cars(places, tls, baud) as cars:
+        # A drive server takes two connections.
+        cars.most_at_once = min(MOST_CARS, max(1, most // 2))
         finder = Finder(cars)
         async with nullcontext() if search.file else finder.looking():
             yield cars, finder
@@ -112,8 +119,9 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         # Those that are found meanwhile get it too.
         await asyncio.sleep(search.listen_s)
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
-        count = len(cars.contacts)
-        print_problem(finder.problem)
+        count = len(cars.statuses())
+        problem = finder.problem
+        print_problem(problem)
     if not count:
         raise MotorcadeError("no-cars-found")
     names = [each.name for each in missing]
@@ -123,7 +131,7 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
-    if missing:
+    if missing or (problem and problem.code == "list-not-whole"):
         raise typer.Exit(NO_ANSWER)
 
 

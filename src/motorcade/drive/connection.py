@@ -13,6 +13,10 @@ from motorcade.errors import MotorcadeError, Phrase
 
 _CONNECT_S = _ANSWER_S = 3.0
 _CHUNK_BYTES = 1 << 12
+# A car sends ten frames of telemetry a second, and answers; it sends nothing where it takes commands but the reason why
+# it refuses them.
+_MOST_FRAMES_A_SECOND = 200
+_MOST_BESIDE_COMMANDS = 1 << 16
 _JOIN = "join"
 
 
@@ -113,10 +117,18 @@ class Connection:
         """
         if self._telemetry is None:
             return
-        received = bytearray()
+        received, since_s, count = bytearray(), 0.0, 0
         while data := await self._telemetry[0].read(_CHUNK_BYTES):
             received += data
+            # A read of what has come already gives nobody else a turn.
+            await asyncio.sleep(0)
+            now_s = asyncio.get_running_loop().time()
+            if now_s - since_s >= 1.0:
+                since_s, count = now_s, 0
             for text in take_frames(received, MOST_FRAME_BYTES):
+                count += 1
+                if count > _MOST_FRAMES_A_SECOND:
+                    raise ValueError(f"more than {_MOST_FRAMES_A_SECOND} frames a second")
                 frame = unpack_frame(text)
                 if frame.get("kind") == "telemetry":
                     yield frame
@@ -129,9 +141,9 @@ class Connection:
 
     async def ended(self) -> None:
         """Wait until the car hangs up the connection for commands. Raises EOFError then, or OSError."""
-        reader, _ = self._commands
-        while await reader.read(_CHUNK_BYTES):
-            pass
+        reader, left_bytes = self._commands[0], _MOST_BESIDE_COMMANDS
+        while left_bytes > 0 and (data := await reader.read(_CHUNK_BYTES)):
+            left_bytes -= len(data)
         raise EOFError("the connection ended")
 
 

@@ -26,21 +26,36 @@ _PART = re.compile(r"-----BEGIN [A-Z ]+-----\s([A-Za-z0-9+/=\s]+)-----END")
 _MOST_BYTES = 1 << 20
 
 
+class DriverContext(ssl.SSLContext):
+    """A driver's keys.
+
+    Attributes:
+        any_car: the same keys, for a car whose name only a stranger told: any car of the authority.
+    """
+
+    any_car: ssl.SSLContext
+
+
 def server_context(keys: Path) -> ssl.SSLContext:
     """TLS 1.3 for a car: drivers have to show a certificate of the same authority. Raises MotorcadeError."""
     return _trust(https_context(keys), keys)
 
 
-def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
+def client_context(keys: Path, takes_chips: bool = False) -> DriverContext:
     """TLS 1.3 for a driver: the car has to show a certificate of the same authority. Raises MotorcadeError.
 
     ``takes_chips`` allows TLS 1.2, too: a microcontroller has nothing newer.
     """
-    context = _context(ssl.PROTOCOL_TLS_CLIENT, keys, DRIVER)
-    if takes_chips:
-        context.minimum_version = ssl.TLSVersion.TLSv1_2
-        context.set_ciphers("ECDHE+AESGCM")
-    return _trust(context, keys)
+    context, any_car = contexts = [DriverContext(ssl.PROTOCOL_TLS_CLIENT) for _ in range(2)]
+    for each in contexts:
+        _load(each, keys, DRIVER)
+        if takes_chips:
+            each.minimum_version = ssl.TLSVersion.TLSv1_2
+            each.set_ciphers("ECDHE+AESGCM")
+        _trust(each, keys)
+    any_car.check_hostname = False
+    context.any_car = any_car
+    return context
 
 
 def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
@@ -58,7 +73,8 @@ def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
 
 def https_context(keys: Path) -> ssl.SSLContext:
     """TLS 1.3 for a car's pages, whose visitors show no certificate. Raises MotorcadeError."""
-    context = _context(ssl.PROTOCOL_TLS_SERVER, keys, CAR)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    _load(context, keys, CAR)
     # A client that only sends commands never reads, so nothing is sent to it but the handshake.
     context.num_tickets = 0
     return context
@@ -99,19 +115,17 @@ def title(role: str, name: str) -> str:
     return f"Motorcade keys of {role} {name}"
 
 
-def _context(protocol: int, keys: Path, role: str) -> ssl.SSLContext:
+def _load(context: ssl.SSLContext, keys: Path, role: str) -> None:
     other = DRIVER if role == CAR else CAR
     if _text(keys).startswith(title(other, "")):
         found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
         raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
-    context = ssl.SSLContext(protocol)
     context.minimum_version = ssl.TLSVersion.TLSv1_3
     try:
         context.load_cert_chain(keys, password=_no_password)
     except ssl.SSLError as problem:
         reason = problem.reason or Phrase("key-and-certificate-unreadable")
         raise MotorcadeError("not-a-keys-file", file=keys, reason=reason) from None
-    return context
 
 
 def _no_password() -> str:

@@ -12,7 +12,7 @@ from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
 from motorcade.errors import MotorcadeError
-from motorcade.upload.serial_port import open_error
+from motorcade.upload.serial_port import open_error, port_name, serial_line
 
 _BAUD = 115200
 # Few enough for the memory of a small board, which gets them as a literal of up to four times the length.
@@ -157,7 +157,7 @@ class BoardPrompt:
 
 def _opened(port: str) -> SerialTransport:
     try:
-        transport = SerialTransport(port, baudrate=_BAUD, timeout=_ANSWER_WITHIN_S)
+        transport = SerialTransport(port_name(port), baudrate=_BAUD, timeout=_ANSWER_WITHIN_S)
     except ValueError:
         raise MotorcadeError("not-a-port-name", port=port) from None
     except (TransportError, OSError):
@@ -169,7 +169,7 @@ def _opened(port: str) -> SerialTransport:
 def _why_closed(port: str) -> MotorcadeError:
     """Open the port once more to find out why it can't be opened, since mpremote gives no reason."""
     try:
-        serial.serial_for_url(port, exclusive=True).close()
+        serial_line(port).close()
     except (serial.SerialException, OSError) as problem:
         return open_error(port, problem)
     return MotorcadeError("no-micropython-answers", port=port)

@@ -37,10 +37,9 @@ class Place(NamedTuple):
     Attributes:
         address: a serial port, such as /dev/ttyUSB0, or HOST:PORT.
         name: what the list or the announcement calls the car; text of a stranger, made safe by `safe_name`.
-        kind: CAR, or DRIVE for a drive server.
+        kind: CAR, or DRIVE for a drive server; what announces itself may say anything.
         host, port: where it is in a network; host is empty for a serial port.
         telemetry_port: of a drive server.
-        keys: the name in its keys, as it announces that; empty where it doesn't.
         found: whether it was found, and named by nobody: then it may be no car.
     """
 
@@ -50,7 +49,6 @@ class Place(NamedTuple):
     host: str = ""
     port: int = 0
     telemetry_port: int = 0
-    keys: str = ""
     found: bool = False
 
 
@@ -126,7 +124,7 @@ def announced(
         listener: the address and the port where it listens. What only this computer reaches is announced to nobody,
             except with ``on_loopback``.
         problem: called in another thread where that isn't possible; others then need a list.
-        properties: more for those who find it, as `Place` has it: ``telemetry``, ``keys``.
+        properties: more for those who find it: ``telemetry``, the port of a drive server; ``keys``, the name in them.
     """
     host, port = listener
     address = ipaddress.ip_address(host.partition("%")[0])

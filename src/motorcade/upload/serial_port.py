@@ -1,15 +1,20 @@
 """The serial ports of this computer: where a car is likely, an upload to one, and a readback.
 
-A port is a device such as ``/dev/ttyUSB0`` or ``COM3``, or one of pyserial's URLs, such as
-``socket://127.0.0.1:7000`` for a simulated car. The USB ids are those of makers of serial converters and boards;
-products are listed where a maker has others that are no serial port of a board.
+A port is a device such as ``/dev/ttyUSB0`` or ``COM3``, or ``socket://HOST:PORT``, such as a simulated car's. Nothing
+else is opened, whoever names it: pyserial would also write files (``spy://``), and open any file as a port. The USB ids
+are those of makers of serial converters and boards; products are listed where a maker has others that are no serial
+port of a board.
 """
 
 import errno
 import os
+import re
 import secrets
+import stat
+import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import serial
 from serial.tools import list_ports
@@ -21,6 +26,7 @@ except ImportError:  # Windows
     TerminalError = OSError  # type: ignore[assignment, misc]
 
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.sockets import host_and_port
 from motorcade.timing import monotonic_ms
 from motorcade.upload.transfer import (
     OLD,
@@ -60,6 +66,8 @@ _BOARDS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
 # What pyserial returns where nothing is known.
 _NOTHING = "n/a"
 _USUAL_GROUP = "dialout"
+
+_COM = re.compile(r"(\\\\\.\\)?COM[0-9]{1,3}", re.IGNORECASE)
 
 # How likely a car is at a port, the likeliest first.
 BOARD, USB, OTHER, BARE = range(4)
@@ -212,14 +220,60 @@ def _drain(line: serial.Serial) -> None:
         raise serial.SerialException(str(problem)) from None
 
 
+def port_name(port: str) -> str:
+    """Return a port's name as pyserial takes it.
+
+    Raises:
+        MotorcadeError: it is neither ``socket://HOST:PORT`` nor the name of a device, or a file that is no port.
+    """
+    name = port.strip()
+    if not name:
+        raise MotorcadeError("no-port-named")
+    scheme, separator, address = name.partition("://")
+    if separator:
+        if scheme.lower() != "socket":
+            raise MotorcadeError("not-a-port-name", port=port)
+        host, number = host_and_port(address)
+        return f"socket://[{host}]:{number}" if ":" in host else f"socket://{host}:{number}"
+    is_port = _is_windows_port if sys.platform == "win32" else _may_be_port
+    try:
+        if is_port(name):
+            return name
+    except ValueError:
+        raise MotorcadeError("not-a-port-name", port=port) from None
+    raise MotorcadeError("no-serial-port", port=port)
+
+
+def _is_windows_port(name: str) -> bool:
+    return _COM.fullmatch(name) is not None or name in [port.device for port in list_ports.comports()]
+
+
+def _may_be_port(name: str) -> bool:
+    """Whether a file is a device, and none that Linux knows to be something else; so is one that isn't there.
+
+    To open a watchdog, for one, would start it. Raises ValueError.
+    """
+    try:
+        found = os.stat(name)  # noqa: PTH116 - a port is no path
+    except OSError:
+        return True
+    number = f"{os.major(found.st_rdev)}:{os.minor(found.st_rdev)}"
+    subsystem = Path(f"/sys/dev/char/{number}/subsystem")
+    return stat.S_ISCHR(found.st_mode) and (not subsystem.exists() or subsystem.resolve().name == "tty")
+
+
+def serial_line(port: str, **settings: Any) -> serial.Serial:
+    """Open a port with pyserial's settings, for this process alone.
+
+    Raises MotorcadeError where it can't be a port, and what pyserial raises.
+    """
+    return serial.serial_for_url(port_name(port), exclusive=True, **settings)
+
+
 def open_port(port: str, baud: int) -> serial.Serial:
     """Open a port for this process alone. Raises MotorcadeError."""
-    if not port.strip():
-        raise MotorcadeError("no-port-named")
     try:
-        return serial.serial_for_url(
-            port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
-        )
+        return serial_line(port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S)
     except ValueError:
         raise MotorcadeError("not-a-port-name", port=port) from None
     except (serial.SerialException, OSError) as problem:
