@@ -174,7 +174,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ),
     ("class", "classroom/running.py"): (
         ("one-library-for-all", "lambda: self._ports(visitor), visitor)", 'lambda: self._ports(visitor), "01")'),
-        ("refused-and-done", "            self.room.restore(from_bytes(self._kept, RECORD))\n", "            pass\n"),
+        ("refused-and-done", "            self.room.restore()\n", "            pass\n"),
         ("undone-and-answered", "        if since <= self._undone:\n", "        if False:\n"),
         ("two-store-at-once", "            async with self._storing:\n", "            if True:\n"),
     ),

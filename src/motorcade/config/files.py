@@ -8,7 +8,7 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Literal
@@ -255,9 +255,12 @@ def _keep_names(folder: Path) -> None:
 def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
     """Lock a file for this process while the block runs; the system unlocks it however the process ends.
 
+    Its folder is locked, too, where a system can do that: who deletes the file lets no second process in. Windows
+    deletes no open file.
+
     Raises ``refusal`` where another process has locked it, or OSError where it can't be made.
     """
-    with path.open("a+b") as file:
+    with path.open("a+b") as file, ExitStack() as opened:
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -269,4 +272,14 @@ def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise refusal from None
+        if sys.platform != "win32":
+            folder = os.open(path.parent, os.O_RDONLY)
+            opened.callback(os.close, folder)
+            try:
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise refusal from None
+            except OSError:
+                # A network's disk may lock files alone.
+                pass
         yield
