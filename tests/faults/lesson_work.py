@@ -569,10 +569,6 @@ def names(run: "Lesson") -> Replaced:
     def set_time(path: Any, times: tuple[float, float]) -> None:
         run.disk.find(path).changed_s = times[1]
 
-    def tell(act: Any, *arguments: object) -> None:
-        if run.loop:
-            run.loop.soon(lambda: act(*arguments))
-
     def checked(command: list[str], **options: object) -> None:
         run.write_report(command)
 
@@ -581,7 +577,6 @@ def names(run: "Lesson") -> Replaced:
         (library, "os"): SimpleNamespace(utime=set_time),
         (class_running, "listed_ports"): lambda: [SERIAL],
         (studio_uploads, "ports"): list,
-        (studio_uploads, "from_thread"): SimpleNamespace(run_sync=tell),
         (studio_uploads, "time"): SimpleNamespace(sleep=run.world.sleep),
         (studio_uploads, "secrets"): SimpleNamespace(randbelow=run.random.randrange),
         (class_folder, "subprocess"): SimpleNamespace(run=checked, TimeoutExpired=TimeoutError),
