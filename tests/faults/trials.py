@@ -34,6 +34,7 @@ _CORE = (
     *("errors", "outcomes", "locales", "words", "devices", "car", "config", "program", "mats", "engine", "runs"),
     *("missions", "timing", "sockets", "extras"),
 )
+_KEPT = ("tests", "tests.faults", "tests.faults.trials", "tests.mutants", "support", "support.changed_places")
 # At most so many of the changes may survive.
 MOST_SURVIVORS = 0.15
 # Of CPU time: a child that computes on is noticed by that.
@@ -86,10 +87,13 @@ def drawn(count: int, seed: int, folders: tuple[str, ...]) -> list[Place]:
 
 def _forget() -> None:
     """Forget what the tests and the program have imported of themselves."""
-    for name in [name for name in sys.modules if name.partition(".")[0] in ("motorcade", "tests")]:
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("motorcade", "tests", "support")]:
         wing = name.partition(".")[2].partition(".")[0]
         is_core = name.startswith("motorcade.") and wing in _CORE
-        if not is_core and name not in ("tests", "tests.faults", __name__, "tests.mutants"):
+        if not is_core and name not in _KEPT:
+            package, _, last = name.rpartition(".")
+            # A package that stays would give the module of before to who imports it from there.
+            vars(sys.modules.get(package, sys)).pop(last, None)
             del sys.modules[name]
 
 
