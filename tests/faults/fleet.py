@@ -16,6 +16,7 @@ from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Faults, Process, World, here
 
 from motorcade.boards import lines as car_lines
+from motorcade.boards.computer import sealed
 from motorcade.errors import MotorcadeError
 from motorcade.fleet import cars as fleet_cars
 from motorcade.fleet import contact as fleet_contact
@@ -92,7 +93,9 @@ class Fleet:
     def _check_disk(self) -> None:
         for car in self.cars:
             for content in self.disk.possible(car.path):
-                self.world.keep("image-whole", content in car.known, "{!r} may be left", content)
+                self.world.keep(
+                    "image-whole", content in [sealed(image) for image in car.known], "{!r} may be left", content
+                )
 
     # The network.
 

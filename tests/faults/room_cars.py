@@ -12,7 +12,7 @@ from tests.faults.system import Time
 from tests.faults.uploads import drawn_image
 from tests.faults.world import Process
 
-from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run, sealed, unsealed
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.words.image import Image, image_words, words_to_bytes
@@ -69,7 +69,7 @@ class RoomCar:
         self.folder = room.folder / f"car{number}"
         self.path = self.folder / "car.image"
         first = moving_image(room.random)
-        self.known: set[bytes | None] = {first}
+        self.known: set[bytes] = {first}
         self.stored: list[bytes] = [first]
         self.stored_s = self.quiet_since_s = 0.0
         self.failed_late_s = self.ended_s = self.on_s = -1.0
@@ -81,7 +81,7 @@ class RoomCar:
         self.stop_due: tuple[float, float] | None = None
         self.process: Process | None = None
         room.disk.create(self.folder, True)
-        room.disk.create(self.path, False).data = first
+        room.disk.create(self.path, False).data = sealed(first)
 
     @property
     def link(self) -> Link:
@@ -101,7 +101,7 @@ class RoomCar:
 
     def holds(self) -> bytes:
         try:
-            return self.room.disk.find(self.path).data
+            return unsealed(self.room.disk.find(self.path).data)
         except OSError:
             return NO_PROGRAM
 

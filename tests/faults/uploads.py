@@ -14,7 +14,7 @@ from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Process, World
 
 from motorcade.boards import lines as car_lines
-from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run, sealed, unsealed
 from motorcade.boards.lines import SerialLine, TcpPort
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
@@ -84,7 +84,12 @@ class Uploads:
         if self.disk.lies:
             return
         for content in self.disk.possible(self.folder / "car" / "car.image"):
-            self.world.keep("image-whole", content in self.known, "{!r} may be left", content)
+            self.world.keep("image-whole", self._read(content) in self.known, "{!r} may be left", content)
+
+    @staticmethod
+    def _read(content: bytes | None) -> bytes | None:
+        """What the car begins with; None where it says that this is no image of its own, or where there is nothing."""
+        return None if content is None else unsealed(content)
 
     # The car.
 
@@ -164,15 +169,15 @@ class Uploads:
         self.world.note("car", data)
         self.acknowledged = self.stored[-1]
         if not self.disk.lies:
-            left = set(self.disk.possible(self.folder / "car" / "car.image"))
+            left = {self._read(content) for content in self.disk.possible(self.folder / "car" / "car.image")}
             self.world.keep("acknowledged-stays", left == {self.acknowledged}, "{} may be left", left)
 
     def holds(self) -> bytes:
         """What the car holds, whether it is on or off."""
         node = self.folder / "car" / "car.image"
         try:
-            return self.disk.find(node).data or NO_PROGRAM
-        except OSError:
+            return unsealed(self.disk.find(node).data)
+        except (OSError, ValueError):
             return NO_PROGRAM
 
     def end_car(self, is_power: bool) -> None:
@@ -310,7 +315,7 @@ class Uploads:
             self.known.add(image)
             self.stored.append(image)
             self.disk.create(self.folder / "car", True)
-            self.disk.create(self.folder / "car" / "car.image", False).data = image
+            self.disk.create(self.folder / "car" / "car.image", False).data = sealed(image)
             self.acknowledged = image
         self.disk.settle()
         self.disk.after = self._check_disk

@@ -218,6 +218,8 @@ def _keys(
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
+    from motorcade.drive.keys import REVOKED, write_revoked
+
     for named in ({"car": car}, {"driver": driver}):
         options.exclude_each_other(revoke=revoke, list=list_all, **named)
     if list_all:
@@ -233,6 +235,8 @@ def _keys(
     named_hosts = (each.partition("@") for each in car or ())
     cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
     made = [str(file) for file in make_keys(folder, cars, driver or [], datetime.now(UTC))]
+    if not (folder / REVOKED).exists():
+        write_revoked(folder / REVOKED, {})
     sentence = translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem"))
     print_result(made, "\n".join([*made, sentence]), as_json)
 

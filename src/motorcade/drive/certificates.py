@@ -18,7 +18,18 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from motorcade.drive.keys import CAR, DRIVER, REVOKED, number_of, read_revoked, title, write_revoked
+from motorcade.config.files import replace_file
+from motorcade.drive.keys import (
+    CAR,
+    DRIVER,
+    REVOKED,
+    number_of,
+    read_revoked,
+    title,
+    with_end,
+    without_end,
+    write_revoked,
+)
 from motorcade.errors import MotorcadeError, Phrase
 
 AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
@@ -89,6 +100,7 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             raise MotorcadeError("keys-named-twice", role=who, name=name)
         if (file := folder / f"{role}-{name}.pem").exists():
             raise MotorcadeError("keys-exist", file=file, name=name)
+    before = _issued(folder)
     purposes = [_car_purpose(car) for car in cars]
     purposes += [[x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])]] * len(drivers)
     made: list[Path] = []
@@ -103,8 +115,7 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             own = _certified(name, now, _KEYS_DAYS, purpose, authority)
             _write_secret(made[-1], title(role, name), own, authority)
             issued.append(own.certificate)
-        with (folder / ISSUED).open("ab") as opened:
-            opened.write(b"".join(each.public_bytes(_PEM) for each in issued))
+        replace_file(folder / ISSUED, with_end("".join(map(_pem, [*before, *issued]))).encode())
     except OSError:
         # Half a file would be in the way of the next try.
         for file in made:
@@ -118,7 +129,7 @@ def list_keys(folder: Path) -> list[IssuedKeys]:
     _read_authority(folder / AUTHORITY)
     revoked = read_revoked(folder / REVOKED) if (folder / REVOKED).exists() else frozenset()
     keys = []
-    for each in _certificates(folder / ISSUED):
+    for each in _issued(folder):
         purposes = each.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
         role = DRIVER if ExtendedKeyUsageOID.CLIENT_AUTH in purposes else CAR
         (name,) = each.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
@@ -155,14 +166,21 @@ def revoke_drivers(folder: Path, drivers: Sequence[str]) -> Path:
     return folder / REVOKED
 
 
-def _certificates(file: Path) -> list[x509.Certificate]:
+def _issued(folder: Path) -> list[x509.Certificate]:
+    """The certificates of all keys that were made. Raises MotorcadeError: a list that was cut would revoke too few."""
+    file = folder / ISSUED
     try:
         with file.open("rb") as opened:
-            return x509.load_pem_x509_certificates(opened.read(_MOST_BYTES))
+            text = without_end(opened.read(_MOST_BYTES).decode())
+        return x509.load_pem_x509_certificates(text.encode()) if text else []
     except FileNotFoundError:
         return []
     except (OSError, ValueError):
-        raise MotorcadeError("not-a-keys-file", file=file, reason="PEM") from None
+        raise MotorcadeError("not-a-keys-file", file=file, reason=Phrase("issued-not-whole")) from None
+
+
+def _pem(certificate: x509.Certificate) -> str:
+    return certificate.public_bytes(_PEM).decode()
 
 
 def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:

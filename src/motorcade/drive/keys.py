@@ -3,11 +3,13 @@
 A keys file is one PEM file for each person or car, made by `motorcade drive keys` (`motorcade.drive.certificates`): its
 private key, its certificate, and the certificate of the authority that both ends trust. Only that authority counts, not
 those that the computer trusts: nobody drives with a web site's certificate. The drivers' keys that a car no longer
-takes are in a text file of serial numbers, which is read again whenever it changes.
+takes are in a text file of serial numbers, which is read again whenever it changes. Its last line has the number of
+lines and a checksum, so a list that was cut or emptied lets nobody in.
 """
 
 import re
 import ssl
+from binascii import crc32
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,8 @@ CAR, DRIVER = "car", "driver"
 _CERTIFICATE = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\s]+-----END CERTIFICATE-----")
 REVOKED = "revoked.txt"
 _HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"
+# The last line of a list.
+_END = "# The end: {count} lines, checksum {checksum:08x}\n"
 # A certificate's serial number has at most 20 bytes (RFC 5280).
 _NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
 # What stands in each part of a keys file: key, certificate, authority's certificate.
@@ -160,24 +164,44 @@ def number_of(text: str) -> int | None:
     return int(text, 16) if _NUMBER.fullmatch(text) else None
 
 
+def with_end(text: str) -> str:
+    """Return the text of a list with its last line."""
+    return text + _END.format(count=text.count("\n"), checksum=crc32(text.encode()))
+
+
+def without_end(text: str) -> str:
+    """Return the text of a list without its last line. Raises ValueError: what the last line of this list has to be."""
+    lines = text.splitlines()
+    body = "".join(f"{line}\n" for line in lines if not line.startswith(_END[:9]))
+    whole = with_end(body)
+    if lines != whole.splitlines():
+        raise ValueError(whole.splitlines()[-1])
+    return body
+
+
 def read_revoked(file: Path) -> frozenset[int]:
     """The serial numbers in a list: hexadecimal, one a line; what stands behind a # is a remark.
 
-    Raises MotorcadeError where the file can't be read or has another line.
+    Raises MotorcadeError where the file can't be read, has another line, or isn't whole.
     """
     unreadable, numbers = "revoked-keys-unreadable", set()
-    for at, line in enumerate(_text(file, unreadable, unreadable).splitlines(), 1):
+    content = _text(file, unreadable, unreadable)
+    for at, line in enumerate(content.splitlines(), 1):
         if text := line.partition("#")[0].strip():
             if (number := number_of(text)) is None:
                 raise MotorcadeError(unreadable, file=file, reason=Phrase("revoked-line", line=at))
             numbers.add(number)
+    try:
+        without_end(content)
+    except ValueError as end:
+        raise MotorcadeError(unreadable, file=file, reason=Phrase("revoked-not-whole", line=end)) from None
     return frozenset(numbers)
 
 
 def write_revoked(file: Path, keys: Mapping[int, str]) -> None:
     """Write a list of these serial numbers, each with its remark. Raises OSError."""
     lines = [f"{number:x}  # {remark}\n" for number, remark in keys.items()]
-    replace_file(file, "".join([_HEADING, *lines]).encode())
+    replace_file(file, with_end("".join([_HEADING, *lines])).encode())
 
 
 class RevokedKeys:
@@ -188,13 +212,16 @@ class RevokedKeys:
         is_expected: whether it counts as a problem that there is no such file when the car starts.
 
     Attributes:
-        problem: why the list can't be read now; what it had before stays valid then.
+        problem: why the list can't be read now; what it had before stays valid then. Where it never could be read, all
+            keys are revoked, unless there is no list.
     """
 
     def __init__(self, file: Path, is_expected: bool = True) -> None:
         self.problem: MotorcadeError | None = None
         self._file = file
-        self._numbers: frozenset[int] = frozenset()
+        # None where there is a list, and none has been read.
+        self._numbers: frozenset[int] | None = frozenset()
+        self._was_read = False
         # When the file was changed, its size and its inode at the last look; None where there was none.
         self._stamp: tuple[int, int, int] | None = None
         if is_expected or file.exists():
@@ -202,7 +229,7 @@ class RevokedKeys:
 
     def __contains__(self, number: int | None) -> bool:
         """Whether the keys whose certificate has this serial number are revoked."""
-        return number in self._numbers
+        return number is not None and (self._numbers is None or number in self._numbers)
 
     def reload(self) -> bool:
         """Read the list again where its file has changed. Returns whether the list or `problem` is another one now.
@@ -216,13 +243,18 @@ class RevokedKeys:
         before, self._stamp = (self._numbers, str(self.problem)), self._now()
         try:
             self._numbers, self.problem = read_revoked(self._file), None
+            self._was_read = True
         except MotorcadeError as problem:
             self.problem = problem
+            if not self._was_read:
+                self._numbers = None if self._stamp else frozenset()
         return (self._numbers, str(self.problem)) != before
 
     def _now(self) -> tuple[int, int, int] | None:
         try:
             found = self._file.stat()
-        except OSError:
+        except FileNotFoundError:
             return None
+        except OSError:
+            return 0, 0, 0
         return found.st_mtime_ns, found.st_size, found.st_ino
