@@ -107,6 +107,7 @@ lock: setup ## pin the newest versions that pyproject.toml allows
 	$(PIP) install uv
 	$(LOCK) --all-extras --group dev --group docs --upgrade pyproject.toml --output-file requirements.lock
 	$(LOCK) --group soak --group bench --constraint requirements.lock --output-file requirements-more.lock
+	$(LOCK) --group release --constraint requirements.lock --output-file requirements-release.lock
 
 clean:
 	$(PYTHON) -c 'import shutil; [shutil.rmtree(name, ignore_errors=True) for name in (".venv", "build", "dist")]'

@@ -171,8 +171,8 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
         for path in files:
             checked.append(checked_file(mission, folder, path))
             advance(len(checked))
-    write_file(table, to_csv(checked, mission, language).encode())
-    write_file(page, to_html(checked, mission, language).encode())
+    write_file(table, to_csv(checked, mission, language).encode(errors="replace"))
+    write_file(page, to_html(checked, mission, language).encode(errors="replace"))
     data: list[dict[str, Any]] = []
     cells = []
     for each in checked:
