@@ -103,7 +103,7 @@ def test_keys_let_a_driver_drive_and_others_not(tmp_path, monkeypatch):
             answer = data("drive", "send", *at(car, "--keys", key), "throttle=0.2,seconds=0.2")
             assert answer["driver"].startswith(driver)
         # Nobody who is refused is refused later.
-        monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 0.3)
+        monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 2)
         sentence = refusal(6, "drive", "send", *at(car, "--keys", others / "driver-mallory.pem"), "throttle=0.5")
         assert "one folder of `motorcade drive keys`" in sentence
         assert "--keys" in refusal(9, "drive", "send", *at(car), "throttle=0.5")

@@ -93,13 +93,13 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("stamps-ignored", "        return later_ms <= self._stale_ms\n", "        return True\n"),
         (
             "a-stamp-comes-round",
-            "return self._fresh_ms is not None and self._now_ms - self._fresh_ms > _SILENCE_MS",
-            "return False",
+            "return self._fresh_ms is None or self._now_ms - self._fresh_ms > _SILENCE_MS",
+            "return self._fresh_ms is None",
         ),
         (
             "first-command-believed",
-            "        if self._can_ask and not self._was_answered:\n            return True\n",
-            "",
+            "return self._fresh_ms is None or self._now_ms - self._fresh_ms > _SILENCE_MS",
+            "return self._fresh_ms is not None and self._now_ms - self._fresh_ms > _SILENCE_MS",
         ),
     ),
     ("driving", "drive/channels.py"): (

@@ -224,9 +224,10 @@ class DriveClient:
     async def _stay_connected(self) -> None:
         pause_s = _FIRST_PAUSE_S
         while True:
+            self._has_telemetry = False
             try:
-                async with connected(self._address) as connection:
-                    self._connection, self._has_telemetry, self._has_answered = connection, False, False
+                async with connected(self._address, takes_keys=self._was_reached) as connection:
+                    self._connection, self._has_answered = connection, False
                     self._begun_s = self._received_s = _now_s()
                     self._switch.lose()
                     self._changed.set()

@@ -320,14 +320,18 @@ class ControlSession:
         try:
             command = command_in(word & ~STAMP_MASK)
         except WordError as problem:
-            self._control.refused += 1
-            self.counts["refused"] += 1
-            self.last_refusal = str(problem)
+            self.refuse(problem)
             raise
         self.take_place()
         outcome = self._control.apply(self, word, command, number)
         self.counts[OUTCOMES[outcome]] += 1
         return outcome
+
+    def refuse(self, problem: WordError) -> None:
+        """Count a word that is no DRIVE word."""
+        self._control.refused += 1
+        self.counts["refused"] += 1
+        self.last_refusal = str(problem)
 
     def you(self) -> dict[str, Any]:
         """What concerns this session, for its client: its name, whether it drives or waits, and its counts."""

@@ -28,6 +28,7 @@ OVER_RATE, STALE, NO_HARDWARE = 6, 7, 8
 _FULL_DUTY = 255
 _CENTRE_DEG = 90
 _CODE_AT = DRIVE.field("code").low
+SPEED_MASK = DRIVE.field("speed").raw_mask << DRIVE.field("speed").low
 _LENGTH = struct.Struct(">I")
 WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
 

@@ -47,7 +47,7 @@ class PageSession:
         self._page = page
         self._fleet = fleet
         self._settings = settings
-        self._freshness = Freshness(_STALE_MS, can_ask=True)
+        self._freshness = Freshness(_STALE_MS)
         host, port = socket.client or ("?", 0)
         self._address = self._name = f"{host}:{port}"
         self._user = socket.query_params.get("name", "")
