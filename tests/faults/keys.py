@@ -244,7 +244,7 @@ class KeyedCar:
 
     async def strangers(self) -> None:
         """Who has no keys that count moves nothing, sees nothing and stops nothing."""
-        names = ["plain", "no-keys", "of-a-car", "old-tls", "elsewhere", *self.revoked]
+        names = ["plain", "no-keys", "of-a-car", "old-tls", "elsewhere", *sorted(self.revoked)]
         for name in self.random.sample(names, 2):
             moves, stops = self.board.moves, self.control and self.control.telemetry().state
             told = await self._try(name)
@@ -289,7 +289,7 @@ class KeyedCar:
             if drives:
                 self.drivers[drives].steer(0.3, 0.0)
             await asyncio.sleep(0.05)
-        for name in self.revoked:
+        for name in sorted(self.revoked):
             client = self.drivers.pop(name, None)
             if client:
                 self.world.keep("revoked-are-out", not client.telemetry, f"{name}, whose keys are revoked, is connected")
@@ -297,11 +297,12 @@ class KeyedCar:
         if drives in self.revoked:
             await asyncio.sleep(0.1)
             self.world.keep("revoked-are-out", self.board.speed == 0, "the wheels turn for a revoked driver")
-        for name in set(stay) - self.revoked:
+        for name in sorted(set(stay) - self.revoked):
             is_same = self.drivers[name]._connection is connections[name]
             self.world.keep("revoked-are-out", is_same, f"{name}'s connection breaks though the keys count")
         if drives and drives not in self.revoked:
             self.drivers[drives].steer(0.0, 0.0)
+        await asyncio.sleep(0.4)
 
     async def rot(self) -> None:
         """The list is damaged while the car runs: what it had stays valid, and the car says so."""
@@ -310,7 +311,7 @@ class KeyedCar:
         assert self.control
         self._damage()
         await asyncio.sleep(_REVOKED_S)
-        for name in list(self.revoked)[:2]:
+        for name in sorted(self.revoked)[:2]:
             told = await self._try(name)
             self.world.keep("fails-closed", not told, f"{name} is let in by a damaged list")
         await self._mend()
