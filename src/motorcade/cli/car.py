@@ -1,7 +1,6 @@
 """Commands for the car itself: car run, car neutral, car wiring; and what cars that run an image are told."""
 
 import ipaddress
-import json
 import signal
 import sys
 from collections.abc import Callable
@@ -13,7 +12,16 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated
+from motorcade.cli.output import (
+    Rows,
+    current_language,
+    json_text,
+    plain,
+    print_note,
+    print_problem,
+    print_result,
+    translated,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import host_and_port
@@ -187,11 +195,11 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
         if kind in _UNLOGGED:
             return
         if as_json:
-            line = json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
+            line = json_text({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         else:
             does = describe_control(word, profile) if kind in ("state", "start") else ""
             event = translated(f"car-{kind}", count=word, detail=detail, does=does)
-            line = f"{at_ms / 1000:9.3f} s  {event}"
+            line = f"{at_ms / 1000:9.3f} s  {plain(event)}"
         # The car drives on when nobody reads its log any more.
         with suppress(OSError):
             print(line, flush=True)

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.output import current_language, translated
+from motorcade.cli.output import current_language, plain, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
@@ -123,11 +123,11 @@ class DriveTerminal:
         terminal = self._terminal
         # A terminal at a serial line has no known size.
         width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
-        lines = [_text("title", car=self._car), ""]
+        lines = [plain(_text("title", car=self._car)), ""]
         if not client.connected:
-            lines.append(_text("away", car=self._car))
+            lines.append(plain(_text("away", car=self._car)))
         elif client.telemetry:
-            lines += _telemetry_lines(client.telemetry)
+            lines += map(plain, _telemetry_lines(client.telemetry))
             if client.waits_for_release:
                 lines.append(terminal.bold(_text("let-go")))
         lines += ["", *terminal.wrap(_text("keys"), width)]

@@ -214,7 +214,7 @@ def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) 
     if finder.problem:
         lines.append(finder.problem.sentence(current_language()))
     cells = (_cells(row, programs.get(row.crc32 or "", "")) for row in rows)
-    return make_table(_COLUMNS, cells, caption=Text("\n".join(lines)))
+    return make_table(_COLUMNS, cells, caption="\n".join(lines))
 
 
 def _cells(row: CarStatus, program: str) -> list[Text]:

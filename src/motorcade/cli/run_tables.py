@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
+from rich.text import Text
 
 from motorcade.cli.console import words_table
-from motorcade.cli.output import make_table, print_diagnostics, translated
+from motorcade.cli.output import make_table, plain, print_diagnostics, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
 from motorcade.mats import Mat
@@ -99,7 +100,7 @@ def print_unheard(run: Run) -> None:
     if silent:
         key = "car-out-of-range" if len(silent) == 1 else "cars-out-of-range"
         line = translated(key, car=silent[0], count=len(silent))
-        Console(stderr=True).print(line, soft_wrap=True)
+        Console(stderr=True).print(Text(line), soft_wrap=True)
 
 
 def _rounded(value: float, digits: int) -> str:
@@ -138,5 +139,5 @@ def show(
     run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
     console.print(run_tables(run))
     if picture:
-        console.print(translated("run-is-drawn", picture=picture))
+        console.print(Text(plain(translated("run-is-drawn", picture=picture))))
     return run

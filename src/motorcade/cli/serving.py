@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from motorcade.cli.output import current_language, print_problem, print_result, translated
+from motorcade.cli.output import current_language, plain, print_problem, print_result, translated
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving, watched
@@ -120,4 +120,4 @@ def _visible(telemetry: "Telemetry") -> tuple[object, ...]:
 
 
 def _log(sentence: str) -> None:
-    print(f"{time.strftime('%H:%M:%S')} {sentence}", file=sys.stderr, flush=True)
+    print(f"{time.strftime('%H:%M:%S')} {plain(sentence)}", file=sys.stderr, flush=True)

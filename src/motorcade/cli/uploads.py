@@ -11,7 +11,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, print_result, translated, wants_json
+from motorcade.cli.output import current_language, plain, print_lines, print_result, translated, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -202,7 +202,7 @@ def _blink(
     from motorcade.words.request import BLINK
 
     asyncio.run(act(options.Lookup(car_list, keys, seconds), names, BLINK))
-    print(translated("cars-blink", names=", ".join(names)))
+    print_lines([translated("cars-blink", names=", ".join(names))])
 
 
 @cars_app.command("name")
@@ -221,7 +221,7 @@ def _name(
 
     check_name(name)
     asyncio.run(act(options.Lookup(car_list, keys, seconds), [port], NAME, name))
-    print(translated("car-named", port=port, name=name))
+    print_lines([translated("car-named", port=port, name=name)])
 
 
 def _ordering(kind: str) -> Callable[..., None]:
@@ -284,11 +284,11 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
         return ports[int(answer) - 1][0]
 
     for number, (device, title) in enumerate(ports, start=1):
-        print(f"{number:3}  {device}  {title}", file=sys.stderr)
+        print(f"{number:3}  {plain(device)}  {plain(title)}", file=sys.stderr)
     return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
 def _print_retry(retry: Phrase) -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
-        print(retry.sentence(current_language()), file=sys.stderr)
+        print(plain(retry.sentence(current_language())), file=sys.stderr)

@@ -13,7 +13,7 @@ from motorcade.drive.connection import Address, CarError, CarRefusesError, Conne
 from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
 from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.wire import DriveError, Telemetry, stick_word
+from motorcade.drive.wire import DriveError, Telemetry, read_telemetry, stick_word
 from motorcade.errors import Phrase
 from motorcade.sockets import DRIVE_PORT
 from motorcade.timing import to_ticks
@@ -276,7 +276,7 @@ class DriveClient:
     async def _receive(self, connection: Connection) -> None:
         async for frame in connection.telemetry():
             self._received_s, self._has_telemetry = _now_s(), True
-            self.telemetry = Telemetry(*(frame.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
+            self.telemetry = read_telemetry(frame)
             self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):
                 self._switch.receive_failsafe(_ticks())

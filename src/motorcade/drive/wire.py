@@ -131,6 +131,18 @@ def newest_of_each_code(words: list[int]) -> list[int]:
     return sorted(newest.values())
 
 
+def read_telemetry(frame: dict[str, Any]) -> "Telemetry":
+    """The telemetry in a frame; None for what isn't in it. Raises ValueError where a car sends something else there."""
+    values = [frame.get(name) for name in Telemetry._fields]
+    for name, value, kind in zip(Telemetry._fields, values, _KINDS, strict=True):
+        if value is not None and (not isinstance(value, kind) or isinstance(value, bool)):
+            raise ValueError(f"{name} is a {type(value).__name__}")
+    return Telemetry(*values)  # type: ignore[arg-type]
+
+
+_KINDS = (str, int, int, int, str, str, *[int] * 7, str, int, dict, int)
+
+
 class Telemetry(NamedTuple):
     """What a car does and who drives it.
 

@@ -289,7 +289,7 @@ class DriveContact(Contact):
         telemetry, known = self._client and self._client.telemetry, super().status()
         if telemetry is None:
             return known
-        return known._replace(state=telemetry.state, battery_mv=telemetry.battery_mv, away=False)
+        return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)
 
     async def ask(self, kind: str, name: str = "") -> None:
         raise MotorcadeError("car-only-drives", car=self.name)
