@@ -28,6 +28,8 @@ BAD = ("x" * 25, "a\u202eb", "-a", "x" + 4 * "\u0301", "a\u3164", "<b>", "a\nb",
 MISSING = ("", "   ")
 _NUMBER_TRIES, _ADDRESS_TRIES = (10, 300.0), (60, 600.0)
 _MOST_PUPILS, _MOST_DEVICES, _LEAST_PASSWORD = 120, 8, 8
+# A request has so long; a pupil so many sockets.
+_REQUEST_S, _MOST_SOCKETS = 30.0, 8
 # The mission whose stars pupils earn.
 MISSION = "forward-and-stop"
 _KEY = "0123456789abcdef" * 2
@@ -512,6 +514,67 @@ async def guess_a_number(run: "Lesson") -> None:
         await come_back(run)
 
 
+async def say_nothing(run: "Lesson") -> None:
+    """Connections that say nothing, or half of something, are closed; a page that goes on keeps its own."""
+    halves = (
+        b"",
+        b"POST /api/class/join HTTP/1.1\r\nHost: 192.168.1.5:7710\r\n",
+        b"POST /api/class/check-code HTTP/1.1\r\nHost: 192.168.1.5:7710\r\nContent-Length: 99\r\n\r\n{",
+    )
+    address = f"10.4.0.{run.random.randrange(250)}"
+    streams = []
+    for half in halves:
+        reader, writer = await asyncio.open_connection("server", 7710, local_addr=(address, 0))
+        writer.write(half)
+        streams.append((reader, writer))
+    await asyncio.sleep(_REQUEST_S * 2 + 2.0)
+    for (reader, writer), half in zip(streams, halves, strict=True):
+        run.world.keep("bounded", reader.at_eof() or writer.is_closing(), f"a connection is kept that said {half!r}")
+        writer.transport.abort()
+    await run.check_pages()
+
+
+async def flood_socket(run: "Lesson") -> None:
+    """A page that sends without end, or pings, or opens sockets without end, loses them; the others keep theirs."""
+    pupil = run.draw([each for each in run.pupils if each.page])
+    if pupil is None:
+        return
+    kind = run.random.choice(("messages", "pings", "sockets", "nonsense"))
+    if kind == "sockets":
+        pages = [(await pupil.browser.open("class/stream")).follow() for _ in range(_MOST_SOCKETS + 3)]
+        await asyncio.sleep(0.5)
+        left = [page for page in pages if not page.has_ended]
+        run.world.keep("bounded", len(left) == _MOST_SOCKETS, f"{len(left)} sockets of one pupil")
+        run.world.keep("bounded", pages[-1] in left, "the newest socket gives way")
+        for page in pages:
+            page.close()
+        # The oldest ones gave way, and that was the page's own.
+        pupil.page.close()
+        await asyncio.sleep(0.3)
+        pupil.page = (await pupil.browser.open("class/stream")).follow()
+        pupil.pages = [pupil.page]
+        return
+    page = (await pupil.browser.open(f"world?session={_KEY[:-2]}{pupil.id}")).follow()
+    await asyncio.sleep(0.1)
+    if kind == "nonsense":
+        page.send(b"{", 1)
+        page.send({"do": "nonsense"})
+        page.send(b"\xff\xfe", 2)
+        await asyncio.sleep(0.3)
+        codes = page.codes()
+        run.world.keep("says-why", not page.has_ended and set(codes) == {"bad-message"}, f"nonsense gives {codes}")
+    else:
+        count = 560 if kind == "messages" else 340
+        for number in range(count):
+            page.send({"do": "pause"} if kind == "messages" else b"", 1 if kind == "messages" else 9)
+            if number % 50 == 49:
+                await asyncio.sleep(0.01)
+        await asyncio.sleep(0.5)
+        run.world.keep("bounded", page.has_ended, f"a page may send {count} {kind} at once")
+    page.close()
+    await run.check_pages()
+
+
 # Late bodies, restarts, time.
 
 
@@ -668,6 +731,8 @@ ACTS = [
     (0.7, no_other_way),
     (0.25, flood),
     (0.12, guess_without_end),
+    (0.2, say_nothing),
+    (0.3, flood_socket),
     (0.2, guess_a_number),
     (2.5, late_body),
     (0.6, restart),

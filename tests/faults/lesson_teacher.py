@@ -198,7 +198,9 @@ async def mat(run: "Lesson") -> None:
         run.mat, run.mat_entries, run.mat_places = "collecting", [], places
         bad = run.random.choice(({"places": 0}, {"places": 61}, {"followers": 11}))
         await run.expect("says-why", run.teacher, "teacher/mat/open", "bad-message", **bad)
-    elif run.mat == "collecting" and run.random.random() < 0.6:
+    elif run.mat == "collecting" and run.random.random() < 0.7:
+        if run.random.random() < 0.7:
+            await lesson_work.enter_mat(run, image=lesson_work.IMAGE)
         wanted = DONE if run.mat_entries else "mat-is-empty"
         await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
         run.mat = "running" if run.mat_entries else run.mat

@@ -343,12 +343,13 @@ async def upload(run: "Lesson") -> None:
         run.world.keep("one-holder", "no-such-port" in told, f"{port} of a page: {told[:200]}")
 
 
-async def enter_mat(run: "Lesson") -> None:
+async def enter_mat(run: "Lesson", image: str | None = "") -> None:
     """A pupil sends a program to the shared mat, or takes it off."""
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    image = run.random.choice((IMAGE, IMAGE, None, "AAAA"))
+    if image == "":
+        image = run.random.choice((IMAGE, IMAGE, None, "AAAA"))
     is_in = pupil in run.mat_entries
     wanted: str | tuple[str, ...] = DONE
     if run.mat != "collecting":
