@@ -253,7 +253,13 @@ class DiskPath(PurePosixPath):
     def stat(self) -> Any:
         node = self.disk.find(self)
         mode = (stat.S_IFDIR | 0o700) if node.is_folder else (stat.S_IFREG | 0o600)
-        return SimpleNamespace(st_mode=mode, st_size=len(node.data), st_mtime=node.changed_s, st_mtime_ns=int(node.changed_s * 1e9), st_ino=node.last)
+        return SimpleNamespace(
+            st_mode=mode,
+            st_size=len(node.data),
+            st_mtime=node.changed_s,
+            st_mtime_ns=int(node.changed_s * 1e9),
+            st_ino=node.last,
+        )
 
     def chmod(self, mode: int) -> None:
         self.disk.find(self)

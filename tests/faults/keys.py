@@ -1,4 +1,4 @@
-"""Driving by TLS in the simulated room: who has keys drives, and nobody else, whatever becomes of the list of revoked keys.
+"""Driving by TLS in the simulated room: who has keys that count drives, and nobody else.
 
 One act follows another. Drivers with keys, without, with those of another authority, of a car, or revoked ones try to
 drive and to stop; some begin handshakes and never end them. The list is replaced, damaged, cut and removed, while the
@@ -292,7 +292,9 @@ class KeyedCar:
         for name in sorted(self.revoked):
             client = self.drivers.pop(name, None)
             if client:
-                self.world.keep("revoked-are-out", not client.telemetry, f"{name}, whose keys are revoked, is connected")
+                self.world.keep(
+                    "revoked-are-out", not client.telemetry, f"{name}, whose keys are revoked, is connected"
+                )
                 await client.end()
         if drives in self.revoked:
             await asyncio.sleep(0.1)

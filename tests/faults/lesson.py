@@ -11,7 +11,15 @@ import re
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from tests.faults import lesson_cars, lesson_doors, lesson_teacher, lesson_work
+from tests.faults import (
+    lesson_cars,
+    lesson_doors,
+    lesson_pairs,
+    lesson_strangers,
+    lesson_teacher,
+    lesson_times,
+    lesson_work,
+)
 from tests.faults.browsers import DONE, Browser, Page
 from tests.faults.class_room import ClassComputer
 from tests.faults.loop import SimulatedLoop, watch_memory
@@ -132,8 +140,11 @@ class Lesson(ClassComputer):
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
         self._marks = self._addresses = 0
-        self._acts: list[tuple[float, Callable[["Lesson"], Awaitable[None]]]] = [
+        self._acts: list[tuple[float, Callable[[Lesson], Awaitable[None]]]] = [
             *lesson_doors.ACTS,
+            *lesson_strangers.ACTS,
+            *lesson_times.ACTS,
+            *lesson_pairs.ACTS,
             *lesson_work.ACTS,
             *lesson_teacher.ACTS,
             *lesson_cars.ACTS,
@@ -254,6 +265,10 @@ class Lesson(ClassComputer):
         """The pair that a pupil is in, or is asked to come into."""
         return next((pair for pair in self.pairs if pupil in pair.members), None)
 
+    def new_pair(self, name: str, who: Pupil, to: Pupil) -> Pair:
+        """Begin a pair."""
+        return Pair(self.paired, name, who, to)
+
     def is_away(self, pupil: Pupil) -> bool:
         return not pupil.pages and self.world.now_s - pupil.left_s >= 20.0
 
@@ -319,7 +334,7 @@ class Lesson(ClassComputer):
                 is_held = (self.stopped or self.car_is_stopped) and self.board.speed
                 self.world.keep("stop-holds", not is_held, "the car drives though all is stopped")
             await asyncio.sleep(self.random.uniform(0.05, 0.4))
-        await lesson_doors.end(self)
+        await lesson_times.end(self)
         await self.check_pages()
         self.check_folders()
         self.world.is_over = True

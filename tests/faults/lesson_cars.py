@@ -105,7 +105,9 @@ async def drive(run: "Lesson") -> None:
         codes = remote.page.codes()
         run.world.keep("one-holder", "not-your-turn" in codes, f"{pupil.name} is told {codes}")
     elif not run.car_is_stopped:
-        run.world.keep("drives-again", moved, f"{pupil.name}, who has the car, can't drive: {remote.page.messages[-1:]}")
+        run.world.keep(
+            "drives-again", moved, f"{pupil.name}, who has the car, can't drive: {remote.page.messages[-1:]}"
+        )
         await _take_away(run, pupil, remote)
     remote.page.close()
     await asyncio.sleep(_STANDS_S)
@@ -211,7 +213,9 @@ async def play(run: "Lesson") -> None:
     shown = asyncio.create_task(_draw(page))
     await asyncio.sleep(0.4)
     if run.frozen:
-        run.world.keep("one-holder", "class-frozen" in page.codes(), f"a world plays while all is frozen: {page.codes()}")
+        run.world.keep(
+            "one-holder", "class-frozen" in page.codes(), f"a world plays while all is frozen: {page.codes()}"
+        )
     else:
         state = page.newest("state") or {}
         run.world.keep("as-asked", bool(page.pictures), f"no pictures: {state}")

@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_work
+from tests.faults import lesson_pairs, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import WORK, drawn_name, wanted_name
 from tests.faults.pupils import PASSWORD
@@ -284,7 +284,7 @@ def forget(run: "Lesson", pupil: "Pupil") -> None:
     """Let the model know that a pupil is out."""
     pair = run.pair_of(pupil)
     if pair:
-        lesson_work.drop_member(run, pair, pupil)
+        lesson_pairs.drop_member(run, pair, pupil)
     run.pupils.remove(pupil)
     run.out.append(pupil)
     run.holders = {name: None if holder is pupil else holder for name, holder in run.holders.items()}

@@ -4,7 +4,9 @@ None of them may hide a car, take its name, keep others waiting, cost more than 
 """
 
 import unicodedata
+from binascii import crc32
 from collections.abc import Callable
+from contextlib import suppress
 from random import Random
 from typing import Any
 
@@ -23,7 +25,11 @@ _LIAR_PORT = 7001
 HOSTILE_TEXTS = ("\x1b]0;x\x07", "\x1b[2J", "a\u202eb", "x" * 300, "a\tb", "\u200b")
 # pyserial opens each of these, and some of them write a file.
 URLS = (
-    *("spy:///dev/ttyUSB0?file=/home/ada/thesis.odt", "spy://loop://?file=/x", "alt:///dev/ttyUSB0?class=PosixPollSerial"),
+    *(
+        "spy:///dev/ttyUSB0?file=/home/ada/thesis.odt",
+        "spy://loop://?file=/x",
+        "alt:///dev/ttyUSB0?class=PosixPollSerial",
+    ),
     *("loop://", "hwgrep://.*", "cp2110://0001", "rfc2217://10.0.0.2:7001", "SPY:///dev/ttyS0?file=/x"),
 )
 
@@ -131,16 +137,14 @@ class Liar:
         elif self.kind == "answers":
             data = b"".join(self._answer("a", f"{number:02x}") for number in range(256))
         if data:
-            try:
+            with suppress(OSError):
                 line.send(data)
-            except OSError:
-                pass
 
     def _answer(self, kind: str, number: str) -> bytes:
-        from binascii import crc32
-
         name = self.random.choice((self.claims, "all", *HOSTILE_TEXTS)).replace(" ", "_")
-        text = f"OK car={kind}{number} name={name} number=0 role=leader board={name} state={name} words=9 holds=00000000"
+        text = (
+            f"OK car={kind}{number} name={name} number=0 role=leader board={name} state={name} words=9 holds=00000000"
+        )
         return text.encode() + f" sum={crc32(text.encode()):08x}\n".encode()
 
 
@@ -148,7 +152,7 @@ def announcements(run: Any) -> tuple[list[tuple[str, str, int, str]], bool]:
     """What hostile hosts announce: names, hosts, ports and kinds; and whether it is too much to believe all of it."""
     random: Random = run.random
     places: list[tuple[str, str, int, str]] = []
-    cars = [each for each in run.cars[run.listed :]]
+    cars = list(run.cars[run.listed :])
     is_flood = False
     for number, car in enumerate(cars):
         if random.random() < 0.5:

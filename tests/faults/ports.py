@@ -1,4 +1,4 @@
-"""The serial ports of a simulated computer: which of them is taken for a car, and what is said of one that doesn't open."""
+"""The serial ports of a simulated computer: which is taken for a car, and what is said of one that does not open."""
 
 import errno
 from random import Random

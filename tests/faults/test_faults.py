@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from tests.faults import lesson, promises
-from tests.faults.browsers import DONE
 from tests.faults.broken_places import BREAKS
+from tests.faults.browsers import DONE
 from tests.faults.run import SCENARIOS, SEEDS, commit, main, run
 from tests.faults.world import World
 
@@ -101,7 +101,9 @@ def test_the_table_in_the_documentation_is_true(language):
     for count, was in zip(now, promises.figures(written), strict=True):
         assert was / 2 <= count <= was * 2, f"{was} is {count} now; python -m tests.faults --promises {language}"
     assert promises.table(language, promises.figures(written)) == written
-    documents = plain("".join(promises.page(name, language) for name in ("security", "uploads", "drive", "cars", "classroom")))
+    documents = plain(
+        "".join(promises.page(name, language) for name in ("security", "uploads", "drive", "cars", "classroom"))
+    )
     rows = [line.strip("|").split("|") for line in written.splitlines()[4:]]
     assert [row[0] for row in rows if documents.count(plain(row[0])) < 2] == []
     assert {name for name in by_name if by_name[name]} <= {

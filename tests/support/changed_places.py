@@ -77,13 +77,15 @@ def _annotations(tree: ast.Module) -> Iterator[ast.AST]:
             hints = [node.returns]
         elif isinstance(node, ast.arg):
             hints = [node.annotation]
-        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            hints = [node]
-        elif isinstance(node, ast.JoinedStr):
+        elif isinstance(node, ast.JoinedStr) or _is_for_types(node):
             hints = [node]
         for hint in hints:
             if hint:
                 yield from ast.walk(hint)
+
+
+def _is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
 
 
 def _compared(node: ast.Compare) -> Change:
@@ -111,7 +113,11 @@ def _in_list(node: ast.AST, field: str, values: list[Any], left_out: set[ast.AST
                 nothing = ast.copy_location(ast.Pass(), value)
                 yield _replacing("order", value, nothing, lambda at=at, n=nothing: values.__setitem__(at, n))
             following = values[at + 1] if at + 1 < len(values) else None
-            if following is not None and not isinstance(node, ast.Module | ast.ClassDef) and _may_swap(value, following):
+            if (
+                following is not None
+                and not isinstance(node, ast.Module | ast.ClassDef)
+                and _may_swap(value, following)
+            ):
                 what = f"{_brief(value)} <-> {_brief(following)}"
                 yield Change(value.lineno, "order", what, lambda at=at: _swap(values, at))
 
