@@ -11,6 +11,7 @@ from tests.faults.disk import Disk
 from tests.faults.liars import URLS, Liar, Moved, Opened, announcements, check_text, check_work
 from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
+from tests.faults.ports import check_places
 from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
 from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Faults, Process, World, here
@@ -202,11 +203,28 @@ class Fleet:
         for car in self.cars[: self.listed]:
             (found,) = fleet.named([f"list-{car.number}"])
             self.world.keep("safe-text", found.place.host == car.host, f"list-{car.number} is {found.place}")
+        for car in self.cars:
+            contact = self.contact_of(fleet, car)
+            if contact is not None and not contact.status().away:
+                self._check_name(fleet, car, contact)
         for status in fleet.statuses():
             for text in status[:1] + status[4:8]:
                 check_text(self.world, status.where, text)
             if status.problem:
                 check_text(self.world, status.where, str(status.problem)[:300])
+
+    def _check_name(self, fleet: Cars, car: RoomCar, contact: Any) -> None:
+        """A car is found by its address and by its name, unless another one says that it has that name."""
+        (found,) = fleet.named([contact.place.address])
+        self.world.keep("found", found is contact, f"{contact.place.address} is {found.place}")
+        alike = [each for each in fleet.contacts.values() if each.name == car.name and not each.status().away]
+        try:
+            (found,) = fleet.named([car.name])
+        except MotorcadeError as problem:
+            is_right = problem.code in ("name-of-two-cars", "no-such-car") and len(alike) != 1
+            self.world.keep("found", is_right, f"{car.name}: {problem.code}, though {len(alike)} have that name")
+        else:
+            self.world.keep("found", found.place.host == car.host or bool(self.liars), f"{car.name} is {found.place}")
 
     def _is_reached(self, fleet: Cars, car: RoomCar) -> bool:
         """Whether the car has answered and nothing has disturbed it since."""
@@ -377,6 +395,7 @@ def run_fleet(room: World) -> None:
             room.checks.append(run_.check)
             run_.plan()
             run_.start_teacher()
+            check_places(room, run_.random)
             room.run(300.0)
             room.keep("goes-on", room.is_over, "the last load never ended")
     finally:

@@ -10,6 +10,7 @@ from tests.faults.system import replaced
 from tests.faults.world import World
 
 from motorcade.errors import MotorcadeError
+from motorcade.fleet.places import CAR, DRIVE, check_name, place_of
 from motorcade.upload import serial_port
 from motorcade.upload.serial_port import BARE, BOARD, OTHER, USB
 
@@ -69,6 +70,44 @@ def check_ports(room: World, random: Random) -> None:
     problem, code = random.choice(_REFUSALS)
     said = serial_port.open_error("/dev/ttyUSB0", problem)
     room.keep("says-why", said.code == code, f"{problem!r} is {said.code}, not {code}")
+
+
+# What somebody types or lists, and the kind, the host and the port that are meant; None for a serial port.
+_PLACES: tuple[tuple[str, tuple[str, str, int] | None], ...] = (
+    ("10.0.0.2:7001", (CAR, "10.0.0.2", 7001)),
+    ("socket://10.0.0.2:7002", (CAR, "10.0.0.2", 7002)),
+    ("drive://10.0.0.2", (DRIVE, "10.0.0.2", 5005)),
+    ("drive://10.0.0.2:6000", (DRIVE, "10.0.0.2", 6000)),
+    ("ada.local:7001", (CAR, "ada.local", 7001)),
+    ("[fe80::1]:7001", (CAR, "fe80::1", 7001)),
+    ("/dev/ttyUSB0", None),
+    ("COM3", None),
+    ("/dev/serial/by-id/usb:1", None),
+)
+_NO_PLACES = ("", "  ", "a\x1b[2Jb", "drive://10.0.0.2:99999", "socket://10.0.0.2:0x1")
+_NAMES, _NO_NAMES = ("ada", "bo-2", "李_雷", "x" * 32), ("", "all", "ALL", "a b", "a.b", "x" * 33, "a\n", "<b>")
+
+
+def check_places(room: World, random: Random) -> None:
+    """What somebody types leads where it says, and nonsense is a sentence."""
+    typed, wanted = random.choice(_PLACES)
+    place = place_of(typed, "a name")
+    found = (place.kind, place.host, place.port) if place.host else None
+    room.keep("found", found == wanted and place.name == "a name" and not place.found, f"{typed} is {place}")
+    typed = random.choice(_NO_PLACES)
+    try:
+        place = place_of(typed)
+    except MotorcadeError as problem:
+        room.keep("found", bool(problem.sentence()), problem.code)
+    else:
+        room.keep("found", False, f"{typed!r} is {place}")
+    for name, is_allowed in ((random.choice(_NAMES), True), (random.choice(_NO_NAMES), False)):
+        try:
+            check_name(name)
+            outcome = True
+        except MotorcadeError:
+            outcome = False
+        room.keep("found", outcome == is_allowed, f"a car may be called {name!r}: {outcome}")
 
 
 def _port(number: int, vid: int | None, pid: int | None, description: str, rank: int) -> Any:
