@@ -27,7 +27,7 @@ COMMON = ("devices", "errors", "extras", "locales", "outcomes")
 ARROWS = {
     "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
     "__main__": ("cli",),
-    "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
+    "boards": ("cameras", "car", "config", "drive", "engine", "runs", "sockets", "words"),
     # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
     "browser": ("config", "engine", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),

@@ -75,7 +75,7 @@ def test_a_pin_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(MotorcadeError, match=r"missing\.toml can't be read"):
         load_pins(tmp_path / "missing.toml")
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(MotorcadeError, match="it is not UTF-8 text"):
+    with pytest.raises(MotorcadeError, match="it is not text in UTF-8 or UTF-16"):
         load_pins(tmp_path / "noise.toml")
 
 

@@ -2,16 +2,21 @@
 
 import itertools
 import random
+import re
+import socket
 import struct
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.drive.stamps import stamp_at
 from motorcade.words.formats import DRIVE, LIGHTS
+from support.driven_car import PATIENT, STEADY, DrivenCar
 from support.soak import SOAK
 from support.socketless_car import Car, ask, command, receive
+from support.waiting import DEADLINE_S, wait_until
 
 MESSAGES = 100_000 if SOAK else 10_000
 
@@ -280,3 +285,32 @@ def test_the_console_says_once_why_commands_do_nothing(state: str, says: str) ->
     (said,) = car.said
     assert said.startswith("192.168.1.7:2 ")
     assert says in said
+
+
+def client_in(page: Path) -> str:
+    """The client that a page of the documentation has."""
+    (found,) = re.findall(r"```python\n(import socket\n.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    return str(found)
+
+
+@pytest.mark.parametrize("page", ["drive.md", "drive.zh.md"])
+def test_the_client_in_the_documentation_drives_a_car_each_time(page: str) -> None:
+    program = client_in(Path(__file__).parents[2] / "docs" / page)
+    with DrivenCar(profile=STEADY) as car:
+        for _ in range(2):
+            begin = len(car.board.notes)
+            exec(program.replace("5005", str(car.port)), {})
+            wait_until(lambda: not car.server.commands)
+            assert car.board.was_told((40, 1, 150), begin)
+            assert car.control.telemetry().state == "ready"
+
+
+def test_the_seed_s_own_client_moves_a_car_by_one_native_int() -> None:
+    """Seed 001 sends the int of createCmd as it is in the memory of an ARM or x86 processor."""
+    code, angle, direction, speed = 1, 40, 1, 150
+    sent = ((code << 17) | (angle << 9) | (direction << 8) | speed) << 11
+    with DrivenCar(byte_order="little", profile=PATIENT) as car:
+        with socket.create_connection(("127.0.0.1", car.port), DEADLINE_S) as line:
+            line.sendall(struct.pack("<i", sent))
+            wait_until(lambda: car.board.setpoint == (40, 1, 150))
+        wait_until(lambda: not car.board.moves)

@@ -18,7 +18,7 @@ from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE
 from motorcade.car.loop import Car
-from motorcade.config.files import replace_file
+from motorcade.config.files import read_bytes, replace_file
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.image import ImageError, parse_image_bytes
@@ -54,7 +54,7 @@ class ImageStore:
     def load(self) -> bytes | None:
         """Return the image's bytes, None where there is no file yet. Raises StoreError."""
         try:
-            data = unsealed(self.path.read_bytes())
+            data = unsealed(read_bytes(self.path))
             parse_image_bytes(data)
         except FileNotFoundError:
             return None
@@ -73,7 +73,7 @@ class ImageStore:
     def load_name(self) -> str:
         """Return the name; empty where there is none, or none that a car may have."""
         with suppress(OSError, ValueError):
-            name = unsealed(self._name_path.read_bytes()).decode()
+            name = unsealed(read_bytes(self._name_path)).decode()
             return name if is_car_name(name) else ""
         return ""
 
@@ -203,6 +203,9 @@ class ComputerBoard(Board):
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         self._equipment.observe(kind, at_ms, word, detail)
 
+    def keep_alive(self) -> None:
+        """Note that the car's loop runs; called in each of its rounds."""
+
     def neutral(self) -> None:
         """Stop the wheels and switch the LEDs off."""
         self.set_wheels(0, 0)
@@ -274,6 +277,7 @@ def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[],
         while not stops():
             wait(TICK_S)
             car.tick()
+            board.keep_alive()
     finally:
         try:
             board.neutral()

@@ -182,8 +182,8 @@ async def _report(running: RunningClass, request: Request) -> Response:
     mission = mission_in(order.text) if order.mission is None else built_in_mission(order.mission)
     async with running.reporting:
         _asker(running, request)
-        works = order.files or list(running.room.record.pupils)
-        page = await to_thread.run_sync(class_report, running.folder, works, mission, language)
+        pupils = list(running.room.record.pupils)
+        page = await to_thread.run_sync(class_report, running.folder, order.files or pupils, mission, language)
     return HTMLResponse(page)
 
 

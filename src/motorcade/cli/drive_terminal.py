@@ -106,8 +106,12 @@ class DriveTerminal:
             elif key.name == "KEY_ESCAPE" or key.lower() == "q":
                 self._is_done = True
             elif order := {" ": client.stop, "c": client.clear}.get(key.lower()):
-                with suppress(CarError):
+                try:
                     order()
+                except CarError:
+                    # It can't be reached, or takes no requests: then commands alone can stop it.
+                    self._stick = KeyStick(self._hold_s)
+                    self._drives = True
         throttle, steering = self._stick.axes(time.monotonic())
         for name, pressed_s in self._pressed_s.items():
             if time.monotonic() - pressed_s <= self._hold_s:

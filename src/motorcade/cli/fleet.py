@@ -8,6 +8,7 @@ from binascii import crc32
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from itertools import islice
 from pathlib import Path
 
 import typer
@@ -17,7 +18,17 @@ from rich.text import Text
 
 from motorcade.cli.console import progress_bar
 from motorcade.cli.options import DEFAULT_PROFILE, Lookup, listed
-from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
+from motorcade.cli.output import (
+    Rows,
+    current_language,
+    is_shown_on_terminal,
+    make_table,
+    print_json,
+    print_problem,
+    print_result,
+    print_table,
+    translated,
+)
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
@@ -138,22 +149,28 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
 def _program_names() -> dict[str, str]:
     """Return the names of the programs in the current folder, by the CRC-32 of their images (hexadecimal)."""
     names = {}
-    for file in [each for pattern in _PROGRAMS for each in sorted(Path().glob(pattern))][:_MOST_PROGRAMS]:
+    found = (file for pattern in _PROGRAMS for file in sorted(Path().glob(pattern)))
+    # Nobody has named them: a folder or a FIFO is none of them.
+    for file in islice(filter(Path.is_file, found), _MOST_PROGRAMS):
         from motorcade.program.files import image_in
 
-        with suppress(MotorcadeError):
+        with suppress(MotorcadeError, OSError):
             names[f"{crc32(image_in(file, DEFAULT_PROFILE)[0]):08x}"] = file.name.partition(".")[0]
     return names
 
 
-async def print_cars(search: Lookup) -> None:
-    """Print what is known of all cars as JSON."""
+async def print_cars(search: Lookup, as_json: bool) -> None:
+    """Print once what is known of all cars."""
     programs = _program_names()
     async with _looking(search) as (cars, finder):
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
-        rows = [each._asdict() for each in cars.statuses()]
-        print_problem(finder.problem)
+        statuses = cars.statuses()
+    if not as_json:
+        print_table(_table(statuses, finder, programs))
+        return
+    print_problem(finder.problem)
+    rows = [status._asdict() for status in statuses]
     for row in rows:
         row["program"] = programs.get(row["crc32"], "")
         row["problem"] = row["problem"].to_dict() if row["problem"] else None
@@ -206,7 +223,9 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
 def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) -> Table:
     counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
     others = [f"{each.name} ({each.address})" for each in finder.others.values()]
-    lines = [counted, translated("cars-keys")]
+    lines = [counted]
+    if is_shown_on_terminal():
+        lines.append(translated("cars-keys"))
     if others:
         lines.append(translated("cars-others", list=", ".join(others)))
     problems = [f"{row.name}: {row.problem.sentence(current_language())}" for row in rows if row.problem]

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from motorcade.program.diagnostics import Diagnostic
 
+# Of a line in characters: wider than any table.
+_UNBROKEN_WIDTH = 10_000
 # What a terminal obeys (C0 and C1 but for tab and line feed), what ends a line or turns its direction, and half
 # surrogate pairs, which stand for the bytes of a file's name that are no UTF-8.
 _OBEYED = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -61,14 +63,14 @@ def translated(key: str, **details: Any) -> str:
     return text("command_line", key, details, current_language())
 
 
+def is_shown_on_terminal() -> bool:
+    """Return whether standard output is a terminal, and no pipe or file."""
+    return sys.stdout is not None and sys.stdout.isatty()
+
+
 def plain(text: str) -> str:
     """Return text for a terminal; a replacement character stands for each that a terminal would obey."""
     return _OBEYED.sub("\N{REPLACEMENT CHARACTER}", text)
-
-
-def wants_json(as_json: bool) -> bool:
-    """Return whether to print JSON: --json is given, or standard output is no terminal."""
-    return as_json or sys.stdout is None or not sys.stdout.isatty()
 
 
 def print_json(data: Any) -> None:
@@ -89,7 +91,7 @@ def make_table(
     unbroken: Collection[str] = (),
     **style: Any,
 ) -> "Table":
-    """Make a table whose headings are the texts "column-…" of the catalogue.
+    """Make a table whose headings are the texts "column-…" of the catalogue. Only a terminal gets frames.
 
     Args:
         columns: the names of the headings.
@@ -100,6 +102,8 @@ def make_table(
     """
     from rich.table import Table
 
+    if not is_shown_on_terminal():
+        style |= {"box": None, "pad_edge": False}
     for name in ("title", "caption"):
         if style.get(name) is not None:
             style[name] = _as_text(style[name])
@@ -124,13 +128,13 @@ def _as_text(shown: Any) -> "Text":
 
 
 def print_table(table: "RenderableType") -> None:
-    """Print what Rich draws on standard output."""
+    """Print what Rich draws on standard output; into a pipe or file without colours, and no line of it is broken."""
     from rich.console import Console
 
-    console = Console()
+    console = Console() if is_shown_on_terminal() else Console(width=_UNBROKEN_WIDTH, color_system=None)
     with console.capture() as drawn:
         console.print(table)
-    _print_drawn([drawn.get().removesuffix("\n")])
+    _print_drawn(line.rstrip() for line in drawn.get().removesuffix("\n").split("\n"))
 
 
 class Rows(NamedTuple):

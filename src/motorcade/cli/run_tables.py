@@ -10,10 +10,12 @@ from rich.table import Table
 from rich.text import Text
 
 from motorcade.cli.console import words_table
-from motorcade.cli.output import make_table, plain, print_diagnostics, translated
+from motorcade.cli.output import make_table, print_diagnostics, print_lines, print_table, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
+from motorcade.errors import Phrase
 from motorcade.mats import Mat
+from motorcade.mats.document import mat_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.runs.recording import events_as_dicts, with_tag
@@ -43,7 +45,7 @@ def cars_table(run: Run) -> Table:
         for car, leads in enumerate(world.mat.starts.leads.tolist())
     ]
     columns = ("car", "words", "frames", "heard", "lost", "driven", "x", "y", "heading")
-    title = translated("cars-table-title", seconds=world.now_ms / 1000)
+    title = translated("cars-table-title", seconds=world.now_ms / 1000, mat=world.mat.name)
     return make_table(columns, rows, right=columns[1:], unbroken=["car"], title=title)
 
 
@@ -110,7 +112,7 @@ def _rounded(value: float, digits: int) -> str:
 
 def show(
     program: Program,
-    followers: int = 5,
+    followers: int | None = None,
     seconds: float = 30,
     seed: int = 0,
     mat: Mat | None = None,
@@ -120,24 +122,27 @@ def show(
 
     Args:
         program: the program.
-        followers: the number of followers.
+        followers: the number of followers on an open table; 5 unless given.
         seconds: simulated time.
         seed: the same seed gives the same run.
-        mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
+        mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses. Unless one of both
+            is given, the mat with which the program was saved, if it was.
         picture: the file for a picture of the tracks, if one is wanted.
 
     Raises:
         ProgramError: the program has errors; its text says which and where.
         MotorcadeError: the run can't be simulated, or the picture can't be written.
     """
-    console = Console()
     compiled = compile_program(program)
-    print_diagnostics(compiled.diagnostics, console)
+    print_diagnostics(compiled.diagnostics, Console())
     profile = built_in_profile(program.profile)
-    console.print(words_table(compiled.words, profile) if compiled.words else "")
+    if compiled.words:
+        print_table(words_table(compiled.words, profile))
     record = [picture] if picture else []
-    run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
-    console.print(run_tables(run))
+    if mat is None and followers is None and "mat" in program.beside:
+        mat = mat_of(program.beside["mat"], Phrase("mat-of-page"))
+    run = simulate(compiled.image, 5 if followers is None else followers, seconds, seed, profile, mat, record)
+    print_table(run_tables(run))
     if picture:
-        console.print(Text(plain(translated("run-is-drawn", picture=picture))))
+        print_lines([translated("run-is-drawn", picture=picture)])
     return run

@@ -11,7 +11,7 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, plain, print_lines, print_result, translated, wants_json
+from motorcade.cli.output import current_language, is_shown_on_terminal, plain, print_lines, print_result, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -27,7 +27,7 @@ cars_app = typer.Typer()
 
 
 @app.command("ports")
-def _ports(as_json: options.JsonInPipes = False) -> None:
+def _ports(as_json: options.Json = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
     found, names = ports(), ("device", "description", "hardware", "board")
@@ -61,7 +61,7 @@ def _upload(
         from motorcade.cli.fleet import load
 
         search = options.Lookup(car_list, keys, seconds)
-        asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
+        asyncio.run(load(image, to, search, chosen.serial.baud, resume, as_json))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -106,7 +106,7 @@ def _install_firmware(
     revoked: options.OptionalFile = None,
     dry_run: options.DryRun = False,
     profile: str = "classroom",
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     chosen = options.profile_named(profile)
     if (keys or insecure_lan) and not wifi:
@@ -155,7 +155,7 @@ def _arduino_library(
     number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
     profile: str = "classroom",
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.config.pins import load_pins, load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
@@ -179,14 +179,18 @@ def _cars(
     car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
     seconds: options.SecondsOption = 4.0,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     if context.invoked_subcommand is None:
         import asyncio
 
         from motorcade.cli.fleet import print_cars, show_cars
 
-        asyncio.run((print_cars if as_json else show_cars)(options.Lookup(car_list, keys, seconds)))
+        search = options.Lookup(car_list, keys, seconds)
+        if is_shown_on_terminal() and not as_json:
+            asyncio.run(show_cars(search))
+        else:
+            asyncio.run(print_cars(search, as_json))
 
 
 @cars_app.command("blink")
@@ -229,7 +233,7 @@ def _ordering(kind: str) -> Callable[..., None]:
         car_list: options.CarListOption = None,
         keys: options.OptionalFile = None,
         seconds: options.SecondsOption = 4.0,
-        as_json: options.JsonInPipes = False,
+        as_json: options.Json = False,
     ) -> None:
         import asyncio
 

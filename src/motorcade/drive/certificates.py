@@ -40,11 +40,8 @@ BACKDATED = timedelta(days=365)
 _AUTHORITY_DAYS = timedelta(days=3650)
 # With the backdating it stays below 825 days, above which browsers refuse a certificate.
 _KEYS_DAYS = timedelta(days=400)
-_NAMES = {
-    # A car's name is one of its addresses too; a driver's is shown to others and is part of a file's name.
-    CAR: re.compile(r"[A-Za-z0-9]([A-Za-z0-9-]{0,38}[A-Za-z0-9])?"),
-    DRIVER: re.compile(r"\w([\w-]{0,38}\w)?"),
-}
+# It is shown to others and is part of a file's name.
+_NAME = re.compile(r"\w([\w-]{0,38}\w)?")
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,250}[A-Za-z0-9])?")
 _USES = (
     *("digital_signature", "content_commitment", "key_encipherment", "data_encipherment", "key_agreement"),
@@ -94,8 +91,8 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
     names = [(CAR, car.name) for car in cars] + [(DRIVER, driver) for driver in drivers]
     for role, name in names:
         who = Phrase(f"role-{role}")
-        if not _NAMES[role].fullmatch(name):
-            raise MotorcadeError("not-a-keys-name", name=name, role=who, allowed=Phrase(f"{role}-name-letters"))
+        if not _NAME.fullmatch(name) or (role == CAR and not _as_address(name)):
+            raise MotorcadeError("not-a-keys-name", name=name, role=who, allowed=Phrase("keys-name-letters"))
         if names.count((role, name)) > 1:
             raise MotorcadeError("keys-named-twice", role=who, name=name)
         if (file := folder / f"{role}-{name}.pem").exists():
@@ -184,9 +181,18 @@ def _pem(certificate: x509.Certificate) -> str:
 
 
 def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:
-    hosts = (car.name, f"{car.name}.local", *_OWN, *car.hosts)
+    name = _as_address(car.name)
+    hosts = (name, f"{name}.local", *_OWN, *car.hosts)
     named = x509.SubjectAlternativeName([_general_name(host) for host in dict.fromkeys(hosts)])
     return [x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), named]
+
+
+def _as_address(name: str) -> str:
+    """Return a car's name as networks write it (RFC 5890), since it is an address too; empty where it can't be one."""
+    try:
+        return name.encode("idna").decode()
+    except UnicodeError:
+        return ""
 
 
 def _general_name(host: str) -> x509.GeneralName:
@@ -211,6 +217,8 @@ def _read_authority(file: Path) -> _Authority:
         data = file.read_bytes()
         key = serialization.load_pem_private_key(data, password=None)
         certificate = x509.load_pem_x509_certificate(data)
+    except FileNotFoundError:
+        raise MotorcadeError("no-authority", folder=file.parent) from None
     except (ValueError, TypeError):
         raise MotorcadeError("authority-unreadable", file=file) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey):

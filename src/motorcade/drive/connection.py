@@ -19,6 +19,8 @@ from motorcade.errors import MotorcadeError, Phrase
 _CONNECT_S = _ANSWER_S = 3.0
 # A car that says nothing for so long takes keys.
 _GREETING_S = 0.5
+# Before it counts as a car that takes none, or as one that has refused them, a slow network has more time.
+_SILENT_S = 1.5
 _CHUNK_BYTES = 1 << 12
 # A car sends ten frames of telemetry a second, and answers; it sends nothing where it takes commands but the reason why
 # it refuses them.
@@ -128,7 +130,8 @@ class Connection:
         """
         if self._telemetry is None:
             return
-        received, since_s, count, data = bytearray(), 0.0, 0, self._greeting
+        received, since_s, count = bytearray(), 0.0, 0
+        data = self._greeting
         while data:
             received += data
             # A read of what has come already gives nobody else a turn.
@@ -167,18 +170,19 @@ async def connected(address: Address, takes_keys: bool = False) -> AsyncIterator
     """
     streams: list[_Stream] = []
     try:
-        greeting = b""
+        telemetry, greeting = None, b""
         if address.telemetry_port is not None:
-            streams.append(await _open_telemetry(address))
-            greeting = await _greeting(address, streams[0], takes_keys)
+            telemetry = await _open_telemetry(address)
+            streams.append(telemetry)
+            greeting = await _greeting(address, telemetry, takes_keys)
         async with asyncio.timeout(_CONNECT_S):
-            tls = {"ssl": address.tls, "server_hostname": address.name}
-            commands = await asyncio.open_connection(address.host, address.port, **tls)
-        streams.insert(0, commands)
-        connection = Connection(address, *streams, greeting=greeting)
+            opening = asyncio.open_connection(address.host, address.port, ssl=address.tls, server_hostname=address.name)
+            commands = await opening
+        streams.append(commands)
+        connection = Connection(address, commands, telemetry, greeting)
         # So the car knows that both belong to one client, which it finds out by itself behind a proxy. The socket has
         # no address any more where the car hung up at once.
-        if len(streams) > 1 and (here := commands[1].get_extra_info("sockname")):
+        if telemetry and (here := commands[1].get_extra_info("sockname")):
             connection.send_request(do=_JOIN, port=here[1])
         yield connection
     finally:
@@ -216,10 +220,10 @@ async def _greeting(address: Address, telemetry: _Stream, takes_keys: bool) -> b
     if address.tls:
         await writer.start_tls(address.tls, server_hostname=address.name, ssl_handshake_timeout=_CONNECT_S)
     try:
-        async with asyncio.timeout(_CONNECT_S):
+        async with asyncio.timeout(_SILENT_S):
             greeting = await reader.read(_CHUNK_BYTES)
-    except TimeoutError as problem:
-        raise _no_telemetry(address, problem) from None
+    except TimeoutError:
+        raise CarError("says-nothing", car=str(address), port=address.telemetry_port) from None
     if not greeting:
         raise EOFError
     return greeting

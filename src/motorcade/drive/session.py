@@ -185,7 +185,7 @@ class CarControl:
         """Do what is due; where the last `beat` is older than the profile's ``watchdog_ms``, stop the wheels.
 
         Returns what `beat` returns. The commands that a stuck loop then finds in its buffers are old: a command with
-        speed 0 has to arm the car.
+        speed 0 has to arm the car, unless it stood and nobody drove.
         """
         if not self._lock.acquire(timeout=_LOCK_PATIENCE_S):
             # The thread that holds the lock hangs in the hardware's driver.
@@ -198,7 +198,7 @@ class CarControl:
             if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck
                 self._is_stuck = True
-                self.arbiter.stall()
+                self.arbiter.delay()
             return min(rest_ms, self._follow(), max(1, self.limits.watchdog_ms - late_ms))
         finally:
             self._lock.release()

@@ -11,6 +11,7 @@ turn (`motorcade.fleet.found`). Whoever announces more than is kept gives up pla
 
 import asyncio
 import ipaddress
+import re
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager, nullcontext, suppress
 from functools import partial
@@ -23,6 +24,7 @@ from motorcade.extras import install_command
 from motorcade.fleet.contact import CarStatus, Contact, DriveContact, Verdict
 from motorcade.fleet.found import Found, Turns
 from motorcade.fleet.places import CLASS, DRIVE, SERVICE, STUDIO, Place, check_name, network_place, safe_name
+from motorcade.sockets import LAST_PORT
 from motorcade.upload.serial_port import BOARD, ports
 from motorcade.upload.transfer import NEW
 from motorcade.words.request import NAME
@@ -441,7 +443,10 @@ class Finder:
 
     def _take(self, hosts: list[str], port: int, properties: dict[str, str | None]) -> None:
         kind, name, telemetry = (properties.get(key) or "" for key in ("kind", "name", "telemetry"))
-        telemetry_port = int(telemetry) if telemetry.isdecimal() and len(telemetry) < 6 else 0
+        telemetry_port = int(telemetry) if re.fullmatch("[0-9]{1,5}", telemetry) else 0
+        if telemetry_port > LAST_PORT:
+            # The place is asked all the same: what a stranger says hides no car.
+            telemetry_port = 0
         for host in filter(_is_near, hosts[:_MOST_HOSTS]):
             place = network_place(host, port, safe_name(name), kind, telemetry_port)._replace(found=True)
             self._cars.add(place)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import install_command
-from motorcade.sockets import DRIVE_PORT, host_and_port, way_out
+from motorcade.sockets import DRIVE_PORT, host_and_port, port_behind, way_out
 
 if TYPE_CHECKING:
     from zeroconf import Zeroconf
@@ -70,10 +70,15 @@ def place_of(address: str, name: str = "") -> Place:
 
 
 def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemetry_port: int = 0) -> Place:
-    """Return a place in a network; ``telemetry_port`` of a drive server is the next port unless given."""
+    """Return a place in a network; ``telemetry_port`` of a drive server is the next port unless given.
+
+    Raises MotorcadeError where there is no next port.
+    """
     shown = f"[{host}]" if ":" in host else host
     address = f"drive://{shown}:{port}" if kind == DRIVE else f"{shown}:{port}"
-    return Place(address, name, kind, host, port, telemetry_port or min(port + 1, 65535))
+    if kind == DRIVE:
+        telemetry_port = telemetry_port or port_behind(port)
+    return Place(address, name, kind, host, port, telemetry_port)
 
 
 def read_list(path: Path) -> list[Place]:

@@ -20,6 +20,8 @@ from motorcade.mats.model import Corners, Line, Mat, Person, Physics, Point, Sta
 from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, SHORTEST_M, THINGS, mat_schema
 
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
+# How the format of a project begins; beside its program it may hold the mat that its author saw.
+_PROJECT = "motorcade-program/"
 _MOST_HEADING = 1e6
 # The simulator rounds positions to whole micrometres.
 _ROUNDING_M = 1e-6
@@ -30,7 +32,7 @@ _MOST_PAIRS = 1_000_000
 
 
 def read_mat(path: str | Path) -> Mat:
-    """Read the mat in the file at ``path``, which ends in .toml or .json.
+    """Read the mat in the file at ``path``, which ends in .toml or .json, or that of the project in it.
 
     Raises MotorcadeError where it can't be read or is not a mat; the sentence names the place and what to do.
     """
@@ -43,9 +45,14 @@ def read_mat(path: str | Path) -> Mat:
 
 
 def parse_mat(text: str, name: str, kind: Kind) -> Mat:
-    """Read the mat in ``text``; errors call it ``name``. Raises MotorcadeError."""
+    """Read the mat in ``text``, or that of the project in it; errors call it ``name``. Raises MotorcadeError."""
     file = Phrase("mat-named", name=name)
-    return mat_of(parse(text, kind, file), file)
+    document = parse(text, kind, file)
+    if isinstance(document, dict) and str(document.get("format")).startswith(_PROJECT):
+        if "mat" not in document:
+            raise MotorcadeError("project-without-mat", file=name)
+        document = document["mat"]
+    return mat_of(document, file)
 
 
 def mat_of(document: Any, file: Text) -> Mat:

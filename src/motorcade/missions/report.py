@@ -10,12 +10,13 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
+from motorcade.config.files import read_bytes
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.check import STEPS, GoalResult, Look, Result, Sight, check_image, check_program
 from motorcade.missions.model import Mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.files import is_project, read_file, read_project
+from motorcade.program.files import is_project, read_project
 from motorcade.words.image import ImageError
 
 _IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
@@ -59,7 +60,7 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
 
     Raises MotorcadeError or OSError where it holds no program that can be checked.
     """
-    data = read_file(path)
+    data = read_bytes(path)
     if not is_project(data, path):
         return check_image(mission, data, look)
     program, python = read_project(data, path)

@@ -330,7 +330,7 @@ class PageWorlds:
                 answers = await self._receive(session, message)
             self._put_all(session, page, answers)
 
-    async def _receive(self, session: PageWorld, message: WorldMessage) -> Sequence[WorldAnswer]:
+    async def _receive(self, session: PageWorld, message: WorldMessage) -> list[WorldAnswer]:
         """Do what a page wants of its world; the caller has acquired the lock."""
         if isinstance(message, world_messages.Reset):
             session.fleet.give_back_all()
