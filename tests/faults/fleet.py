@@ -2,6 +2,7 @@
 
 import asyncio
 import sys
+from binascii import crc32
 from contextlib import suppress
 from random import Random
 from types import SimpleNamespace
@@ -288,11 +289,22 @@ class Fleet:
         for car in self.cars:
             car.known.add(image)
         verdicts = {each.where: each.holds for each in await fleet.load(image, [ALL])}
+        statuses = {each.where: each for each in fleet.statuses()}
         for car in found:
+            self._check_status(car, statuses[self.contact_of(fleet, car).place.address], image)
             holds = verdicts[self.contact_of(fleet, car).place.address]
             self.world.keep("verified", holds == NEW and car.holds() == image, f"{car.name} after all faults: {holds}")
             self.world.keep("stop-holds", car.speed == 0, f"{car.name} moves at the end")
         self.world.is_over = True
+
+    def _check_status(self, car: RoomCar, status: Any, image: bytes) -> None:
+        """The table shows what a car says of itself."""
+        shown = status.name, status.number, status.role, status.board, status.state, status.away
+        known = car.name, car.number, "leader", "simulated", "stopped", False
+        self.world.keep("found", shown == known, f"{shown} in place of {known}")
+        # What it holds is told by a heartbeat after the load.
+        holds = {f"{crc32(each):08x}" for each in (image, *car.stored[-2:])}
+        self.world.keep("found", status.crc32 in holds, f"{car.name} holds {status.crc32}, not {holds}")
 
     # Faults.
 

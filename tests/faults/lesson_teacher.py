@@ -1,6 +1,7 @@
 """What the teacher does in a simulated lesson: settings, names, numbers, hand-outs, stops, reports, and the end."""
 
 import asyncio
+import html
 import io
 import json
 import re
@@ -221,8 +222,11 @@ async def collect(run: "Lesson") -> None:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         files = [name for name in archive.namelist() if name.endswith(".motorcade.json")]
         texts = "".join(archive.read(name).decode() for name in files)
+        overview = archive.read("overview.html").decode()
         folders = {name.partition("/")[0].partition(" ")[0] for name in files}
     check_marks(run, texts)
+    lacking = [pupil.name for pupil in run.pupils if html.escape(pupil.name) not in overview]
+    run.world.keep("as-asked", not lacking and "<h1></h1>" not in overview, f"the overview lacks {lacking}, or a title")
     run.world.keep("ended-is-gone", folders <= {pupil.id for pupil in run.pupils}, f"{folders}")
 
 
