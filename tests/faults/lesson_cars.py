@@ -88,13 +88,24 @@ def may_drive(run: "Lesson", pupil: "Pupil") -> bool:
     return run.holders[CAR] is pupil and not run.stopped and not run.frozen
 
 
+async def hand_over(run: "Lesson", pupil: "Pupil") -> None:
+    """The teacher lets a pupil drive the car now."""
+    if run.frozen:
+        await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=False)
+    if run.stopped or run.car_is_stopped:
+        await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
+    await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name=CAR, pupil=pupil.id)
+    run.frozen = run.stopped = run.car_is_stopped = False
+    run.holders[CAR] = pupil
+
+
 async def drive(run: "Lesson") -> None:
     """A pupil drives: only who has the car, while nothing is stopped or frozen."""
-    pupil = run.holders[CAR] or run.draw(run.pupils)
-    if run.random.random() < 0.35:
-        pupil = run.draw(run.pupils)
+    pupil = run.draw(run.pupils)
     if pupil is None or run.control is None:
         return
+    if run.random.random() < 0.6:
+        await hand_over(run, pupil)
     remote, may = await opened(run, pupil.browser), may_drive(run, pupil)
     before = run.board.moves
     await remote.hold(0.0, 0.5)
@@ -169,9 +180,10 @@ async def stop_car(run: "Lesson") -> None:
 
 async def late_sticks(run: "Lesson") -> None:
     """A stick's positions that come late move nothing."""
-    pupil = run.holders[CAR]
-    if pupil is None or not may_drive(run, pupil) or run.car_is_stopped or run.control is None:
+    pupil = run.draw(run.pupils)
+    if pupil is None or run.control is None:
         return
+    await hand_over(run, pupil)
     remote = await opened(run, pupil.browser)
     await remote.hold(0.0, 0.6)
     await remote.hold(0.5, 0.5)
