@@ -150,7 +150,8 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "far-hosts",
             "    return address.is_private or address.is_link_local or address.is_loopback",
             "    return True",
-            (
+        ),
+        (
             "found-cars-get-no-order",
             "                if self._ordered:\n                    way.order(self._ordered)\n",
             "",
@@ -267,7 +268,6 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "    context.verify_mode = ssl.CERT_NONE\n",
         ),
         ("list-needs-no-end", "        without_end(content)\n", "        pass\n"),
-    ),
     ),
     ("fleet", "fleet/link.py"): (
         (
