@@ -159,7 +159,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("one-waits-for-another", "free = asyncio.Semaphore(_AT_ONCE)", "free = asyncio.Semaphore(1)"),
         (
             "one-turn-for-each",
-            "            found.again = asyncio.get_running_loop().call_later(pause_s, self._wait, found)\n",
+            "            found.again = asyncio.get_running_loop().call_later(found.pause_s, self._wait, found)\n",
             "",
         ),
     ),

@@ -184,9 +184,9 @@ async def check_code(run: "Lesson") -> None:
     await run.expect("wrong-guess", browser, "class/check-code", "wrong-class-code", code=wrong_code(run))
 
 
-async def come_back(run: "Lesson") -> None:
+async def come_back(run: "Lesson", pupil: "Pupil | None" = None) -> None:
     """A pupil comes back at another device; others guess the number."""
-    pupil = run.draw(run.pupils)
+    pupil = pupil or run.draw(run.pupils)
     if pupil is None:
         return
     browser = run.new_browser()
@@ -223,8 +223,9 @@ async def come_back(run: "Lesson") -> None:
 
 async def many_devices(run: "Lesson") -> None:
     """A pupil comes back so often that the oldest device is out."""
+    pupil = run.draw(run.pupils)
     for _ in range(_MOST_DEVICES):
-        await come_back(run)
+        await come_back(run, pupil)
 
 
 async def leave(run: "Lesson") -> None:
