@@ -51,6 +51,7 @@ class Fleet:
         self.disk.root.entries["var"] = self.disk.create(self.folder, True)
         self.network = Network(room)
         self.network.watch = self._connected
+        self.network.knocks = self._knocks
         self.cars = [RoomCar(self, number) for number in range(random.randint(2, 5))]
         self.disk.settle()
         self.disk.after = self._check_disk
@@ -118,10 +119,11 @@ class Fleet:
                 self.world.keep("away-first", is_first, f"{host} gets {data[:60]!r} before {order}")
 
         socket.tap = tap
-        is_near = host.startswith("10.")
-        self.world.keep("near-only", is_near, f"the teacher's computer connects to {host}")
         if name == "teacher":
             socket.make = self._counted
+
+    def _knocks(self, name: str, host: str, port: int) -> None:
+        self.world.keep("near-only", host.startswith("10."), f"{name} connects to {host}")
 
     def _counted(self, data: bytes) -> bytes:
         self._came_bytes += len(data)

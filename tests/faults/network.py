@@ -334,6 +334,8 @@ class Network:
         self.listening: dict[tuple[str, int], ListeningSocket] = {}
         # Told of each connection: its name, its port, and the client's end.
         self.watch: Callable[[str, int, Socket], None] = lambda name, port, socket: None
+        # Told of each try: who tries, and where.
+        self.knocks: Callable[[str, str, int], None] = lambda name, host, port: None
         self.opened = 0
 
     def link(self, host: str, delay_s: float, jitter_s: float = 0.0, loss: float = 0.0) -> Link:
@@ -353,6 +355,7 @@ class Network:
         ``name`` is that of its computer: the process's own unless given.
         """
         world, to, name = self.world, (host, port), name or process.name
+        self.knocks(name, host, port)
         link = self.links.get(f"{name} to {host}") or self.links.get(name) or self.links[process.name]
         self.opened += 1
         address = name, 40_000 + self.opened
