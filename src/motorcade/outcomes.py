@@ -26,16 +26,22 @@ EXIT_CODES: _Rows = (
     (PORT_NOT_FOUND, ("battery-unreadable", "infrared-forbidden", "no-infrared-sender")),
     (PORT_NOT_FOUND, ("infrared-sender-fails", "camera-driver-missing", "no-camera", "no-picture")),
     (PORT_NOT_FOUND, ("camera-gives-no-answer", "too-many-viewers", "no-such-host", "no-car-there", "speaks-no-tls")),
-    (PORT_NOT_FOUND, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
+    (
+        PORT_NOT_FOUND,
+        ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
+    (PORT_NOT_FOUND, ("port-fails",),
+    ),
     (PORT_NOT_FOUND, ("no-telemetry", "no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found")),
     (PORT_BUSY, ("cannot-listen", "port-busy", "car-busy")),
     (NO_ANSWER, ("no-micropython-answers", "no-answer", "takes-no-bytes", "nothing-to-read", "car-away")),
+    (NO_ANSWER, ("no-answer-at-address", "runs-something-else")),
     (VERIFICATION, ("installed-file-differs", "not-trusted", "mismatch", "no-image")),
     (PORT_FORBIDDEN, ("gpio-forbidden", "port-forbidden")),
     (REFUSED, ("another-chip", "old-micropython", "board-has-no-room", "install-failed", "refuses", "keys-refused")),
     (REFUSED, ("another-drives", "is-stopped", "refused", "car-old-protocol", "car-keeps-no-name", "car-refuses")),
     (REFUSED, ("car-keys-refused", "car-only-drives")),
     (WENT_AWAY, ("install-cut-off", "hung-up", "away", "takes-no-requests", "went-away", "says-nothing")),
+    (WENT_AWAY, ("port-broke", "connection-broke")),
 )
 HTTP_STATUSES: _Rows = (
     (401, ("token-needed", "class-session-needed", "teacher-session-needed")),

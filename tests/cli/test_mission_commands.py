@@ -229,7 +229,7 @@ def test_a_name_that_is_no_utf_8_ends_no_report(mission, tmp_path):
     folder.mkdir()
     for name in (b"\xff.motorcade.json", b"\x1b[2J.motorcade.json", b"\xe2\x80\xae.motorcade.json"):
         (folder / os.fsdecode(name)).write_text(good, encoding="utf-8")
-    told = json.loads(run("check", mission, folder).out)
+    told = json.loads(run("check", mission, folder, "--json").out)
     assert len(told["files"]) == 3
     rows = list(csv.reader(Path(told["table"]).read_text(encoding="utf-8-sig").splitlines()))
     assert [row[1] for row in rows[1:]] == ["2"] * 3

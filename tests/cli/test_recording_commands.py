@@ -31,14 +31,20 @@ def lines(*arguments):
 
 def test_replay_prints_the_run_its_moments_and_its_events(folder):
     first, *others = lines("replay", folder / "run.mcap")
-    assert (first["type"], first["mat"]["name"], first["seed"], first["cars"]) == ("run", "a table with a wall", 7, 6)
+    assert (first["type"], first["mat"]["name"], first["seeds"], first["cars"]) == (
+        "run",
+        "a table with a wall",
+        [7],
+        6,
+    )
     moments = [line for line in others if line["type"] == "cars"]
     events = [line for line in others if line["type"] == "event"]
     assert [moment["t_ms"] for moment in moments] == list(range(0, 2001, 100))
     assert moments[0]["number"] == [0, 1, 2, 3, 4, 5]
     assert moments[0]["x_m"][0] == 1.0
     assert moments[-1]["counts"]["frames"] == sum(event["kind"] == "frame" for event in events)
-    assert all(set(event) == {"type", "t_ms", "car", "kind", "why", "word", "other"} for event in events)
+    names = {"type", "t_ms", "world", "run", "car", "kind", "why", "word", "other"}
+    assert all(set(event) == names for event in events)
     # In the order of time: the events up to a moment are before it, and no others.
     before_ms = -1
     for line in others:

@@ -60,8 +60,8 @@ def _add_common_options(command: Any) -> None:
     subcommands = getattr(command, "commands", {}).values()
     if not any(parameter.name == "as_json" for parameter in command.params):
         callback = _pass_json_on if subcommands else _refuse_json
-        hidden = {"is_flag": True, "default": False, "expose_value": False, "hidden": True, "callback": callback}
-        command.params.append(TyperOption(param_decls=["--json"], **hidden))
+        hidden: dict[str, Any] = {"is_flag": True, "default": False, "expose_value": False, "hidden": True}
+        command.params.append(TyperOption(param_decls=["--json"], callback=callback, **hidden))
     for subcommand in subcommands:
         _add_common_options(subcommand)
 

@@ -158,11 +158,10 @@ def _open_simulated(
         import motorcade.engine.webassembly  # noqa: F401
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
-        from motorcade.mats import check_mat, playground, read_mat
+        from motorcade.mats import playground, read_mat
 
     own = options.own_world(program).mat if program else None
     place = read_mat(mat) if mat else own or playground()
-    check_mat(place, profile)
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)
     board.battery = battery

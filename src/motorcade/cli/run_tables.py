@@ -18,7 +18,7 @@ from motorcade.mats import Mat
 from motorcade.mats.document import mat_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
-from motorcade.runs.recording import events_as_dicts, with_tag
+from motorcade.runs.recording import WHICH, events_as_dicts, with_tag
 from motorcade.runs.running import Run, Slot, simulate
 
 # Slots in a table; --json lists all.
@@ -80,7 +80,8 @@ def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
         event["index"] = other
     if kind in ("heard", "lost"):
         event["sender"] = other
-    return event | ({"why": why} if why else {})
+    named = {name: value for name, value in event.items() if name not in WHICH}
+    return named | ({"why": why} if why else {})
 
 
 def _crowd_table(run: Run) -> Table:

@@ -147,7 +147,7 @@ def _json_lines(recording: "Recording") -> Iterator[str]:
     events = ({"type": "event", **with_tag(event)} for batch in recording.events() for event in events_as_dicts(batch))
     moments = ({"type": "cars", **moment.to_dict()} for moment in recording.moments())
     yield json.dumps({"type": "run", **recording.about.to_dict()}, ensure_ascii=False)
-    for line in heapq.merge(events, moments, key=itemgetter("t_ms")):
+    for line in heapq.merge(events, moments, key=itemgetter("run", "t_ms")):
         yield json.dumps(line)
 
 

@@ -5,12 +5,13 @@ The order of the rows has no meaning: the kernel ``sort_events`` sorts them. Thi
 
 from motorcade.engine.state import Counters
 
-# One event, as NumPy's type of a row. kind is an index into KINDS, and why is an index into LOSS_REASONS. word is the
-# control word, for a lost frame the bits on the air. other is a state's index, the tag of a word that starts, or the
-# number of a frame's sender, else 0.
+# One event, as NumPy's type of a row. run counts the resets before it. kind is an index into KINDS, and why is an index
+# into LOSS_REASONS. word is the control word, for a lost frame the bits on the air. other is a state's index, the tag
+# of a word that starts, or the number of a frame's sender, else 0.
 EVENT = [
     ("t_ms", "<u4"),
     ("world", "<u4"),
+    ("run", "<u4"),
     ("car", "<u4"),
     ("kind", "u1"),
     ("why", "u1"),

@@ -3,15 +3,15 @@
 `motorcade.engine.world.World` adds what NumPy makes convenient, and several threads.
 """
 
-import math
 import struct
 from array import array
 from collections.abc import Sequence
 from dataclasses import replace
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.brain import NO_VOICE
+from motorcade.car.brain import NO_VOICE, SIZE
 from motorcade.car.drive_limits import released_mm
+from motorcade.config.arguments import MOST_SEED, instance_of, not_allowed, to_list, to_number, to_whole
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import agents, bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
@@ -20,8 +20,9 @@ from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
 from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
-from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, Pose
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat, Pose, Starts
+from motorcade.mats.document import MOST_HEADING, check_starts
 from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
@@ -40,6 +41,9 @@ COUNTED = {
 }
 # Kernels that were cut off are called again with more room, so the room is enough for most calls.
 _MOST_MS_WITH_EVENTS = 200
+# When the clock of cars wraps.
+_MOST_RUN_MS = TICKS_MASK
+_MOST_MM = FARTHEST_M * 1000
 
 
 class Simulation:
@@ -60,6 +64,7 @@ class Simulation:
         cars: how many there are in each world.
         worlds: how many worlds there are.
         seeds: of each world.
+        run_number: how often the worlds have been reset.
         now_ms: the simulated time; wraps at 2^30.
         state: the arrays of the cars (`motorcade.engine.state.CarArrays`), not in the order of car numbers.
 
@@ -79,10 +84,8 @@ class Simulation:
         parts: int | None = None,
         shares: int = 1,
     ) -> None:
-        for image in images:
-            parse_image_bytes(image)
         self.mat = mat
-        self.images = tuple(images)
+        self.images = checked_images(images)
         self.profile = profile or built_in_profile("classroom")
         self.tick_ms = mat.tick_ms
         self.cars = len(mat.starts)
@@ -97,6 +100,7 @@ class Simulation:
         self._standing = layout.standing_of(mat, len(self.images))
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
+        self.run_number = 0
         self._begin(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -105,10 +109,11 @@ class Simulation:
         if len(given) != self.worlds:
             raise MotorcadeError("seeds-differ-from-worlds", count=len(given), worlds=self.worlds)
         self._begin(given)
+        self.run_number += 1
 
     def _begin(self, seeds: Sequence[int]) -> None:
         memory = self.backend
-        self.seeds = tuple(int(seed) for seed in seeds)
+        self.seeds = tuple(to_whole("seeds", seed, 0, MOST_SEED) for seed in seeds)
         self._seeds = memory.allocate("seeds", Buffer.of("int64", self.seeds))
         layout.put_in_place(self.state, self._standing, self.worlds, memory)
         self._keep_driven([])
@@ -125,9 +130,28 @@ class Simulation:
 
         `reset` gives the leaders the images of the mat's order again.
         """
+        images = [to_whole("images", image, 0, len(self.images) - 1) for image in to_list("images", images)]
+        if len(images) != self.worlds:
+            raise MotorcadeError("images-differ-from-worlds", count=len(images), worlds=self.worlds)
         leads = [program > 0 for program in self._standing.program.items]
         programs = b"".join(bytes(image + 1 if each else 0 for each in leads) for image in images)
         self.backend.write(self.state.program, programs)
+
+    def place_cars(self, starts: Sequence[Starts]) -> None:
+        """Let the cars of each world start in places of their own, before the first tick; who leads stays as it is.
+
+        `reset` gives the cars their places on the mat again. Raises MotorcadeError: they are not as many as there are
+        worlds and cars, a tick has passed, or a car stands in a wall or in another car.
+        """
+        starts = [instance_of(Starts, "starts", each) for each in to_list("starts", starts)]
+        if self.tick or [len(each) for each in starts] != [self.cars] * self.worlds:
+            raise MotorcadeError("places-differ-from-cars", cars=self.cars, worlds=self.worlds)
+        for each in starts:
+            check_starts(replace(self.mat, starts=each), self.profile)
+        standing = [layout.standing_of(replace(self.mat, starts=each), 1) for each in starts]
+        for name in ("x", "y", "heading"):
+            places = b"".join(getattr(each, name).items.tobytes() for each in standing)
+            self.backend.write(getattr(self.state, name), places)
 
     @property
     def tick(self) -> int:
@@ -140,7 +164,9 @@ class Simulation:
         return self._tick * self.tick_ms & TICKS_MASK
 
     def say(self, word: str) -> None:
-        """Let every car hear ``stop`` or ``go`` in the next tick."""
+        """Let every car hear ``stop`` or ``go`` in the next tick. Raises MotorcadeError: it is another word."""
+        if not isinstance(word, str) or word not in layout.VOICES:
+            raise not_allowed("word", word, ", ".join(layout.VOICES))
         self._spoken = layout.VOICES[word]
 
     def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
@@ -153,7 +179,9 @@ class Simulation:
         Raises:
             MotorcadeError: the mat can't be simulated; nothing has changed then.
         """
-        mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
+        mat = replace(instance_of(Mat, "mat", mat), starts=self.mat.starts, tick_ms=self.tick_ms)
+        if range_mm is not None:
+            range_mm = to_whole("range_mm", range_mm, 1, _MOST_MM)
         infrared = self.profile.infrared
         profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
         self._set_environment(mat, profile)
@@ -180,13 +208,14 @@ class Simulation:
         Raises:
             MotorcadeError: there is no such car or place.
         """
-        self._check_car(car)
-        if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
-            raise MotorcadeError("car-place-too-far", x=pose.x, y=pose.y, most=FARTHEST_M)
+        car, world = self._checked_car(car, world)
+        instance_of(Pose, "pose", pose)
+        x, y = (to_number(name, getattr(pose, name), -FARTHEST_M, FARTHEST_M) for name in ("x", "y"))
+        heading = to_number("heading", pose.heading, -MOST_HEADING, MOST_HEADING)
         index = self._index(car, world)
-        self._write(self.state.x, index, struct.pack("<i", round(pose.x * 1e6)))
-        self._write(self.state.y, index, struct.pack("<i", round(pose.y * 1e6)))
-        self._write(self.state.heading, index, struct.pack("<I", to_heading(pose.heading)))
+        self._write(self.state.x, index, struct.pack("<i", round(x * 1e6)))
+        self._write(self.state.y, index, struct.pack("<i", round(y * 1e6)))
+        self._write(self.state.heading, index, struct.pack("<I", to_heading(heading)))
         self._wake(index)
 
     def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
@@ -200,9 +229,12 @@ class Simulation:
             world: the index of the car's world.
 
         Raises:
-            MotorcadeError: there is no such car.
+            MotorcadeError: there is no such car, or a value is out of its range.
         """
-        self._check_car(car)
+        car, world = self._checked_car(car, world)
+        angle_deg = to_whole("angle_deg", angle_deg, 0, 180)
+        direction = to_whole("direction", direction, 0, 1)
+        speed = to_whole("speed", speed, 0, self.profile.motor.pwm_max)
         motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
         index = self._index(car, world)
         self._keep_driven([*self._others_driven(car, world), [world, car, index, *motion, 0]])
@@ -210,7 +242,7 @@ class Simulation:
 
     def give_back(self, car: int, world: int = 0) -> None:
         """Give the wheels of a car back to its own program. Raises MotorcadeError: there is no such car."""
-        self._check_car(car)
+        car, world = self._checked_car(car, world)
         if (world, car) in self._drivers:
             self._keep_driven(self._others_driven(car, world))
             index = self._index(car, world)
@@ -233,8 +265,11 @@ class Simulation:
 
     def look_ahead(self, car: int, look_mm: int) -> int:
         """What a car's ultrasonic sensor measures up to ``look_mm``, in world 0 and after the first tick."""
+        self._check_begun()
+        car, world = self._checked_car(car, 0)
+        look_mm = to_whole("look_mm", look_mm, 0, _MOST_MM)
         answer = self.backend.zeros("answer", (1,), "int64")
-        self.backend.call("read_obstacle", self._index(car, 0), look_mm, self.arrays(), answer)
+        self.backend.call("read_obstacle", self._index(car, world), look_mm, self.arrays(), answer)
         return int.from_bytes(self.backend.read(answer), "little")
 
     def begin_words(self, words: bytes) -> None:
@@ -243,7 +278,13 @@ class Simulation:
         Args:
             words: four bytes a car, little-endian, in the order of worlds and car numbers: a control word without
                 parity, or `motorcade.engine.agents.KEEP`.
+
+        Raises:
+            MotorcadeError: they are not as many as there are cars, or no tick has passed.
         """
+        self._check_begun()
+        if not isinstance(words, bytes) or len(words) != 4 * self.worlds * self.cars:
+            raise MotorcadeError("words-differ-from-cars", needed=4 * self.worlds * self.cars)
         given = self.backend.zeros("words", (self.worlds * self.cars,), "uint32")
         self.backend.write(given, words)
         self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
@@ -253,6 +294,7 @@ class Simulation:
 
         The columns are those of `motorcade.engine.agents`. Sensors are on whatever a car's word asks for.
         """
+        self._check_begun()
         sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
         self.backend.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
@@ -263,7 +305,15 @@ class Simulation:
         self.run(self.tick_ms)
 
     def run(self, duration_ms: int) -> None:
-        """Simulate ``duration_ms``, rounded down to whole ticks."""
+        """Simulate ``duration_ms``, rounded down to whole ticks.
+
+        Raises:
+            MotorcadeError: it is no whole number from 0 to 2^30 - 1, or it is less than a tick, so that nothing would
+                ever happen.
+        """
+        duration_ms = to_whole("duration_ms", duration_ms, 0, _MOST_RUN_MS)
+        if 0 < duration_ms < self.tick_ms:
+            raise MotorcadeError("run-shorter-than-tick", duration_ms=duration_ms, tick_ms=self.tick_ms)
         ticks = duration_ms // self.tick_ms
         # With events the calls are short, because all events of a call have to fit into the array.
         longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else ticks
@@ -274,9 +324,10 @@ class Simulation:
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
+        world = self._checked_world(world)
         shown = self.read_moment(world)
         columns = {name: view_column(name, self.backend.read(getattr(shown, name))) for name in COLUMNS}
-        return Moment(t_ms=self.now_ms, counts=self.totals(world), **columns)
+        return Moment(t_ms=self.now_ms, counts=self.totals(world), world=world, run=self.run_number, **columns)
 
     def read_moment(self, world: int = 0, into: Columns | None = None) -> Columns:
         """Write what the cars of a world show now into arrays; default: arrays that the next call overwrites."""
@@ -284,7 +335,9 @@ class Simulation:
             if self._shown is None:
                 self._shown, _ = allocate_columns(self.backend, "moment", self.cars)
             into = self._shown
-        self.backend.call("read_moment", world, self._tick, self.state, self._driven, self._rules, into)
+        self.backend.call(
+            "read_moment", self._checked_world(world), self._tick, self.state, self._driven, self._rules, into
+        )
         return into
 
     def take_rows(self, world: int = 0) -> BackendArray:
@@ -297,6 +350,7 @@ class Simulation:
         """
         if not self._keeps_events:
             raise MotorcadeError("world-keeps-no-events")
+        world = self._checked_world(world)
         taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
         memory, count = self.backend, len(taken) // events.COLUMNS
         rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
@@ -307,7 +361,9 @@ class Simulation:
 
     def memory_of(self, car: int, rows: Sequence[int]) -> list[int]:
         """Return numbers of the memory of a car's brain (`motorcade.car.brain`) in world 0, by their rows."""
-        index = self._index(car, 0)
+        car, world = self._checked_car(car, 0)
+        index = self._index(car, world)
+        rows = [to_whole("rows", row, 0, SIZE - 1) for row in to_list("rows", rows)]
         fields = (self.state.memory[row, index : index + 1] for row in rows)
         return [int.from_bytes(self.backend.read(field), "little") for field in fields]
 
@@ -319,6 +375,7 @@ class Simulation:
         that were heard with flipped bits. ``touching_ms`` is the time in which cars touched something, summed over
         cars.
         """
+        world = self._checked_world(world)
         counts = self._read_counts()
         parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
         return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in COUNTED.items()}
@@ -336,9 +393,15 @@ class Simulation:
     def _read_counts(self) -> "array[int]":
         return array("q", self.backend.read(self._counters.counts))
 
-    def _check_car(self, car: int) -> None:
-        if not 0 <= car < self.cars:
-            raise MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
+    def _checked_car(self, car: int, world: int) -> tuple[int, int]:
+        return to_whole("car", car, 0, self.cars - 1), self._checked_world(world)
+
+    def _checked_world(self, world: int) -> int:
+        return to_whole("world", world, 0, self.worlds - 1)
+
+    def _check_begun(self) -> None:
+        if self.tick == 0:
+            raise MotorcadeError("no-tick-has-passed")
 
     def _index(self, car: int, world: int) -> int:
         """Where a car is in the arrays now."""
@@ -381,6 +444,19 @@ class Simulation:
 
     def _call(self, ticks: int) -> None:
         self.backend.call("run", 0, 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
+
+
+def checked_images(images: Sequence[bytes]) -> tuple[bytes, ...]:
+    """Return the bytes of each image. Raises MotorcadeError where one is damaged, or where these are no images."""
+    if isinstance(images, bytes | bytearray | memoryview):
+        raise MotorcadeError("images-not-in-a-list")
+    checked = []
+    for number, image in enumerate(to_list("images", images)):
+        if not isinstance(image, bytes | bytearray | memoryview):
+            raise not_allowed(f"images[{number}]", image, Phrase("bytes-of-an-image"))
+        checked.append(bytes(image))
+        parse_image_bytes(checked[-1])
+    return tuple(checked)
 
 
 def _check(mat: Mat, images: tuple[bytes, ...]) -> None:

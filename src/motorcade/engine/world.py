@@ -8,12 +8,14 @@ import json
 import os
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from motorcade.config.profile import Profile
+from motorcade.config.arguments import instance_of, to_whole
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import events as event_rows
 from motorcade.engine import layout
 from motorcade.engine.backend import NAMES, Backend, BackendName
@@ -26,10 +28,11 @@ from motorcade.engine.native import (
     NativeKernels,
     library_path,
 )
-from motorcade.engine.simulation import Simulation
+from motorcade.engine.simulation import Simulation, checked_images
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, formation, open_table
+from motorcade.mats import Mat, check_mat, formation, open_table
+from motorcade.mats.document import check_things
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
@@ -37,6 +40,7 @@ from motorcade.words.image import Image, image_words, words_to_bytes
 _LARGE = 20_000
 # WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.
 _MOST_BYTES = 3 << 30
+_MOST_THREADS = 1024
 _PROOF_MS = 2_000
 # Beside the libraries: the digest of each, and of the proof.
 DIGESTS = "digests.json"
@@ -72,17 +76,25 @@ class World(Simulation):
         threads: int | None = None,
         kernels: BackendName | None = None,
     ) -> None:
-        self.threads = threads or processors()
-        cars, worlds = len(mat.starts), len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
+        self.threads = processors() if threads is None else to_whole("threads", threads, 1, _MOST_THREADS)
+        profile = built_in_profile("classroom") if profile is None else instance_of(Profile, "profile", profile)
+        images, seeds = checked_images(images), _as_list(seeds)
+        cars, worlds = len(instance_of(Mat, "mat", mat).starts), len(seeds)
         needed = cars * worlds * layout.BYTES_A_CAR
         _check_memory(cars * worlds, needed)
+        self._check_mat(mat, profile)
         backend = open_backend(kernels, needed)
         self._is_large = backend.threaded and worlds == 1 and self.threads > 1 and cars >= _LARGE
         parts = min(STRIPS_A_THREAD * self.threads, MOST_PARTS) if self._is_large else None
         shares = parts or SHARES_A_THREAD * min(self.threads, worlds)
-        super().__init__(
-            mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts, shares=shares
-        )
+        super().__init__(mat, images, profile, backend, seeds=seeds, events=events, parts=parts, shares=shares)
+
+    def _check_mat(self, mat: Mat, profile: Profile | None) -> None:
+        """Check what is around the cars and, for cars of a profile, their places."""
+        if profile is None:
+            check_things(mat)
+        else:
+            check_mat(mat, profile)
 
     @property
     def kernels(self) -> BackendName:
@@ -107,7 +119,12 @@ class World(Simulation):
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
         """Begin again, with other seeds where they are given (as many as there are worlds)."""
-        super().reset(None if seeds is None else _seed_list(seeds))
+        super().reset(None if seeds is None else _as_list(seeds))
+
+    def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
+        """Replace walls, obstacles, people, voices and physics; as `Simulation.set_environment`."""
+        self._check_mat(instance_of(Mat, "mat", mat), None)
+        super().set_environment(mat, range_mm)
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are arrays of NumPy."""
@@ -133,7 +150,7 @@ class World(Simulation):
     def _events_of(self, world: int) -> NDArray[np.void]:
         rows = self.take_rows(world)
         taken = np.zeros(len(rows), EVENT)
-        taken["world"] = world
+        taken["world"], taken["run"] = world, self.run_number
         for name in Event._fields:
             taken[name] = rows[:, getattr(event_rows, name.upper())]
         return taken
@@ -165,7 +182,7 @@ def open_backend(name: BackendName | None = None, needed_bytes: int = 0) -> Back
         MotorcadeError: there is no such backend, its library can't be used, or the world is too large for it.
         ModuleNotFoundError: wasmtime isn't installed.
     """
-    if name is not None and name not in NAMES:
+    if name is not None and (not isinstance(name, str) or name not in NAMES):
         raise MotorcadeError("kernels-unknown", name=name, allowed=", ".join(NAMES))
     if name == "interpreted":
         return InterpretedKernels()
@@ -224,6 +241,11 @@ def _check_memory(cars: int, needed: int) -> None:
         raise MotorcadeError("world-exceeds-memory", cars=cars, needed=needed / 1e9, free=free / 1e9)
 
 
-def _seed_list(seeds: int | Sequence[int]) -> list[int]:
-    found: list[int] = np.atleast_1d(np.asarray(seeds, np.int64)).tolist()
-    return found
+def _as_list(seeds: Any) -> Sequence[int]:
+    """Return the seeds; a single one as a list. Raises MotorcadeError: there are none."""
+    if getattr(seeds, "shape", None) == () or isinstance(seeds, str) or not hasattr(seeds, "__len__"):
+        return [seeds]
+    if not len(seeds):
+        raise MotorcadeError("world-without-seeds")
+    listed: Sequence[int] = seeds
+    return listed

@@ -9,7 +9,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from motorcade.drive.client import DriveClient
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.link import Answer, Link, connect
 from motorcade.fleet.places import Place, network_place, safe_name
 from motorcade.upload.transfer import OLD, holds_phrase, is_busy, upload_error
@@ -211,12 +211,17 @@ class Contact:
                 # What a try before has left isn't old for certain.
                 holds = transfer.holds
             if transfer.outcome is None:
-                error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
+                holding = holds_phrase(holds)
+                if self.place.host:
+                    reason = Phrase("connection-ended")
+                    error = MotorcadeError("connection-broke", port=self.name, reason=reason, holds=holding)
+                else:
+                    error = MotorcadeError("went-away", port=self.name, holds=holding)
                 self._answers.clear()
                 if link.is_strange:
                     break
                 continue
-            error = upload_error(self.name, transfer.outcome, holds)
+            error = upload_error(self.name, transfer.outcome, holds, in_network=bool(self.place.host))
             if not is_busy(transfer.outcome):
                 break
             await asyncio.sleep(BEAT_S)

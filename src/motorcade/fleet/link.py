@@ -204,9 +204,9 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             link.connection_made(secured)
     except ssl.SSLError:
         raise MotorcadeError("car-keys-refused", address=place.address) from None
-    except (OSError, UnicodeError):
+    except (OSError, UnicodeError) as problem:
         # UnicodeError: no host can have that name.
-        raise MotorcadeError("no-car-at-address", port=place.address) from None
+        raise MotorcadeError("no-car-at-address", port=place.address, reason=problem) from None
     return link
 
 

@@ -26,7 +26,7 @@ from motorcade.program.steps import (
     Step,
     TogetherStep,
     as_steps,
-    check_value,
+    check_field,
     first_value,
     own_fields,
     walk,
@@ -123,8 +123,8 @@ class Followers:
 
     def __post_init__(self) -> None:
         for name, schema in _SETTINGS.items():
-            if (value := getattr(self, name)) is not None or "default" in schema:
-                check_value("followers", name, value, schema)
+            if getattr(self, name) is not None or "default" in schema:
+                check_field(self, "followers", name, schema)
         object.__setattr__(self, "steps", as_steps(self.steps))
 
 
@@ -154,11 +154,11 @@ class Program:
     ):
         if followers is not None and not isinstance(followers, Followers):
             followers = Followers(as_steps(followers))
-        check_value("program", "profile", profile, _PROFILE)
         object.__setattr__(self, "leader", as_steps(leader))
         object.__setattr__(self, "followers", followers)
         object.__setattr__(self, "profile", profile)
         object.__setattr__(self, "beside", dict(beside or {}))
+        check_field(self, "program", "profile", _PROFILE)
 
     def as_dict(self) -> dict[str, Any]:
         """The program for JSON, without what stands beside it; what has its usual value is left out."""

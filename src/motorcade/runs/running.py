@@ -9,17 +9,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.config.arguments import instance_of, to_function, to_number
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import EVENT, START
+from motorcade.engine.simulation import checked_images
 from motorcade.engine.world import World
-from motorcade.mats import Mat, check_mat, formation, open_table
-from motorcade.runs.recorder import EVERY_MS, Recorder
+from motorcade.mats import Mat, formation, open_table
+from motorcade.runs.recorder import EVERY_MS, Recorder, Target, targets_of
 from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, OnProgress, Sink
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import TAGS
 
 # Runs of more cars are recorded into files where that is asked for, and not in memory.
 MOST_CARS_IN_MEMORY = 1000
+LONGEST_S = 86_400
 _NEVER_MS = np.iinfo(np.int32).max
 
 
@@ -148,6 +151,10 @@ class Run:
         return np.concatenate([np.zeros(0, EVENT), *(self.recording.events() if self.recording else ())])
 
 
+def _takes_events(target: Target) -> bool:
+    return isinstance(target, Sink) or Path(target).suffix.lower() == DATA_ENDING
+
+
 def simulate(
     image: bytes,
     followers: int = 5,
@@ -155,7 +162,7 @@ def simulate(
     seed: int = 0,
     profile: Profile | None = None,
     mat: Mat | None = None,
-    record: Iterable[str | Path] = (),
+    record: str | Path | Iterable[str | Path] = (),
     progress: OnProgress = lambda done_ms: None,
 ) -> Run:
     """Simulate leaders that run ``image``, and their followers.
@@ -163,28 +170,29 @@ def simulate(
     Args:
         image: the image's bytes, as they would be uploaded.
         followers: the number of followers, which stand around one leader on an empty table, behind it first.
-        seconds: simulated time.
+        seconds: simulated time, 0 to 86400.
         seed: the same seed gives the same run.
         profile: the meaning of the levels in words; the built-in ``classroom`` unless given.
         mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
-        record: files to record the run in: .mcap; .gif; .png, .svg, .pdf.
+        record: a file, or several, to record the run in: .mcap; .gif; .png, .svg, .pdf.
         progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
 
     Raises:
-        MotorcadeError: the run can't be simulated, or a file can't be written.
+        MotorcadeError: an argument isn't allowed, the run can't be simulated, or a file can't be written.
     """
-    chosen = profile or built_in_profile("classroom")
-    place = mat or open_table(formation(followers, chosen.infrared.range_mm / 1000))
-    check_mat(place, chosen)
-    files = [Path(path) for path in record]
-    is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
+    chosen = built_in_profile("classroom") if profile is None else instance_of(Profile, "profile", profile)
+    place = open_table(formation(followers, chosen.infrared.range_mm / 1000)) if mat is None else mat
+    (image,) = checked_images([image])
+    duration_ms = round(to_number("seconds", seconds, 0, LONGEST_S) * 1000)
+    files = targets_of("record", record)
+    is_small = len(instance_of(Mat, "mat", place).starts) <= MOST_CARS_IN_MEMORY
     slots = SlotCounts(image, place, chosen)
-    events = is_small or slots.counts_anything or any(path.suffix.lower() == DATA_ENDING for path in files)
+    events = is_small or slots.counts_anything or any(_takes_events(target) for target in files)
     world = World(place, [image], chosen, seeds=seed, events=events)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
-    duration_ms = round(seconds * 1000)
+    to_function("progress", progress)
     targets = [recording, slots if slots.counts_anything else None, *files]
     with Recorder(targets, world, EVERY_MS, events, lambda done_ms: progress(duration_ms + done_ms)) as recorder:
         before = world.snapshot()

@@ -72,6 +72,13 @@ _COM = re.compile(r"(\\\\\.\\)?COM[0-9]{1,3}", re.IGNORECASE)
 # How likely a car is at a port, the likeliest first.
 BOARD, USB, OTHER, BARE = range(4)
 
+# The numbers that Windows gives, which pyserial keeps in its text alone: access is denied, a sharing violation; there
+# is no such file, or path.
+_WINDOWS_BUSY, _WINDOWS_MISSING = (5, 32), (2, 3)
+_WINDOWS_NUMBER = re.compile(r"Error\(\d+, .*, None, (\d+)\)")
+_WINDOWS_TEXT = re.compile(r"Error\(\d+, ['\"](.*?)['\"], None")
+_ERRNO = re.compile(r"\[Errno (\d+)\]")
+
 _READ_TIMEOUT_S = 0.02
 _WRITE_TIMEOUT_S = 5
 
@@ -181,7 +188,7 @@ def upload(
     """
     transfer = UploadTransfer(image, baud, verify, secrets.randbelow(256), progress, retrying)
     outcome = run(transfer, port, baud)
-    if error := upload_error(port, outcome, transfer.holds):
+    if error := upload_error(port, outcome, transfer.holds, in_network="://" in port):
         raise error
     return str(outcome.detail)
 
@@ -224,7 +231,8 @@ def port_name(port: str) -> str:
     """Return a port's name as pyserial takes it.
 
     Raises:
-        MotorcadeError: it is neither ``socket://HOST:PORT`` nor the name of a device, or a file that is no port.
+        MotorcadeError: it is neither ``socket://HOST:PORT``, ``HOST:PORT`` nor the name of a device, or a file that is
+            no port.
     """
     name = port.strip()
     if not name:
@@ -233,8 +241,11 @@ def port_name(port: str) -> str:
     if separator:
         if scheme.lower() != "socket":
             raise MotorcadeError("not-a-port-name", port=port)
-        host, number = host_and_port(address)
-        return f"socket://[{host}]:{number}" if ":" in host else f"socket://{host}:{number}"
+        return _socket_url(address)
+    host, _, number = name.rpartition(":")
+    # As cars are printed; a path such as /dev/serial/by-id/… may have a colon, too.
+    if host and number.isdecimal() and not name.startswith("/"):
+        return _socket_url(name)
     is_port = _is_windows_port if sys.platform == "win32" else _may_be_port
     try:
         if is_port(name):
@@ -242,6 +253,11 @@ def port_name(port: str) -> str:
     except ValueError:
         raise MotorcadeError("not-a-port-name", port=port) from None
     raise MotorcadeError("no-serial-port", port=port)
+
+
+def _socket_url(address: str) -> str:
+    host, number = host_and_port(address)
+    return f"socket://[{host}]:{number}" if ":" in host else f"socket://{host}:{number}"
 
 
 def _is_windows_port(name: str) -> bool:
@@ -283,17 +299,49 @@ def open_port(port: str, baud: int) -> serial.Serial:
 
 
 def open_error(port: str, problem: Exception) -> MotorcadeError:
-    """The error for a port that can't be opened; pyserial distinguishes some cases in its text only."""
-    code, text = getattr(problem, "errno", None), str(problem)
-    if code in (errno.EACCES, errno.EPERM) and "denied" in text and "PermissionError" not in text:
+    """The error for a port that can't be opened, with the driver's own reason."""
+    text = str(problem)
+    if "://" in port:
+        return MotorcadeError("no-car-at-address", port=port, reason=_reason(problem))
+    number = _windows_number(text)
+    code = None if number else getattr(problem, "errno", None)
+    if code == errno.EACCES:
         return MotorcadeError("port-forbidden", port=port, group=group_of(port))
-    if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text or "PermissionError" in text:
+    # pyserial tells of a port that another process has locked in its text only.
+    if number in _WINDOWS_BUSY or code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
         return MotorcadeError("port-busy", port=port)
     if code in (errno.ENOTTY, errno.EISDIR) or "Inappropriate ioctl" in text:
         return MotorcadeError("no-serial-port", port=port)
-    return MotorcadeError("no-car-at-address" if "://" in port else "no-such-port", port=port)
+    is_missing = number in _WINDOWS_MISSING or code == errno.ENOENT
+    if is_missing and port not in [listed.device for listed in list_ports.comports()]:
+        return MotorcadeError("no-such-port", port=port)
+    return MotorcadeError("port-fails", port=port, reason=_reason(problem))
+
+
+def _windows_number(text: str) -> int:
+    """Return the number of Windows' error in pyserial's text, 31 in "PermissionError(13, '…', None, 31)"; or 0."""
+    found = _WINDOWS_NUMBER.search(text)
+    return int(found[1]) if found else 0
+
+
+def _reason(problem: Exception) -> object:
+    """Return the driver's reason for a sentence: what Windows says with its number, or what the system refused."""
+    text = str(problem)
+    if number := _windows_number(text):
+        said = _WINDOWS_TEXT.search(text)
+        return Phrase("windows-says", number=number, text=said[1] if said else text)
+    code = getattr(problem, "errno", None)
+    if code is None:
+        # pyserial hides it in the text of its own error: "[Errno 5] Input/output error".
+        found = _ERRNO.search(text)
+        code = int(found[1]) if found else None
+    return text if code is None else OSError(code, os.strerror(code))
 
 
 def _gone(port: str, problem: Exception, holds: str) -> MotorcadeError:
-    code = "takes-no-bytes" if isinstance(problem, serial.SerialTimeoutException) else "went-away"
-    return MotorcadeError(code, port=port, holds=holds_phrase(holds))
+    holding = holds_phrase(holds)
+    if isinstance(problem, serial.SerialTimeoutException):
+        return MotorcadeError("takes-no-bytes", port=port, holds=holding)
+    if "://" in port:
+        return MotorcadeError("connection-broke", port=port, reason=_reason(problem), holds=holding)
+    return MotorcadeError("port-broke", port=port, reason=_reason(problem), holds=holding)
