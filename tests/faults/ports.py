@@ -35,7 +35,7 @@ _PORTS = (
 _REFUSALS = (
     (OSError(errno.EACCES, "Permission denied"), "port-forbidden"),
     (SerialException(errno.EACCES, "could not open port: Permission denied"), "port-forbidden"),
-    (SerialException("could not open port 'COM3': PermissionError(13, 'Access is denied.')"), "port-busy"),
+    (SerialException("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)"), "port-busy"),
     (SerialException(errno.EBUSY, "Device or resource busy"), "port-busy"),
     (SerialException("Could not exclusively lock port"), "port-busy"),
     (SerialException(errno.ENOENT, "No such file or directory"), "no-such-port"),
