@@ -56,6 +56,7 @@ soak: $(MORE) ## the same tests with many more examples; then bytes made by a fu
 	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m tests.fuzz --seconds 300
 	$(BIN)/python -m tests.mutants
+	$(BIN)/python -m tests.mutants servers --count 200
 
 lint: setup
 	$(BIN)/ruff check .

@@ -253,7 +253,13 @@ class DiskPath(PurePosixPath):
     def stat(self) -> Any:
         node = self.disk.find(self)
         mode = (stat.S_IFDIR | 0o700) if node.is_folder else (stat.S_IFREG | 0o600)
-        return SimpleNamespace(st_mode=mode, st_size=len(node.data), st_mtime=node.changed_s)
+        return SimpleNamespace(
+            st_mode=mode,
+            st_size=len(node.data),
+            st_mtime=node.changed_s,
+            st_mtime_ns=int(node.changed_s * 1e9),
+            st_ino=node.last,
+        )
 
     def chmod(self, mode: int) -> None:
         self.disk.find(self)
@@ -354,6 +360,12 @@ class _File(io.RawIOBase):
 
     def writable(self) -> bool:
         return True
+
+    def read(self, size: int = -1) -> bytes:
+        end = len(self._node.data) if size < 0 else self._at + size
+        data = self._node.data[self._at : end]
+        self._at += len(data)
+        return data
 
     def write(self, data: Any) -> int:
         self._path.disk.begin("write")

@@ -15,7 +15,6 @@ from tests.faults.world import Process
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run, sealed, unsealed
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile, levels_of
-from motorcade.fleet.places import CAR
 from motorcade.words.image import Image, image_words, words_to_bytes
 from motorcade.words.request import GO, STOP, read_request
 from motorcade.words.upload import NO_PROGRAM
@@ -66,7 +65,7 @@ class RoomCar:
     def __init__(self, room: Any, number: int) -> None:
         self.room = room
         self.number = number
-        self.host = f"10.0.0.{number + 2}"
+        self.host, self.port = f"10.0.0.{number + 2}", PORT
         self.folder = room.folder / f"car{number}"
         self.path = self.folder / "car.image"
         first = moving_image(room.random)
@@ -196,9 +195,9 @@ class RoomCar:
             self.stop_due = None
 
 
-def multicast(places: Sequence[tuple[str, str, int]], random: Random) -> dict[str, ModuleType]:
-    """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts and ports."""
-    announced = {name: (host, port) for name, host, port in places}
+def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> dict[str, ModuleType]:
+    """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts, ports, kinds."""
+    announced = {name: place for name, *place in places}
 
     class Network:
         zeroconf = None
@@ -222,8 +221,8 @@ def multicast(places: Sequence[tuple[str, str, int]], random: Random) -> dict[st
 
     class Info:
         def __init__(self, service: str, name: str) -> None:
-            self._host, self.port = announced[name]
-            self.decoded_properties = {"kind": CAR, "name": ""}
+            self._host, self.port, kind = announced[name]
+            self.decoded_properties = {"kind": kind, "name": name}
 
         async def async_request(self, network: object, timeout_ms: int) -> bool:
             await asyncio.sleep(0.01)

@@ -5,10 +5,11 @@ from random import Random
 from types import SimpleNamespace
 from typing import Any
 
-from serial import Serial, SerialException, SerialTimeoutException
 from tests.faults.disk import Disk
+from tests.faults.liars import URLS, Opened
 from tests.faults.lines import Cable, Damage, SocketPort
 from tests.faults.network import Network
+from tests.faults.ports import check_ports
 from tests.faults.selector import Selector
 from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Process, World
@@ -70,7 +71,7 @@ class Uploads:
         self.number = self.left = 0
         self.car: Process | None = None
         self.board: ComputerBoard | None = None
-        self.has_lost_power = self.has_failed_late = self.has_port = False
+        self.has_lost_power = self.has_failed_late = self.has_port = self.has_rotted = False
 
     # The disk.
 
@@ -108,9 +109,11 @@ class Uploads:
                     self.end_car(False)
                     self.world.wait()
                 # A disk that lies may leave anything; the car says so and starts without a program.
-                self.world.keep("image-whole", self.disk.lies and self.has_lost_power, "the store holds no image")
+                may_be_damaged = self.has_rotted or (self.disk.lies and self.has_lost_power)
+                self.world.keep("image-whole", may_be_damaged, "the store holds no image")
                 image = None
             else:
+                self.world.keep("fails-closed", not self.has_rotted, "the car begins with a damaged program")
                 self._check_start(image)
             self.has_port = False
             line = self._line(process)
@@ -210,12 +213,59 @@ class Uploads:
                 last = drawn_image(self.random)
                 self.world.keep("goes-on", self.upload(last) == NEW, "no upload to a healthy car")
                 self.world.keep("goes-on", serial_port.readback("port", _BAUD) == last, "read back")
+                self.rot_and_mend(last)
+                check_ports(self.world, self.random)
+                self.open_strange_ports(last)
                 files = len(self.disk.find(self.folder / "car").entries)
                 most = 1 + self.world.counts.get("kill", 0) + self.left
                 self.world.keep("no-rubbish", files <= most, f"{files} files, though {most} would be right")
                 self.world.is_over = True
 
         process.start(main)
+
+    def rot(self) -> None:
+        """Somebody damages the car's file while the car is off: it says so, and begins with no other program."""
+        path, random = self.folder / "car" / "car.image", self.random
+        self.world.note("rot")
+        for process in [each for each in self.world.processes if each.name == "car" and not each.is_dead]:
+            process.end()
+        try:
+            node = self.disk.find(path)
+        except OSError:
+            self.start_car()
+            return
+        good = node.data
+        at = random.randrange(max(1, len(good)))
+        flipped = good[:at] + bytes([good[at] ^ 1 << random.randrange(8)]) + good[at + 1 :] if good else b"x"
+        bad = random.choice((flipped, flipped, good[:at], b"", good + b"\0", b"\0" * len(good)))
+        node.data = node.kept = bad
+        self.has_rotted = bad != good
+        self.start_car()
+        self.world.sleep(1.0)
+        self.has_rotted = False
+        for process in [each for each in self.world.processes if each.name == "car" and not each.is_dead]:
+            process.end()
+        node = self.disk.find(path)
+        node.data = node.kept = good
+        self.start_car()
+        self.world.sleep(1.0)
+
+    def rot_and_mend(self, image: bytes) -> None:
+        """Whatever becomes of a damaged file, a whole one is there afterwards."""
+        if self.random.random() < 0.3:
+            self.rot()
+            self.world.keep("goes-on", serial_port.readback("port", _BAUD) == image, "read back after damage")
+
+    def open_strange_ports(self, image: bytes) -> None:
+        """Nobody opens what is neither a device nor a socket, whoever asks."""
+        url = self.random.choice(URLS)
+        for act in (lambda: serial_port.upload(url, image, _BAUD), lambda: serial_port.readback(url, _BAUD)):
+            try:
+                act()
+            except MotorcadeError as problem:
+                self.world.keep("says-why", bool(problem.sentence("zh")), problem.code)
+            else:
+                self.world.keep("only-ports", False, f"{url} takes an upload")
 
     def heal(self) -> None:
         """Let all faults end."""
@@ -328,12 +378,7 @@ class Uploads:
                 return SocketPort(self.network, "car", _PORT)
             return self.cable.ends[0].open(0.02)
 
-        ports = SimpleNamespace(
-            serial_for_url=opened,
-            SerialException=SerialException,
-            SerialTimeoutException=SerialTimeoutException,
-            Serial=Serial,
-        )
+        ports = Opened(opened)
         return on_disk(self.disk) | {
             (serial_port, "serial"): ports,
             (serial_port, "monotonic_ms"): lambda: int(Time.monotonic() * 1000) & TICKS_MASK,
