@@ -5,7 +5,6 @@ from collections.abc import Callable
 from tests.faults.network import Link
 from tests.faults.world import Process, World
 
-
 Setpoint = tuple[int, int, int]
 NEUTRAL = (90, 1, 0)
 # The profile's limits, as docs/security.md and docs/drive.md have them.
