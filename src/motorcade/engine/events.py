@@ -32,6 +32,7 @@ FRAMES_HEARD = 7
 UNDETECTED = 8
 TOUCHING_MS = 9
 EVENTS = 10  # events that happened, whether or not there was room for them
+TICK = 11  # how many ticks have passed: a world and its clock advance in one call
 COUNTS = 16  # two cache lines, so that no two threads write to one
 # Columns of an event in Counters.events.
 T_MS, CAR, KIND, WHY, WORD, OTHER = range(6)

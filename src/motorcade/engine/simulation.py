@@ -8,6 +8,8 @@ import struct
 from array import array
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import NO_VOICE
@@ -19,6 +21,7 @@ from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
+from motorcade.engine.slices import Slices
 from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
@@ -38,8 +41,12 @@ COUNTED = {
     "undetected": events.UNDETECTED,
     "touching_ms": events.TOUCHING_MS,
 }
+# No car is farther from 0 in x or y: places are 32 bits of µm, and a car drives on for a tick before it is seen there.
+FARTHEST_UM = 2_147_000_000
 # Kernels that were cut off are called again with more room, so the room is enough for most calls.
 _MOST_MS_WITH_EVENTS = 200
+# The events of a world that were not taken yet: those before a call of the kernels, and the rows of the call.
+Untaken = tuple[Any, bytes] | None
 
 
 class Simulation:
@@ -95,8 +102,10 @@ class Simulation:
         self._cells = layout.cells_of(self.worlds, self.cars, backend)
         self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
+        self._farthest_um = layout.farthest_um(self._standing)
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
+        self._slices = Slices(self.worlds * self.cars, backend.interruptible)
         self._begin(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -104,6 +113,7 @@ class Simulation:
         given = self.seeds if seeds is None else (seeds,) if isinstance(seeds, int) else seeds
         if len(given) != self.worlds:
             raise MotorcadeError("seeds-differ-from-worlds", count=len(given), worlds=self.worlds)
+        self.backend.join()
         self._begin(given)
 
     def _begin(self, seeds: Sequence[int]) -> None:
@@ -116,9 +126,13 @@ class Simulation:
         counts = memory.zeros("counts", (self._parts, events.COUNTS), "int64")
         self._counters = self._with_room(counts, room * self.worlds // self._parts)
         self._tick = 0
-        self._spoken = NO_VOICE
-        # The rows of the events that were not taken yet, of each world.
-        self._taken: list[list[bytes]] = [[] for _ in self.seeds]
+        # What an exception broke off, and the contents of all arrays before it where they were kept.
+        self._is_torn, self._before = False, list[tuple[BackendArray, bytes]]()
+        # Until this tick no car can be beyond FARTHEST_UM.
+        self._within_until = self._ticks_within(self._farthest_um)
+        # The word that is spoken in a tick.
+        self._spoken_at, self._spoken = 0, NO_VOICE
+        self._taken: list[Untaken] = [None for _ in self.seeds]
 
     def assign_images(self, images: Sequence[int]) -> None:
         """Give each world a program of its own, before the first tick: all its leaders run image ``images[world]``.
@@ -132,16 +146,18 @@ class Simulation:
     @property
     def tick(self) -> int:
         """How many ticks have passed since the world began."""
+        if self._is_torn:
+            self._mend()
         return self._tick
 
     @property
     def now_ms(self) -> int:
         """The simulated time in ms."""
-        return self._tick * self.tick_ms & TICKS_MASK
+        return self.tick * self.tick_ms & TICKS_MASK
 
     def say(self, word: str) -> None:
         """Let every car hear ``stop`` or ``go`` in the next tick."""
-        self._spoken = layout.VOICES[word]
+        self._spoken_at, self._spoken = self.tick, layout.VOICES[word]
 
     def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
         """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
@@ -214,7 +230,7 @@ class Simulation:
         if (world, car) in self._drivers:
             self._keep_driven(self._others_driven(car, world))
             index = self._index(car, world)
-            self.backend.call("give_back", index, self._tick, self.state, self._rules)
+            self.backend.call("give_back", index, self.tick, self.state, self._rules)
 
     def _others_driven(self, car: int, world: int) -> list[list[int]]:
         """The columns of the other driven cars, whose indices a sort may have changed."""
@@ -227,7 +243,7 @@ class Simulation:
 
     def obstacle_mm(self, car: int) -> int:
         """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
-        if not self._look_mm or self._tick == 0:
+        if not self._look_mm or self.tick == 0:
             return NOTHING_IN_SIGHT_MM
         return self.look_ahead(car, self._look_mm)
 
@@ -246,7 +262,7 @@ class Simulation:
         """
         given = self.backend.zeros("words", (self.worlds * self.cars,), "uint32")
         self.backend.write(given, words)
-        self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
+        self.backend.call("begin_words", self.tick, self.worlds, given, self.arrays())
 
     def read_senses(self) -> BackendArray:
         """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
@@ -255,7 +271,7 @@ class Simulation:
         """
         sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
-        self.backend.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
+        self.backend.call("read_senses", self.tick, self.worlds, look_mm, self.arrays(), sensed)
         return sensed
 
     def step(self) -> None:
@@ -263,14 +279,26 @@ class Simulation:
         self.run(self.tick_ms)
 
     def run(self, duration_ms: int) -> None:
-        """Simulate ``duration_ms``, rounded down to whole ticks."""
-        ticks = duration_ms // self.tick_ms
-        # With events the calls are short, because all events of a call have to fit into the array.
-        longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else ticks
-        while ticks > 0:
-            count = min(ticks, longest)
-            self._advance(count)
-            ticks -= count
+        """Simulate ``duration_ms``, rounded down to whole ticks.
+
+        KeyboardInterrupt, or any other exception that comes meanwhile, ends the run soon, at a tick of all cars that
+        `now_ms` names; the next run goes on from there.
+
+        Raises:
+            MotorcadeError: a car has left the plane, 2,147 m around 0; the run ends there.
+        """
+        until = self.tick + duration_ms // self.tick_ms
+        while self.tick < until:
+            if self._tick >= self._within_until:
+                self._check_places()
+            ticks = min(until, self._within_until) - self._tick
+            ticks = min(ticks, self._longest_slice())
+            try:
+                self._slices.measure(ticks, partial(self._advance, self._tick + ticks))
+            except BaseException:
+                self._is_torn = True
+                self._mend()
+                raise
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
@@ -284,7 +312,7 @@ class Simulation:
             if self._shown is None:
                 self._shown, _ = allocate_columns(self.backend, "moment", self.cars)
             into = self._shown
-        self.backend.call("read_moment", world, self._tick, self.state, self._driven, self._rules, into)
+        self.backend.call("read_moment", world, self.tick, self.state, self._driven, self._rules, into)
         return into
 
     def take_rows(self, world: int = 0) -> BackendArray:
@@ -297,13 +325,22 @@ class Simulation:
         """
         if not self._keeps_events:
             raise MotorcadeError("world-keeps-no-events")
-        taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
+        taken = array("I", self.untaken_rows(world))
         memory, count = self.backend, len(taken) // events.COLUMNS
         rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
         self.backend.call("sort_events", rows, order, in_order)
+        self._taken[world] = None
         return in_order
+
+    def untaken_rows(self, world: int) -> bytes:
+        """Return the rows of the events that `take_rows` will sort."""
+        parts, rest = [], self._taken[world]
+        while rest:
+            rest, rows = rest
+            parts.append(rows)
+        return b"".join(reversed(parts))
 
     def memory_of(self, car: int, rows: Sequence[int]) -> list[int]:
         """Return numbers of the memory of a car's brain (`motorcade.car.brain`) in world 0, by their rows."""
@@ -325,7 +362,7 @@ class Simulation:
 
     def judge(self, questions: Questions, answers: Answers) -> None:
         """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""
-        self.backend.call("judge", self._tick, self.state, self._rules, questions, answers)
+        self.backend.call("judge", self.tick, self.state, self._rules, questions, answers)
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
@@ -349,38 +386,89 @@ class Simulation:
         self.backend.write(field[index : index + 1], value)
 
     def _wake(self, moved: int = ALL) -> None:
-        self.backend.call("wake", self._tick, moved, self.worlds, self.arrays())
+        # How far the cars are has to be found out again.
+        self._within_until = 0
+        self.backend.call("wake", self.tick, moved, self.worlds, self.arrays())
 
-    def _advance(self, ticks: int) -> None:
-        if self._keeps_events:
-            self._advance_with_events(ticks)
-        else:
-            self._call(ticks)
-        self._tick += ticks
-        self._spoken = NO_VOICE
+    def _longest_slice(self) -> int:
+        """How many ticks a call of the kernels may simulate."""
+        if not self._keeps_events:
+            return self._slices.ticks
+        # All events of a call have to fit into the array. Shorter calls would copy the cars more often.
+        fit = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms
+        return min(fit, self._slices.ticks) if self.backend.interruptible else fit
 
-    def _advance_with_events(self, ticks: int) -> None:
-        memory, cars = self.backend, self.state
-        counts, cells = self._counters.counts, self._cells
-        changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
-        saved = [(column, memory.read(column)) for column in changing]
-        self._call(ticks)
-        counted = self._read_counts()
+    def _ticks_within(self, farthest_um: int) -> int:
+        """For how many ticks no car can come farther than FARTHEST_UM, where the farthest is so far away."""
+        return int((FARTHEST_UM - farthest_um) // self._rules.fastest)
+
+    def _check_places(self) -> None:
+        """Find out until when all cars stay within FARTHEST_UM. Raises MotorcadeError: one is beyond it."""
+        answer = self.backend.zeros("answer", (2,), "int64")
+        self.backend.call("find_farthest", self.state, answer)
+        farthest_um, index = array("q", self.backend.read(answer))
+        if farthest_um > FARTHEST_UM:
+            number = int.from_bytes(self.backend.read(self.state.number[index : index + 1]), "little")
+            time_s = self._tick * self.tick_ms / 1000
+            world, most = index // self.cars, FARTHEST_UM // 1_000_000
+            raise MotorcadeError("car-left-plane", car=number, world=world, time=time_s, most=most)
+        self._within_until = self._tick + max(self._ticks_within(farthest_um), 1)
+
+    def _advance(self, until: int) -> None:
+        """Simulate up to a tick; fewer ticks where another thread does it and is told to stop.
+
+        A call of a kernel changes cars and clock together. Where one can be broken off, or has to be repeated with
+        more room for events, all that it changes is kept before it.
+        """
+        if not self._keeps_events and not self.backend.interruptible:
+            self._tick = self._call(until)
+            return
+        self._before = self._contents()
+        self._call(until)
+        taken = self._collected(until) if self._keeps_events else self._taken
+        self._taken, self._tick, self._before = taken, self._read_counts()[events.TICK], []
+
+    def _collected(self, until: int) -> list[Untaken]:
+        """The events that were not taken yet, with those of the call that simulated up to a tick."""
+        counts, counted = self._counters.counts, self._read_counts()
         while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
-            for column, contents in saved:
-                memory.write(column, contents)
+            self._put_back()
             self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
-            self._call(ticks)
+            self._call(until)
             counted = self._read_counts()
+        taken = self._taken.copy()
         for part, count in enumerate(counted[events.EVENTS :: events.COUNTS]):
             if count:
                 world = part if self._parts == self.worlds else 0
-                self._taken[world].append(memory.read(self._counters.events[part, :count]))
+                taken[world] = taken[world], self.backend.read(self._counters.events[part, :count])
                 counted[part * events.COUNTS + events.EVENTS] = 0
-        memory.write(counts, counted.tobytes())
+        self.backend.write(counts, counted.tobytes())
+        return taken
 
-    def _call(self, ticks: int) -> None:
-        self.backend.call("run", 0, 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
+    def _contents(self) -> list[tuple[BackendArray, bytes]]:
+        """What a run changes: arrays, and their contents now."""
+        cars = self.state
+        changing = cars.rows, cars.push, cars.wheels, cars.program, *self._cells, self._driven, self._counters.counts
+        return [(column, self.backend.read(column)) for column in changing]
+
+    def _put_back(self) -> None:
+        for column, contents in self._before:
+            self.backend.write(column, contents)
+
+    def _mend(self) -> None:
+        """Bring all cars of all worlds to one tick, after an exception broke off a run: back, or else ahead."""
+        self.backend.join()
+        self._put_back()
+        ticks = self._read_counts()[events.TICK :: events.COUNTS]
+        if min(ticks) < max(ticks):
+            self._call(max(ticks))
+        self._tick, self._before, self._is_torn = max(ticks), [], False
+
+    def _call(self, until: int) -> int:
+        """Call the kernels; return the tick that all cars have come to."""
+        spoken = self._spoken_at, self._spoken
+        self.backend.call("run", 0, 1, until, *spoken, self._seeds, self.arrays())
+        return until
 
 
 def _check(mat: Mat, images: tuple[bytes, ...]) -> None:
@@ -388,5 +476,9 @@ def _check(mat: Mat, images: tuple[bytes, ...]) -> None:
         raise MotorcadeError("mat-without-cars")
     if any(mat.starts.leads) and not images:
         raise MotorcadeError("leaders-without-program")
+    starts = mat.starts
+    for x_m, y_m, heading in zip(starts.x_m, starts.y_m, starts.heading, strict=True):
+        if not (abs(x_m) <= FARTHEST_M and abs(y_m) <= FARTHEST_M and math.isfinite(heading)):
+            raise MotorcadeError("car-place-too-far", x=x_m, y=y_m, most=FARTHEST_M)
     if len(images) > 255:
         raise MotorcadeError("too-many-programs", count=len(images))

@@ -7,7 +7,7 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import psutil
@@ -26,6 +26,7 @@ from motorcade.engine.native import (
     NativeKernels,
     library_path,
 )
+from motorcade.engine.saving import SavableSimulation
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
@@ -35,6 +36,7 @@ from motorcade.words.image import Image, image_words, words_to_bytes
 
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
+_WHOLE_RUN = 1 << 62
 # WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.
 _MOST_BYTES = 3 << 30
 _PROOF_MS = 2_000
@@ -42,7 +44,7 @@ _PROOF_MS = 2_000
 DIGESTS = "digests.json"
 
 
-class World(Simulation):
+class World(SavableSimulation):
     """Simulate cars on a mat; attributes as of Simulation.
 
     Args:
@@ -72,6 +74,7 @@ class World(Simulation):
         threads: int | None = None,
         kernels: BackendName | None = None,
     ) -> None:
+        self._given_threads, self._given_kernels = threads, kernels
         self.threads = threads or processors()
         cars, worlds = len(mat.starts), len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
         needed = cars * worlds * layout.BYTES_A_CAR
@@ -143,15 +146,26 @@ class World(Simulation):
         totals = [self.totals(world) for world in range(self.worlds)]
         return {name: np.array([each[name] for each in totals], np.int64) for name in totals[0]}
 
-    def _call(self, ticks: int) -> None:
-        backend, moment = self.backend, (self._tick, ticks, self._spoken)
+    def _longest_slice(self) -> int:
+        # What leads a large world can be stopped at any tick.
+        return super()._longest_slice() if self._keeps_events or not self._is_large else _WHOLE_RUN
+
+    def _advance(self, until: int) -> None:
+        advance = partial(super()._advance, until)
+        if self._is_large and isinstance(self.backend, NativeKernels):
+            self.backend.lead(advance)
+        else:
+            advance()
+
+    def _call(self, until: int) -> int:
+        backend, moment = self.backend, (until, self._spoken_at, self._spoken)
         if self._is_large and isinstance(backend, NativeKernels):
             scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
-            backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
-        elif self.worlds > 1 and isinstance(backend, NativeKernels):
+            return backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
+        if self.worlds > 1 and isinstance(backend, NativeKernels):
             backend.run(min(self.threads, self.worlds), *moment, self._seeds, self.arrays())
-        else:
-            super()._call(ticks)
+            return until
+        return super()._call(until)
 
 
 def open_backend(name: BackendName | None = None, needed_bytes: int = 0) -> Backend:
