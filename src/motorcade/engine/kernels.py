@@ -17,7 +17,7 @@ from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing
 from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
-from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, CarArrays, ForBrain, Ints, Now, Words
+from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
@@ -386,21 +386,11 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
         _sort(world, begin, end, arrays)
 
 
-def find_farthest(cars: CarArrays, answer: Ints) -> None:
-    """Write the largest coordinate of all cars, without its sign, into ``answer``, and that car's index behind it."""
-    farthest, index = -1, 0
-    for i in range(cars.x.shape[0]):
-        away = max(abs(int(cars.x[i])), abs(int(cars.y[i])))
-        if away > farthest:
-            farthest, index = away, i
-    answer[0], answer[1] = farthest, index
-
-
 # All kernels, by name.
 KERNELS: Mapping[str, Callable[..., None]] = {
     each.__name__: each
     for each in (
-        *(run, run_large, wake, judge, find_farthest),
+        *(run, run_large, wake, judge),
         bicycle.give_back,
         agents.begin_words,
         agents.read_obstacle,

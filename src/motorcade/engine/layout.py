@@ -159,9 +159,9 @@ def standing_of(mat: Mat, images: int) -> Standing:
     )
 
 
-def farthest_um(standing: Standing) -> int:
+def farthest_um(x_um: Sequence[int], y_um: Sequence[int]) -> int:
     """The largest coordinate of all cars, without its sign."""
-    return int(max(max(max(places.items), -min(places.items)) for places in (standing.x, standing.y)))
+    return max(max(x_um), -min(x_um), max(y_um), -min(y_um))
 
 
 def put_in_place(cars: CarArrays, standing: Standing, worlds: int, memory: "Backend") -> None:

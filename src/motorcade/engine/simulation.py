@@ -102,7 +102,7 @@ class Simulation:
         self._cells = layout.cells_of(self.worlds, self.cars, backend)
         self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
-        self._farthest_um = layout.farthest_um(self._standing)
+        self._farthest_um = layout.farthest_um(self._standing.x.items, self._standing.y.items)
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
         self._slices = Slices(self.worlds * self.cars, backend.interruptible)
@@ -404,10 +404,10 @@ class Simulation:
 
     def _check_places(self) -> None:
         """Find out until when all cars stay within FARTHEST_UM. Raises MotorcadeError: one is beyond it."""
-        answer = self.backend.zeros("answer", (2,), "int64")
-        self.backend.call("find_farthest", self.state, answer)
-        farthest_um, index = array("q", self.backend.read(answer))
+        x_um, y_um = (array("i", self.backend.read(places)) for places in (self.state.x, self.state.y))
+        farthest_um = layout.farthest_um(x_um, y_um)
         if farthest_um > FARTHEST_UM:
+            index = next(i for i, place in enumerate(zip(x_um, y_um, strict=True)) if farthest_um in map(abs, place))
             number = int.from_bytes(self.backend.read(self.state.number[index : index + 1]), "little")
             time_s = self._tick * self.tick_ms / 1000
             world, most = index // self.cars, FARTHEST_UM // 1_000_000
