@@ -35,8 +35,8 @@ _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64
 _SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
 # What Linux calls that which processors of the level x86-64-v3 have more than those of v2.
 _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
-# With more, threads need not wait for one whose share takes long.
-SHARES_A_THREAD = 4
+# With more, threads need not wait for one whose share takes long. A share of a long slice has to be short, too.
+SHARES_A_THREAD, SHARES_OF_LONG_SLICES = 4, 64
 # With few strips, little is done twice at their edges.
 STRIPS_A_THREAD = 2
 # More wait for one that is free; any number of threads does all the work.
@@ -296,9 +296,8 @@ class NativeKernels(NumpyArrays, LinearMemory):
         self._stop.set()
         self._crew.close()
 
-    def run(self, threads: int, *arguments: Any) -> None:
-        """Call the kernel ``run`` with several threads; ``arguments`` as those of the kernel after its shares."""
-        shares = SHARES_A_THREAD * threads
+    def run(self, threads: int, shares: int, *arguments: Any) -> None:
+        """Call the kernel ``run`` for each share, with several threads; ``arguments`` as those after its shares."""
         block = self._block("run", 0, shares, *arguments)
         work = self._call_each("run", [_INT.pack(share) + block[_INT.size :] for share in range(shares)])
         self._crew = Crew(work)

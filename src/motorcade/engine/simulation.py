@@ -105,7 +105,7 @@ class Simulation:
         self._farthest_um = layout.farthest_um(self._standing.x.items, self._standing.y.items)
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
-        self._slices = Slices(self.worlds * self.cars, backend.interruptible)
+        self._slices, self._can_go_back = Slices(self.worlds * self.cars, backend.interruptible), False
         self._begin(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -127,7 +127,7 @@ class Simulation:
         self._counters = self._with_room(counts, room * self.worlds // self._parts)
         self._tick = 0
         # What an exception broke off, and the contents of all arrays before it where they were kept.
-        self._is_torn, self._before = False, list[tuple[BackendArray, bytes]]()
+        self._is_torn, self._before = False, list[tuple[BackendArray, Any]]()
         # Until this tick no car can be beyond FARTHEST_UM.
         self._within_until = self._ticks_within(self._farthest_um)
         # The word that is spoken in a tick.
@@ -417,19 +417,19 @@ class Simulation:
     def _advance(self, until: int) -> None:
         """Simulate up to a tick; fewer ticks where another thread does it and is told to stop.
 
-        A call of a kernel changes cars and clock together. Where one can be broken off, or has to be repeated with
-        more room for events, all that it changes is kept before it.
+        A call of a kernel changes cars and clock together. Where one can be broken off, has to be repeated with more
+        room for events, or is one of many that together take long, all that changes is kept before it.
         """
-        if not self._keeps_events and not self.backend.interruptible:
+        if not (self._keeps_events or self.backend.interruptible or self._can_go_back):
             self._tick = self._call(until)
             return
         self._before = self._contents()
         self._call(until)
-        taken = self._collected(until) if self._keeps_events else self._taken
-        self._taken, self._tick, self._before = taken, self._read_counts()[events.TICK], []
+        taken, counted = self._collected(until) if self._keeps_events else (self._taken, self._read_counts())
+        self._taken, self._tick, self._before = taken, counted[events.TICK], []
 
-    def _collected(self, until: int) -> list[Untaken]:
-        """The events that were not taken yet, with those of the call that simulated up to a tick."""
+    def _collected(self, until: int) -> "tuple[list[Untaken], array[int]]":
+        """The events that were not taken yet, with those of the call that simulated up to a tick; and the counts."""
         counts, counted = self._counters.counts, self._read_counts()
         while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
             self._put_back()
@@ -443,13 +443,16 @@ class Simulation:
                 taken[world] = taken[world], self.backend.read(self._counters.events[part, :count])
                 counted[part * events.COUNTS + events.EVENTS] = 0
         self.backend.write(counts, counted.tobytes())
-        return taken
+        return taken, counted
 
-    def _contents(self) -> list[tuple[BackendArray, bytes]]:
-        """What a run changes: arrays, and their contents now."""
+    def _changing(self) -> list[BackendArray]:
+        """The arrays that a run changes."""
         cars = self.state
-        changing = cars.rows, cars.push, cars.wheels, cars.program, *self._cells, self._driven, self._counters.counts
-        return [(column, self.backend.read(column)) for column in changing]
+        return [cars.rows, cars.push, cars.wheels, cars.program, *self._cells, self._driven, self._counters.counts]
+
+    def _contents(self) -> list[tuple[BackendArray, Any]]:
+        """The arrays that a run changes, and their contents now."""
+        return [(column, self.backend.read(column)) for column in self._changing()]
 
     def _put_back(self) -> None:
         for column, contents in self._before:

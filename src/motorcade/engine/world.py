@@ -8,6 +8,7 @@ import json
 import os
 from collections.abc import Sequence
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 import psutil
@@ -16,11 +17,12 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine import events as event_rows
 from motorcade.engine import layout
-from motorcade.engine.backend import NAMES, Backend, BackendName
+from motorcade.engine.backend import NAMES, Backend, BackendArray, BackendName
 from motorcade.engine.events import EVENT
 from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.engine.native import (
     SHARES_A_THREAD,
+    SHARES_OF_LONG_SLICES,
     STRIPS_A_THREAD,
     InterpretedKernels,
     NativeKernels,
@@ -28,6 +30,7 @@ from motorcade.engine.native import (
 )
 from motorcade.engine.saving import SavableSimulation
 from motorcade.engine.simulation import Simulation
+from motorcade.engine.slices import CALL_S, Slices
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, formation, open_table
@@ -37,6 +40,8 @@ from motorcade.words.image import Image, image_words, words_to_bytes
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
 _WHOLE_RUN = 1 << 62
+# The cars of many worlds from which on a run has long slices, and how long these are at most.
+_UNCACHED, _LONG_SLICE_S = 8_000, 1.5
 # WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.
 _MOST_BYTES = 3 << 30
 _PROOF_MS = 2_000
@@ -82,10 +87,19 @@ class World(SavableSimulation):
         backend = open_backend(kernels, needed)
         self._is_large = backend.threaded and worlds == 1 and self.threads > 1 and cars >= _LARGE
         parts = min(STRIPS_A_THREAD * self.threads, MOST_PARTS) if self._is_large else None
-        shares = parts or SHARES_A_THREAD * min(self.threads, worlds)
+        working, self._kept = min(self.threads, worlds), list[NDArray[Any]]()
+        self._shares = SHARES_A_THREAD * working
+        # Worlds that don't fit into a processor's cache are simulated one after the other for long.
+        has_long_slices = backend.threaded and worlds > 1 and cars * worlds >= _UNCACHED and not events
+        if has_long_slices:
+            self._shares = min(SHARES_OF_LONG_SLICES * working, worlds)
+        shares = parts or self._shares
         super().__init__(
             mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts, shares=shares
         )
+        if has_long_slices:
+            longest_s = min(CALL_S * self._shares / working, _LONG_SLICE_S)
+            self._slices, self._can_go_back = Slices(cars * worlds, longest_s=longest_s), True
 
     @property
     def kernels(self) -> BackendName:
@@ -146,6 +160,17 @@ class World(SavableSimulation):
         totals = [self.totals(world) for world in range(self.worlds)]
         return {name: np.array([each[name] for each in totals], np.int64) for name in totals[0]}
 
+    def _contents(self) -> list[tuple[BackendArray, Any]]:
+        if not self._can_go_back:
+            return super()._contents()
+        # New memory each time would take longer than the copy.
+        changing = self._changing()
+        if [kept.shape for kept in self._kept] != [column.shape for column in changing]:
+            self._kept = [np.empty(column.shape, column.dtype) for column in changing]
+        for kept, column in zip(self._kept, changing, strict=True):
+            np.copyto(kept, column)
+        return list(zip(changing, self._kept, strict=True))
+
     def _longest_slice(self) -> int:
         # What leads a large world can be stopped at any tick.
         return super()._longest_slice() if self._keeps_events or not self._is_large else _WHOLE_RUN
@@ -163,7 +188,7 @@ class World(SavableSimulation):
             scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
             return backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
         if self.worlds > 1 and isinstance(backend, NativeKernels):
-            backend.run(min(self.threads, self.worlds), *moment, self._seeds, self.arrays())
+            backend.run(min(self.threads, self.worlds), self._shares, *moment, self._seeds, self.arrays())
             return until
         return super()._call(until)
 
