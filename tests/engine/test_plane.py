@@ -74,12 +74,18 @@ def test_no_place_wraps_with_any_physics_and_many_cars(physics: dict[str, Any]) 
         assert np.hypot(place.x_m - before.x_m, place.y_m - before.y_m).max() < 0.7
 
 
-@pytest.mark.parametrize(
-    "pose", [Pose(2001, 0), Pose(0, -2200), Pose(math.nan, 0), Pose(0, 0, math.inf), Pose(1e300, 0)]
-)
+@pytest.mark.parametrize("pose", [Pose(2001, 0), Pose(0, -2200), Pose(math.nan, 0), Pose(1e300, 0), Pose(0, math.inf)])
 def test_a_car_that_begins_outside_is_refused(pose: Pose) -> None:
     with pytest.raises(MotorcadeError, match="can't be put at"):
         World(plane(Pose(0, 0), pose), [STANDS])
+
+
+@pytest.mark.parametrize("heading", [math.inf, math.nan, 1e300, -1.1e6])
+def test_a_heading_that_is_no_angle_is_refused(heading: float) -> None:
+    with pytest.raises(MotorcadeError, match="heading"):
+        World(plane(Pose(0, 0, heading)), [STANDS])
+    with pytest.raises(MotorcadeError, match="heading"):
+        World(plane(Pose(0, 0)), [STANDS]).move(0, Pose(0, 0, heading))
 
 
 def test_cars_that_would_drive_farther_in_a_tick_than_a_number_holds_are_refused() -> None:

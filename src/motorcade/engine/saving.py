@@ -278,7 +278,7 @@ def _parse(data: bytes) -> tuple[_Header, _Columns]:
     end = _LENGTH.size + length
     try:
         header = msgspec.json.decode(body[_LENGTH.size : end], type=_Header)
-    except (msgspec.MsgspecError, RecursionError):
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         raise MotorcadeError("world-damaged") from None
     if header.engine != engine_version():
         raise MotorcadeError("world-of-another-version", version=header.engine[:60], ours=engine_version())

@@ -3,7 +3,6 @@
 `motorcade.engine.world.World` adds what NumPy makes convenient, and several threads.
 """
 
-import math
 import struct
 from array import array
 from collections.abc import Sequence
@@ -25,7 +24,7 @@ from motorcade.engine.slices import Slices
 from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
-from motorcade.mats.schema import FARTHEST_M
+from motorcade.mats.schema import FARTHEST_M, MOST_HEADING
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
@@ -197,8 +196,7 @@ class Simulation:
             MotorcadeError: there is no such car or place.
         """
         self._check_car(car)
-        if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
-            raise MotorcadeError("car-place-too-far", x=pose.x, y=pose.y, most=FARTHEST_M)
+        _check_pose(pose.x, pose.y, pose.heading)
         index = self._index(car, world)
         self._write(self.state.x, index, struct.pack("<i", round(pose.x * 1e6)))
         self._write(self.state.y, index, struct.pack("<i", round(pose.y * 1e6)))
@@ -474,14 +472,20 @@ class Simulation:
         return until
 
 
+def _check_pose(x_m: float, y_m: float, heading: float) -> None:
+    if not (abs(x_m) <= FARTHEST_M and abs(y_m) <= FARTHEST_M):
+        raise MotorcadeError("car-place-too-far", x=x_m, y=y_m, most=FARTHEST_M)
+    if not abs(heading) <= MOST_HEADING:
+        raise MotorcadeError("heading-too-large", heading=heading, most=MOST_HEADING)
+
+
 def _check(mat: Mat, images: tuple[bytes, ...]) -> None:
     if len(mat.starts) == 0:
         raise MotorcadeError("mat-without-cars")
     if any(mat.starts.leads) and not images:
         raise MotorcadeError("leaders-without-program")
     starts = mat.starts
-    for x_m, y_m, heading in zip(starts.x_m, starts.y_m, starts.heading, strict=True):
-        if not (abs(x_m) <= FARTHEST_M and abs(y_m) <= FARTHEST_M and math.isfinite(heading)):
-            raise MotorcadeError("car-place-too-far", x=x_m, y=y_m, most=FARTHEST_M)
+    for pose in zip(starts.x_m, starts.y_m, starts.heading, strict=True):
+        _check_pose(*pose)
     if len(images) > 255:
         raise MotorcadeError("too-many-programs", count=len(images))

@@ -17,10 +17,9 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.crowd import Crowd, place_crowd
 from motorcade.mats.geometry import Budget, Points, SweepLine, close_pair, obstructed
 from motorcade.mats.model import Corners, Line, Mat, Person, Physics, Point, Starts, Voice, flags, floats
-from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, SHORTEST_M, THINGS, mat_schema
+from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, MOST_HEADING, SHORTEST_M, THINGS, mat_schema
 
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
-_MOST_HEADING = 1e6
 # The simulator rounds positions to whole micrometres.
 _ROUNDING_M = 1e-6
 _SMALLEST_M2 = SHORTEST_M * SHORTEST_M
@@ -86,7 +85,7 @@ def check_mat(mat: Mat, profile: Profile) -> None:
     if not len(starts):
         raise MotorcadeError("mat-needs-cars", file=file)
     columns = starts.x_m.tolist(), starts.y_m.tolist(), starts.heading.tolist()
-    limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", _MOST_HEADING))
+    limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", MOST_HEADING))
     for (key, most), values in zip(limits, columns, strict=True):
         for car, value in enumerate(values):
             if not -most <= value <= most:
