@@ -13,9 +13,10 @@ import pytest
 from motorcade.engine.world import World
 from support.interrupts import lines_until_interrupted
 from support.soak import SOAK
-from support.worlds import ROAMING, contents, crowd
+from support.worlds import ROAMING, CrowdedWorld, contents, crowd
 
 TICK_MS = crowd(2).tick_ms
+DAYS_MS = 1_000_000_000
 WORLDS: dict[str, dict[str, Any]] = {
     "one world": {"seeds": 3},
     "with events": {"seeds": 3, "events": True},
@@ -36,7 +37,7 @@ def _small_large_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def made(name: str) -> World:
     """A world that has run for a moment, so that an interrupted run isn't its first."""
-    world = World(crowd(40 if "large" in name else 6), [ROAMING], **WORLDS[name])
+    world = CrowdedWorld(crowd(40 if "large" in name else 6), [ROAMING], **WORLDS[name])
     world.run(3 * TICK_MS)
     world.say("stop")
     return world
@@ -81,7 +82,7 @@ def ctrl_c_after(seconds: float) -> Iterator[None]:
 def test_ctrl_c_ends_a_run_of_days_at_a_tick_that_the_clock_names(name: str) -> None:
     world = made(name)
     with ctrl_c_after(0.2):
-        world.run(1 << 40)
+        world.run(DAYS_MS)
     stopped_ms = world.now_ms
     place = world.snapshot().x_m.tolist()
     # Nothing goes on behind its back.

@@ -12,6 +12,7 @@ from motorcade.engine.backend import NAMES, BackendName
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Physics, Starts
 from support.strategies import CLASSROOM
+from support.worlds import CrowdedWorld
 
 TICK_MS = 20
 # Cars as fast as they can be at all.
@@ -62,7 +63,7 @@ def test_no_place_wraps_with_any_physics_and_many_cars(physics: dict[str, Any]) 
     heap = [Pose(1999, 1999, 0.21 * number) for number in range(30)]
     # With noise a wheel may be more than twice as fast.
     slower = replace(FAST, speeds_mm_s=(0, 1, 2, 8_000))
-    world = World(plane(*heap, **physics), [AWAY], slower, events=True)
+    world = CrowdedWorld(plane(*heap, **physics), [AWAY], slower, events=True)
     place, is_over = world.snapshot(), False
     while not is_over:
         before = place
@@ -74,18 +75,11 @@ def test_no_place_wraps_with_any_physics_and_many_cars(physics: dict[str, Any]) 
         assert np.hypot(place.x_m - before.x_m, place.y_m - before.y_m).max() < 0.7
 
 
-@pytest.mark.parametrize("pose", [Pose(2001, 0), Pose(0, -2200), Pose(math.nan, 0), Pose(1e300, 0), Pose(0, math.inf)])
+@pytest.mark.parametrize("pose", [Pose(2001, 0), Pose(0, -2200), Pose(math.nan, 0), Pose(0, 0, 1e300)])
 def test_a_car_that_begins_outside_is_refused(pose: Pose) -> None:
-    with pytest.raises(MotorcadeError, match="can't be put at"):
+    with pytest.raises(MotorcadeError) as caught:
         World(plane(Pose(0, 0), pose), [STANDS])
-
-
-@pytest.mark.parametrize("heading", [math.inf, math.nan, 1e300, -1.1e6])
-def test_a_heading_that_is_no_angle_is_refused(heading: float) -> None:
-    with pytest.raises(MotorcadeError, match="heading"):
-        World(plane(Pose(0, 0, heading)), [STANDS])
-    with pytest.raises(MotorcadeError, match="heading"):
-        World(plane(Pose(0, 0)), [STANDS]).move(0, Pose(0, 0, heading))
+    assert caught.value.code == "start-out-of-range"
 
 
 def test_cars_that_would_drive_farther_in_a_tick_than_a_number_holds_are_refused() -> None:

@@ -16,7 +16,7 @@ from motorcade.engine import saving
 from motorcade.engine.backend import NAMES
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from support.worlds import ROAMING, Case, cases, crowd
+from support.worlds import ROAMING, Case, CrowdedWorld, cases, crowd
 
 FEW = settings(max_examples=max(settings().max_examples // 5, 1))
 SLICE_MS = 200
@@ -32,7 +32,7 @@ def resealed(data: bytes) -> bytes:
 @given(cases(tick_ms=20), cases(tick_ms=20), st.data())
 def test_a_saved_world_goes_on_with_equal_bits_with_any_kernels(case: Case, other: Case, data: st.DataObject) -> None:
     """Cars drive and are driven, walls have changed, and the worlds are saved at any tick."""
-    world = World(case.mat, case.images, case.profile, seeds=[case.seed, 7], events=True, kernels="native")
+    world = CrowdedWorld(case.mat, case.images, case.profile, seeds=[case.seed, 7], events=True, kernels="native")
     worlds = dict.fromkeys(NAMES, world)
     for number in range(3):
         if number == 1:
@@ -60,7 +60,7 @@ def test_a_saved_world_goes_on_with_equal_bits_with_any_kernels(case: Case, othe
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_a_world_saved_by_one_thread_goes_on_equally_by_several(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("motorcade.engine.world._LARGE", 300)
-    worlds = [World(crowd(400), [ROAMING], seeds=4, events=True, threads=count) for count in (1, threads)]
+    worlds = [CrowdedWorld(crowd(400), [ROAMING], seeds=4, events=True, threads=count) for count in (1, threads)]
     for world in worlds:
         world.run(620)
     saved = [world.save() for world in worlds]
@@ -73,7 +73,7 @@ def test_a_world_saved_by_one_thread_goes_on_equally_by_several(threads: int, mo
 
 
 def test_a_copy_and_a_pickle_are_worlds_of_their_own() -> None:
-    world = World(crowd(12), [ROAMING], seeds=range(3), events=True, kernels="webassembly", threads=2)
+    world = CrowdedWorld(crowd(12), [ROAMING], seeds=range(3), events=True, kernels="webassembly", threads=2)
     world.run(500)
     copies = [copy.deepcopy(world), copy.copy(world), pickle.loads(pickle.dumps(world))]
     world.run(500)
@@ -84,7 +84,7 @@ def test_a_copy_and_a_pickle_are_worlds_of_their_own() -> None:
 
 
 def test_a_world_goes_on_in_another_process() -> None:
-    world = World(crowd(12), [ROAMING], seeds=5, events=True)
+    world = CrowdedWorld(crowd(12), [ROAMING], seeds=5, events=True)
     world.run(500)
     code = "import sys; from motorcade import World; w = World.load(sys.stdin.buffer.read()); w.run(500); "
     code += "sys.stdout.buffer.write(w.save())"
@@ -95,7 +95,7 @@ def test_a_world_goes_on_in_another_process() -> None:
 
 @pytest.fixture(scope="module")
 def saved() -> bytes:
-    world = World(crowd(6), [ROAMING], seeds=5, events=True)
+    world = CrowdedWorld(crowd(6), [ROAMING], seeds=5, events=True)
     world.run(500)
     return world.save()
 

@@ -85,6 +85,8 @@ class CarTurn(NamedTuple):
             events.record_loss(counters, part, now, number, events.RESERVED, frame, sender)
         elif result == frames.BAD_CHECK:
             events.record_loss(counters, part, now, number, events.CHECK, frame, sender)
+        elif result == frames.REMOTE:
+            events.record_loss(counters, part, now, number, events.REMOTE, frame, sender)
         elif result == frames.DEAF:
             events.record_loss(counters, part, now, number, events.DEAF, frame, sender)
         else:

@@ -10,6 +10,7 @@ catch up with; whoever makes bytes by hand can make a world that never was, and 
 
 import hashlib
 import struct
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import cache, partial
 from importlib.metadata import version
@@ -26,11 +27,13 @@ from motorcade.engine.backend import BackendName
 from motorcade.engine.bodies import DISPLACEMENT_BITS
 from motorcade.engine.kernels import RESTORED
 from motorcade.engine.linear_memory import PATH
-from motorcade.engine.simulation import FARTHEST_UM, Simulation
+from motorcade.engine.running import FARTHEST_UM
+from motorcade.engine.simulation import Simulation, checked_images
 from motorcade.engine.state import NOBODY, CarArrays
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.mats.document import document_of, mat_without_cars
+from motorcade.mats.document import MOST_HEADING, document_of, mat_without_cars
 from motorcade.mats.model import Mat, Starts, flags, floats
+from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
@@ -59,6 +62,7 @@ class _Header(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     profile: dict[str, Any]
     images: list[bytes]
     events: bool
+    run_number: int
     tick: int
     spoken_at: int
     spoken: int
@@ -100,6 +104,7 @@ class SavableSimulation(Simulation):
             profile=asdict(_profile_of(asdict(self.profile))),
             images=list(self.images),
             events=self._keeps_events,
+            run_number=self.run_number,
             tick=tick,
             spoken_at=self._spoken_at,
             spoken=self._spoken,
@@ -121,18 +126,34 @@ class SavableSimulation(Simulation):
         x_m, y_m, heading = (floats(columns.take("<f8", header.cars)) for _ in range(3))
         leads = flags(columns.take("u1", header.cars).tolist())
         seeds = columns.take("<i8", header.worlds).tolist()
+        _require(all(abs(length_m) <= FARTHEST_M for length_m in (*x_m, *y_m)))
+        _require(all(abs(angle) <= MOST_HEADING for angle in heading))
         mat = replace(_mat_of(header.mat), starts=Starts(x_m, y_m, heading, leads, tuple(header.groups)))
-        what = mat, header.images, _profile_of(header.profile)
-        make: Any = cls
-        world: Self = make(*what, seeds=seeds, events=header.events, threads=threads, kernels=kernels)
+        images, profile = checked_images(header.images), _profile_of(header.profile)
+        world = cls.__new__(cls)
+        # Cars may have started where something stands now.
+        world._open(mat, images, profile, seeds, header.events, threads, kernels)
         world._restore(header, columns)
         return world
 
     def __reduce__(self) -> tuple[Any, ...]:
         return partial(type(self).load, threads=self._given_threads, kernels=self._given_kernels), (self.save(),)
 
-    _given_threads: int | None = None
-    _given_kernels: BackendName | None = None
+    def _open(
+        self,
+        mat: Mat,
+        images: Sequence[bytes],
+        profile: Profile,
+        seeds: Sequence[int],
+        events: bool,
+        threads: int | None,
+        kernels: BackendName | None,
+    ) -> None:
+        """Make the worlds on a mat that has been checked; keep what was given for threads and kernels."""
+        raise NotImplementedError
+
+    _given_threads: int | None
+    _given_kernels: BackendName | None
 
     def _order_of_numbers(self) -> NDArray[np.intp]:
         """The index of each car, in the order of worlds and car numbers."""
@@ -184,6 +205,7 @@ class SavableSimulation(Simulation):
         of_parts[:, 0, : events.EVENTS] = counts
         of_parts[:, :, events.TICK] = header.tick
         self.backend.write(self._counters.counts, of_parts.tobytes())
+        self.run_number = header.run_number
         self._tick, self._spoken_at, self._spoken = header.tick, header.spoken_at, header.spoken
         most = int(self._rules.fastest * (1 << DISPLACEMENT_BITS)) + 1
         driven, seen = [], set[tuple[int, int]]()

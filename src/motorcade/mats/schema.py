@@ -11,8 +11,6 @@ FARTHEST_M = 2000
 SHORTEST_M = 0.001
 LAST_S = 1_000_000
 MOST_CARS = 2_000_000
-# Radians.
-MOST_HEADING = 1e6
 # What a floor looks like changes nothing for the cars: only pages show it.
 FLOORS = ("table", "classroom", "city", "night", "moon", "plain")
 
