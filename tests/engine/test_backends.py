@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -129,8 +129,27 @@ def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(stri
             early.append((strip, step))
         taken[strip] += 1
 
-    assert all_end(Wavefront(take, strips, 48), threads)
+    assert all_end(Wavefront(take, strips, 48, 3, Event()), threads)
     assert (taken, early) == ([48] * strips, [])
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("strips", [1, 2, 7])
+def test_strips_that_are_stopped_have_taken_as_many_steps_each(strips: int, threads: int) -> None:
+    """A step may change what the others read, so all end with the tick that one of them has begun."""
+    for stopped_at in range(48):
+        taken, stop = [0] * strips, Event()
+
+        def take(strip: int, step: int, taken: list[int] = taken, at: int = stopped_at, stop: Event = stop) -> None:
+            taken[strip] += 1
+            if step == at:
+                stop.set()
+
+        wavefront = Wavefront(take, strips, 48, 3, stop)
+        assert all_end(wavefront, threads)
+        assert taken == [wavefront.steps] * strips
+        assert wavefront.steps % 3 == 0
+        assert stopped_at < wavefront.steps <= min(stopped_at + 3 + strips, 48)
 
 
 def test_when_one_thread_is_interrupted_the_others_end() -> None:
@@ -141,7 +160,7 @@ def test_when_one_thread_is_interrupted_the_others_end() -> None:
             for each in interrupts:
                 raise each
 
-    assert all_end(Wavefront(take, 4, 48), 3)
+    assert all_end(Wavefront(take, 4, 48, 3, Event()), 3)
 
 
 @pytest.fixture

@@ -31,6 +31,8 @@ from motorcade.classroom.record import from_bytes, to_bytes
 from motorcade.classroom.room import Classroom
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.drive.keys import RevokedKeys, read_revoked
+from motorcade.engine.saving import MAGIC
+from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.experiments.plan import Plan
 from motorcade.experiments.run import no_bar, run_sweep
@@ -281,6 +283,39 @@ def remote_messages(texts):
     # Who has left moves nothing, whatever was sent.
     assert car.control.telemetry().speed == 0
     assert car.control.telemetry().driver is None
+
+
+@cache
+def _saved() -> bytes:
+    """A world that was saved, behind what begins its bytes."""
+    told = world(seeds=7)
+    told.run(300)
+    return told.save()
+
+
+@harness(
+    st.lists(st.tuples(st.integers(0, 1 << 14), st.binary(max_size=8)), max_size=4),
+    st.integers(0, 1 << 14),
+    st.booleans(),
+)
+def saved_worlds(changes, cut, is_sealed):
+    data = _saved()
+    begin = len(MAGIC) + 32 if is_sealed else 0
+    content = bytearray(data[begin:])
+    for at, replaced in changes:
+        at %= len(content)
+        content[at : at + len(replaced)] = replaced
+    if cut < len(content):
+        del content[cut:]
+    if is_sealed:
+        # Somebody who changes it on purpose gives it the digest that belongs to it.
+        content[:0] = MAGIC + hashlib.sha256(content).digest()
+    with refused():
+        loaded = World.load(bytes(content), threads=1)
+        loaded.run(100)
+        loaded.snapshot()
+        loaded.take_events()
+        assert World.load(loaded.save()).save() == loaded.save()
 
 
 @harness(damaged(documents.projects()))

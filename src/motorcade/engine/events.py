@@ -33,6 +33,7 @@ FRAMES_HEARD = 8
 UNDETECTED = 9
 TOUCHING_MS = 10
 EVENTS = 11  # events that happened, whether or not there was room for them
+TICK = 12  # how many ticks have passed: a world and its clock advance in one call
 COUNTS = 16  # two cache lines, so that no two threads write to one
 # Columns of an event in Counters.events.
 T_MS, CAR, KIND, WHY, WORD, OTHER = range(6)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.brain import NO_VOICE, SIZE
+from motorcade.car.brain import SIZE
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.arguments import MOST_SEED, instance_of, not_allowed, to_list, to_number, to_whole
 from motorcade.config.profile import Profile, built_in_profile
@@ -19,13 +19,14 @@ from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
-from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
+from motorcade.engine.running import Running
+from motorcade.engine.slices import Slices
+from motorcade.engine.state import DRIVEN, Arrays, Buffer
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.mats.document import MOST_HEADING, check_starts
 from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
-from motorcade.words.ticks import TICKS_MASK
 
 COUNTED = {
     "frames": events.FRAMES,
@@ -40,14 +41,10 @@ COUNTED = {
     "undetected": events.UNDETECTED,
     "touching_ms": events.TOUCHING_MS,
 }
-# Kernels that were cut off are called again with more room, so the room is enough for most calls.
-_MOST_MS_WITH_EVENTS = 200
-# When the clock of cars wraps.
-_MOST_RUN_MS = TICKS_MASK
 _MOST_MM = FARTHEST_M * 1000
 
 
-class Simulation:
+class Simulation(Running):
     """Simulate cars on a mat.
 
     Args:
@@ -99,8 +96,10 @@ class Simulation:
         self._cells = layout.cells_of(self.worlds, self.cars, backend)
         self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
+        self._farthest_um = layout.farthest_um(self._standing.x.items, self._standing.y.items)
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
+        self._slices, self._can_go_back = Slices(self.worlds * self.cars, backend.interruptible), False
         self.run_number = 0
         self._begin(seeds)
 
@@ -109,6 +108,7 @@ class Simulation:
         given = self.seeds if seeds is None else (seeds,) if isinstance(seeds, int) else seeds
         if len(given) != self.worlds:
             raise MotorcadeError("seeds-differ-from-worlds", count=len(given), worlds=self.worlds)
+        self.backend.join()
         self._begin(given)
         self.run_number += 1
 
@@ -121,10 +121,7 @@ class Simulation:
         room = 64 * self.cars + 1024 if self._keeps_events else 0
         counts = memory.zeros("counts", (self._parts, events.COUNTS), "int64")
         self._counters = self._with_room(counts, room * self.worlds // self._parts)
-        self._tick = 0
-        self._spoken = NO_VOICE
-        # The rows of the events that were not taken yet, of each world.
-        self._taken: list[list[bytes]] = [[] for _ in self.seeds]
+        self._begin_ticks(self._farthest_um)
 
     def assign_images(self, images: Sequence[int]) -> None:
         """Give each world a program of its own, before the first tick: all its leaders run image ``images[world]``.
@@ -153,22 +150,13 @@ class Simulation:
         for name in ("x", "y", "heading"):
             places = b"".join(getattr(each, name).items.tobytes() for each in standing)
             self.backend.write(getattr(self.state, name), places)
-
-    @property
-    def tick(self) -> int:
-        """How many ticks have passed since the world began."""
-        return self._tick
-
-    @property
-    def now_ms(self) -> int:
-        """The simulated time in ms."""
-        return self._tick * self.tick_ms & TICKS_MASK
+        self._within_until = 0
 
     def say(self, word: str) -> None:
         """Let every car hear ``stop`` or ``go`` in the next tick. Raises MotorcadeError: it is another word."""
         if not isinstance(word, str) or word not in layout.VOICES:
             raise not_allowed("word", word, ", ".join(layout.VOICES))
-        self._spoken = layout.VOICES[word]
+        self._spoken_at, self._spoken = self.tick, layout.VOICES[word]
 
     def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
         """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
@@ -197,11 +185,6 @@ class Simulation:
         self._floor = backend.allocate("floor", floor.floor_of(mat, rules.floor_aside))
         self._people = allocate_all(backend, layout.people_of(mat, self._parts))
         self._voices = allocate_all(backend, layout.voices_of(mat))
-
-    def _with_room(self, counts: BackendArray, room: int) -> Counters:
-        """Counters with room for events, ``room`` for each part of the world."""
-        shape = self._parts, room, events.COLUMNS
-        return Counters(counts, self.backend.zeros("events", shape, "uint32"))
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
@@ -247,7 +230,7 @@ class Simulation:
         if (world, car) in self._drivers:
             self._keep_driven(self._others_driven(car, world))
             index = self._index(car, world)
-            self.backend.call("give_back", index, self._tick, self.state, self._rules)
+            self.backend.call("give_back", index, self.tick, self.state, self._rules)
 
     def _others_driven(self, car: int, world: int) -> list[list[int]]:
         """The columns of the other driven cars, whose indices a sort may have changed."""
@@ -260,7 +243,7 @@ class Simulation:
 
     def obstacle_mm(self, car: int) -> int:
         """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
-        if not self._look_mm or self._tick == 0:
+        if not self._look_mm or self.tick == 0:
             return NOTHING_IN_SIGHT_MM
         return self.look_ahead(car, self._look_mm)
 
@@ -288,7 +271,7 @@ class Simulation:
             raise MotorcadeError("words-differ-from-cars", needed=4 * self.worlds * self.cars)
         given = self.backend.zeros("words", (self.worlds * self.cars,), "uint32")
         self.backend.write(given, words)
-        self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
+        self.backend.call("begin_words", self.tick, self.worlds, given, self.arrays())
 
     def read_senses(self) -> BackendArray:
         """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
@@ -298,30 +281,8 @@ class Simulation:
         self._check_begun()
         sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
-        self.backend.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
+        self.backend.call("read_senses", self.tick, self.worlds, look_mm, self.arrays(), sensed)
         return sensed
-
-    def step(self) -> None:
-        """Simulate one tick."""
-        self.run(self.tick_ms)
-
-    def run(self, duration_ms: int) -> None:
-        """Simulate ``duration_ms``, rounded down to whole ticks.
-
-        Raises:
-            MotorcadeError: it is no whole number from 0 to 2^30 - 1, or it is less than a tick, so that nothing would
-                ever happen.
-        """
-        duration_ms = to_whole("duration_ms", duration_ms, 0, _MOST_RUN_MS)
-        if 0 < duration_ms < self.tick_ms:
-            raise MotorcadeError("run-shorter-than-tick", duration_ms=duration_ms, tick_ms=self.tick_ms)
-        ticks = duration_ms // self.tick_ms
-        # With events the calls are short, because all events of a call have to fit into the array.
-        longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else ticks
-        while ticks > 0:
-            count = min(ticks, longest)
-            self._advance(count)
-            ticks -= count
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
@@ -336,9 +297,8 @@ class Simulation:
             if self._shown is None:
                 self._shown, _ = allocate_columns(self.backend, "moment", self.cars)
             into = self._shown
-        self.backend.call(
-            "read_moment", self._checked_world(world), self._tick, self.state, self._driven, self._rules, into
-        )
+        shown = self._checked_world(world), self.tick, self.state, self._driven, self._rules
+        self.backend.call("read_moment", *shown, into)
         return into
 
     def take_rows(self, world: int = 0) -> BackendArray:
@@ -352,12 +312,13 @@ class Simulation:
         if not self._keeps_events:
             raise MotorcadeError("world-keeps-no-events")
         world = self._checked_world(world)
-        taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
+        taken = array("I", self.untaken_rows(world))
         memory, count = self.backend, len(taken) // events.COLUMNS
         rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
         self.backend.call("sort_events", rows, order, in_order)
+        self._taken[world] = None
         return in_order
 
     def memory_of(self, car: int, rows: Sequence[int]) -> list[int]:
@@ -383,16 +344,13 @@ class Simulation:
 
     def judge(self, questions: Questions, answers: Answers) -> None:
         """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""
-        self.backend.call("judge", self._tick, self.state, self._rules, questions, answers)
+        self.backend.call("judge", self.tick, self.state, self._rules, questions, answers)
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
         mat = self._obstacles, self._people, self._voices
         more = self._driven, self._floor, self._around
         return Arrays(self.state, self._cells, *mat, *more, self._rules, self._counters)
-
-    def _read_counts(self) -> "array[int]":
-        return array("q", self.backend.read(self._counters.counts))
 
     def _checked_car(self, car: int, world: int) -> tuple[int, int]:
         return to_whole("car", car, 0, self.cars - 1), self._checked_world(world)
@@ -413,38 +371,9 @@ class Simulation:
         self.backend.write(field[index : index + 1], value)
 
     def _wake(self, moved: int = ALL) -> None:
-        self.backend.call("wake", self._tick, moved, self.worlds, self.arrays())
-
-    def _advance(self, ticks: int) -> None:
-        if self._keeps_events:
-            self._advance_with_events(ticks)
-        else:
-            self._call(ticks)
-        self._tick += ticks
-        self._spoken = NO_VOICE
-
-    def _advance_with_events(self, ticks: int) -> None:
-        memory, cars = self.backend, self.state
-        counts, cells = self._counters.counts, self._cells
-        changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
-        saved = [(column, memory.read(column)) for column in changing]
-        self._call(ticks)
-        counted = self._read_counts()
-        while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
-            for column, contents in saved:
-                memory.write(column, contents)
-            self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
-            self._call(ticks)
-            counted = self._read_counts()
-        for part, count in enumerate(counted[events.EVENTS :: events.COUNTS]):
-            if count:
-                world = part if self._parts == self.worlds else 0
-                self._taken[world].append(memory.read(self._counters.events[part, :count]))
-                counted[part * events.COUNTS + events.EVENTS] = 0
-        memory.write(counts, counted.tobytes())
-
-    def _call(self, ticks: int) -> None:
-        self.backend.call("run", 0, 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
+        # How far the cars are has to be found out again.
+        self._within_until = 0
+        self.backend.call("wake", self.tick, moved, self.worlds, self.arrays())
 
 
 def checked_images(images: Sequence[bytes]) -> tuple[bytes, ...]:

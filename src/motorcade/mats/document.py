@@ -58,6 +58,16 @@ def parse_mat(text: str, name: str, kind: Kind) -> Mat:
 
 def mat_of(document: Any, file: Text) -> Mat:
     """Convert a parsed document; errors call it ``file``. Raises MotorcadeError."""
+    mat, checked = mat_without_cars(document, file)
+    check_outlines(mat, file)
+    return replace(mat, starts=_place_cars(mat, checked["car"], checked["crowd"], file))
+
+
+def mat_without_cars(document: Any, file: Text) -> tuple[Mat, dict[str, Any]]:
+    """Convert a parsed document but for its cars and `check_outlines`; also return it with defaults.
+
+    Raises MotorcadeError.
+    """
     checked = load(document, mat_schema(), file)
     mat = Mat(
         name=checked["name"],
@@ -68,8 +78,7 @@ def mat_of(document: Any, file: Text) -> Mat:
         **{each.field: tuple(map(_SHAPES[each.shape][0], _floats(checked[each.key]))) for each in THINGS},
         physics=Physics(**_floats(checked["physics"])),
     )
-    check_outlines(mat, file)
-    return replace(mat, starts=_place_cars(mat, checked["car"], checked["crowd"], file))
+    return mat, checked
 
 
 def check_mat(mat: Mat, profile: Profile) -> None:

@@ -1,8 +1,8 @@
 """A mat as data: where cars start, walls and obstacles, lines on the floor, people, voices, and the physics."""
 
-import heapq
 import math
 from array import array
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from itertools import compress
@@ -19,7 +19,6 @@ Corners = tuple[Point, ...]
 # How far a chord may be from the arc that it stands for.
 _SAGITTA_M = 0.001
 _SPACING_M = 0.25
-_SIDE = 20
 _MOST_FOLLOWERS = 2_000_000
 
 
@@ -235,17 +234,33 @@ def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
     """
     followers = to_whole("followers", followers, 0, _MOST_FOLLOWERS)
     reach_m = to_number("reach_m", reach_m, 0, math.inf)
-    poses = [Pose(0.0, 0.0)]
-    side = _SIDE + math.isqrt(followers)
-    places = [(column, row) for column in range(-side, side + 1) for row in range(-side, side + 1) if column or row]
+    # Half of a disc with this radius has enough places.
+    radius = math.isqrt(followers * 16 // 25) + 4
+    side = 2 * radius + 1
+    reach = min(reach_m / _SPACING_M, float(radius))
+    behind = _nearest(radius, range(-radius, 0), side)
+    others = _nearest(math.ceil(reach), range(math.ceil(reach) + 1), side)
+    near, near_others = (bisect_left(places, int(reach * reach + 1) * side * side) for places in (behind, others))
+    # The nearest of the others is the leader's.
+    places = (behind[:near] + others[1:near_others] + behind[near:])[:followers]
+    x_m = [(place // side % side - radius) * _SPACING_M for place in places]
+    y_m = [(radius - place % side) * _SPACING_M for place in places]
+    return [Pose(0.0, 0.0), *map(Pose, x_m, y_m)]
 
-    def order(place: tuple[int, int]) -> tuple[bool, bool, int, int, int]:
-        column, row = place
-        squared = column * column + row * row
-        return squared * _SPACING_M**2 > reach_m**2, column >= 0, squared, column, -row
 
-    nearest = heapq.nsmallest(followers, places, key=order)
-    return poses + [Pose(column * _SPACING_M, row * _SPACING_M) for column, row in nearest]
+def _nearest(reach: int, columns: Iterable[int], side: int) -> list[int]:
+    """The places in some columns of a grid within a radius, the nearest first.
+
+    A place is one number, because a million tuples take seconds. Its digits, in the base ``side``, are the squared
+    distance, the column and the row; the middle of the grid is at half of ``side``.
+    """
+    places: list[int] = []
+    for column in columns:
+        high, squared = math.isqrt(reach * reach - column * column), column * column
+        first = (squared * side + column + side // 2) * side + side // 2
+        places += [first + row * row * side * side - row for row in range(high, -high - 1, -1)]
+    places.sort()
+    return places
 
 
 def open_table(poses: Sequence[Pose], tick_ms: int = 1) -> Mat:
