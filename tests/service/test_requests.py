@@ -322,7 +322,7 @@ def test_a_mat_is_opened_from_its_own_file_or_a_projects(ask, text) -> None:
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        ("size_m = 3", "not-allowed"),
+        ("size_m = 3", "missing-key"),
         ('{"format": "motorcade-mat/1"', "file-syntax"),
         (json.dumps({**MAT, "car": [{"at_m": [0]}]}), "not-allowed"),
         (json.dumps(Program([forward(3)]).as_dict()), "project-without-mat"),

@@ -26,7 +26,7 @@ const RADIUS_M = 0.075;
 export function openMat(): Promise<void> {
   return attempt(async () => {
     const file = await chooseFile(".json,.toml,application/json");
-    if (file) editMat((await request("mats/open", { text: await file.text(), name: file.name })) as unknown as Mat);
+    if (file) editMat(await request("mats/open", { text: await file.text(), name: file.name }));
   });
 }
 

@@ -77,7 +77,7 @@ class Tabs implements SharedWindows {
     private readonly id: string,
     private readonly name: string,
   ) {
-    this.channel = openChannel<Told & { from: string }>(KEY + id, (told) => void this.hear(told));
+    this.channel = openChannel(KEY + id, (told: Told & { from: string }) => void this.hear(told));
     window.addEventListener("pagehide", () => this.say({ is: "gone" }), { signal: this.closed.signal });
     this.timer = setInterval(() => document.hidden || this.tellOthers(true), ASK_MS);
     void this.lock(`tab.${this.me}`, {});

@@ -17,7 +17,7 @@ interface WindowNews {
 /** Tell other windows what this one opens and saves, and tell the user what they do with the same project. */
 export function watchOtherWindows(): void {
   // Without a channel the library still refuses to save over another window's version.
-  const channel = openChannel<WindowNews>(CHANNEL, (news) => {
+  const channel = openChannel(CHANNEL, (news: WindowNews) => {
     const { base } = useStudio.getState();
     if (base?.name !== news.name) return;
     if (news.is === "open") tell("too");
