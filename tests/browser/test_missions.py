@@ -199,6 +199,7 @@ def test_back_leads_from_a_mission_to_the_map_and_not_out_of_the_page(open_page)
     for mission in ("forward-and-stop", "a-secret"):
         open_map(studio)
         page.locator(f"[data-mission={mission}]").press("Enter")
+        expect(page.get_by_role("dialog")).to_have_count(0)
         expect(page.get_by_role("list", name=studio.say("missions.goals"))).to_be_visible()
     # One mission after another is one step.
     page.go_back()

@@ -42,17 +42,18 @@ const DRAFT_AFTER_MS = 2000;
 const DRAFT_AGAIN_MS = 5000;
 
 /**
- * The pupil's newest work: of this device, or the draft that the server keeps. The draft of another of this device's tabs
- * is that tab's. That of another device gets a place of its own where something lies at this tab's.
+ * The pupil's newest work: of this tab, or the draft that the server keeps. The draft of another tab of this device takes
+ * nothing from this one; that of another device gets a place of its own, so that what lies at this tab's place stays.
  */
 export async function findPupilsWork(): Promise<StoredWork | null> {
   const { me } = await askClass("about").catch(() => ({ me: null }));
   const stored = await findWork(me?.id);
   const draft = await askClass("draft/read").catch(() => null);
   if (!draft?.project || (stored && stored.at >= Date.parse(draft.saved_at))) return stored;
-  const isOwn = draft.place === own.place;
-  if (!isOwn && localStorage.getItem(draft.place) !== null) return stored;
-  if (!isOwn && stored) takeNewPlace();
+  if (stored && draft.place !== own.place) {
+    if (localStorage.getItem(draft.place) !== null) return stored;
+    takeNewPlace();
+  }
   return { ...draft.project, name: draft.name, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
 }
 
